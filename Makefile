@@ -1,0 +1,57 @@
+# `make calibrate` and `make test` each do all the set-up on a machine with Python >= 3.11 and nothing else.
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+
+SUITABLE := import sys; sys.exit(sys.version_info < (3, 11))
+PYTHON ?= $(shell for name in python3 python3.13 python3.12 python3.11 python3.14 python; do \
+	"$$name" -c '$(SUITABLE)' >/dev/null 2>&1 && echo "$$name" && break; done)
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: help calibrate test lint lock clean
+
+help:
+	@echo "make calibrate   main job: calibration coefficients of the default finger, in calibration/"
+	@echo "make test        linters, type checker and all tests"
+	@echo "make lint        linters and type checker only"
+	@echo "make lock        resolve the locked dependencies anew"
+	@echo "make clean       remove $(VENV), calibration/ and tool caches"
+
+calibrate: $(VENV)/.runtime
+	$(BIN)/papilla calibrate
+
+test: lint
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+# Wheels are checked against the lock's hashes; papilla itself is then built with the locked setuptools.
+$(VENV)/.runtime: requirements.lock pyproject.toml | $(VENV)/bin/python
+	$(INSTALL) --require-hashes -r requirements.lock
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
+	$(INSTALL) --require-hashes -r requirements-dev.lock
+	touch $@
+
+$(VENV)/bin/python:
+	@test -n "$(PYTHON)" || { echo "papilla needs Python >= 3.11; none was found (set PYTHON=...)" >&2; exit 2; }
+	@"$(PYTHON)" -c '$(SUITABLE)' || { echo "papilla needs Python >= 3.11; $(PYTHON) is older" >&2; exit 2; }
+	"$(PYTHON)" -m venv $(VENV)
+
+UV_LOCK := $(BIN)/uv pip compile --quiet --generate-hashes --no-emit-index-url --no-annotate --no-header \
+	--python-version 3.11 pyproject.toml
+
+lock: $(VENV)/.dev
+	$(INSTALL) uv
+	echo 'setuptools>=77' | $(UV_LOCK) - --output-file requirements.lock
+	$(UV_LOCK) --extra dev --constraint requirements.lock --output-file requirements-dev.lock
+
+clean:
+	rm -rf $(VENV) calibration .pytest_cache .ruff_cache .mypy_cache

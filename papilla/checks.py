@@ -1,0 +1,39 @@
+"""Validation at the boundary: each check returns the value as a float or raises `InputError` with one clear line."""
+
+import math
+
+from papilla.errors import InputError
+
+
+def finite(name: str, value) -> float:
+    """The value as a finite float; raises `InputError` for text, NaN and infinities."""
+    if value is None or isinstance(value, bool | str):
+        raise InputError(f"{name} must be a number, got {value!r}")
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be a number, got {value!r}") from error
+    if not math.isfinite(number):
+        raise InputError(f"{name} must be finite, got {number}")
+    return number
+
+
+def positive(name: str, value) -> float:
+    """The value as a float > 0."""
+    number = finite(name, value)
+    if number <= 0:
+        raise InputError(f"{name} must be greater than 0, got {number:g}")
+    return number
+
+
+def within(name: str, value, low: float, high: float) -> float:
+    """The value as a float in the closed interval [low, high]."""
+    number = finite(name, value)
+    if not low <= number <= high:
+        raise InputError(f"{name} must lie between {low:g} and {high:g}, got {number:g}")
+    return number
+
+
+def poisson(name: str, value) -> float:
+    """A Poisson's ratio in [0, 0.5]; 0.5 exactly is the incompressible limit and allowed."""
+    return within(name, value, 0.0, 0.5)

@@ -1,0 +1,239 @@
+"""The sensor: shape, layers, bone, gauges and ridges, as frozen values in mm and MPa.
+
+`Finger.default()` is the human-finger-mimetic sensor of the papers; its file, `papilla/data/default_finger.toml`,
+lists every assumption. Axes: origin in the middle of the base plane, z out of the skin at the apex, x across the finger
+(the row of gauges), y along it.
+"""
+
+import math
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from papilla import checks
+from papilla.errors import InputError
+
+DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
+
+
+@dataclass(frozen=True)
+class Layer:
+    """An isotropic elastic layer: Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5]."""
+
+    modulus: float
+    nu: float = 0.4999
+
+    def __post_init__(self):
+        checks.positive("layer modulus (MPa)", self.modulus)
+        checks.poisson("layer nu", self.nu)
+
+
+@dataclass(frozen=True)
+class Dome:
+    """Half ellipsoids about the origin, cut at z = 0; semi-axes (x, y, z) in mm, each nested in the one before."""
+
+    outer: tuple[float, float, float]
+    interface: tuple[float, float, float]
+    bone: tuple[float, float, float]
+
+    def __post_init__(self):
+        _check_nested(self, ("x", "y", "z"))
+
+
+@dataclass(frozen=True)
+class Slab:
+    """A half-elliptic section in x-z, extruded over -depth/2 <= y <= depth/2; semi-axes (x, z) and depth in mm."""
+
+    outer: tuple[float, float]
+    interface: tuple[float, float]
+    bone: tuple[float, float]
+    depth: float = 10.0
+
+    def __post_init__(self):
+        checks.positive("slab depth (mm)", self.depth)
+        _check_nested(self, ("x", "z"))
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """Three closed surfaces from STL, PLY or VTP files in mm, each nested in the one before."""
+
+    outer: str
+    interface: str
+    bone: str
+
+
+Shape = Dome | Slab | Surfaces
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A foil gauge on the interface of the layers.
+
+    Parameters
+    ----------
+    name : label, used in logs and files.
+    angle_deg : site as the ellipse parameter in the x-z section at `y_mm` (0 at the apex); for `Dome` and `Slab`.
+    x_mm : site by its x instead (any shape); exactly one of `angle_deg` and `x_mm` is given.
+    y_mm : site along the finger.
+    direction_deg : grid direction in the tangent plane, from the interface's x-z tangent towards y.
+    length_mm : grid length; strain is the elongation between two interface points that far apart.
+    backing_mm : length and width of the foil over which the curvature is fitted.
+    membrane_gain, lever_mm : reading = membrane_gain * strain + lever_mm * curvature change (1/mm).
+    """
+
+    name: str
+    angle_deg: float | None = None
+    x_mm: float | None = None
+    y_mm: float = 0.0
+    direction_deg: float = 0.0
+    length_mm: float = 2.4
+    backing_mm: tuple[float, float] = (4.8, 2.0)
+    membrane_gain: float = 1.0
+    lever_mm: float = 0.0
+
+    def __post_init__(self):
+        where = f"gauge {self.name}"
+        if (self.angle_deg is None) == (self.x_mm is None):
+            raise InputError(f"{where}: give exactly one of angle_deg and x_mm")
+        if self.angle_deg is not None and not abs(checks.finite(f"{where} angle_deg", self.angle_deg)) < 90:
+            raise InputError(
+                f"{where} lies outside the interface: angle_deg {self.angle_deg:g} is not between -90 and 90"
+            )
+        if self.x_mm is not None:
+            checks.finite(f"{where} x_mm", self.x_mm)
+        for key in ("y_mm", "direction_deg", "membrane_gain", "lever_mm"):
+            checks.finite(f"{where} {key}", getattr(self, key))
+        checks.positive(f"{where} length_mm", self.length_mm)
+        for side in self.backing_mm:
+            checks.positive(f"{where} backing_mm", side)
+
+
+@dataclass(frozen=True)
+class Ridges:
+    """Ridges of the skin, along y, in mm: only sliding scenes use them."""
+
+    pitch: float
+    width: float
+    height: float
+
+    def __post_init__(self):
+        for key in ("pitch", "width", "height"):
+            checks.positive(f"ridge {key} (mm)", getattr(self, key))
+        if self.width >= self.pitch:
+            raise InputError(f"ridge width {self.width:g} mm must be smaller than the pitch {self.pitch:g} mm")
+
+
+@dataclass(frozen=True)
+class Finger:
+    """A two-layer soft finger over a bone.
+
+    `bone` is a `Layer`, or None where the bone is rigid (its surface is then clamped, like the base plane).
+    `patch_radius` (mm) is how far from the touch-down point contact may spread.
+    """
+
+    name: str
+    shape: Shape
+    outer: Layer
+    inner: Layer
+    gauges: tuple[Gauge, ...]
+    bone: Layer | None = None
+    patch_radius: float = 15.0
+    ridges: Ridges | None = field(default=None)
+
+    def __post_init__(self):
+        checks.positive("patch_radius (mm)", self.patch_radius)
+        if not self.gauges:
+            raise InputError("a finger needs at least one gauge")
+        names = [gauge.name for gauge in self.gauges]
+        if len(set(names)) != len(names):
+            raise InputError(f"gauge names must differ, got {', '.join(names)}")
+        for gauge in self.gauges:
+            _check_site(gauge, self.shape)
+
+    @classmethod
+    def default(cls) -> "Finger":
+        """The human-finger-mimetic sensor of the papers (every assumption is listed in its file)."""
+        return cls.load(DEFAULT_FINGER)
+
+    @classmethod
+    def load(cls, path) -> "Finger":
+        """A finger from its TOML design file.
+
+        Raises `FileAccessError` where the file cannot be read, `FileFormatError` where it is not a finger; the
+        message names the file and the key.
+        """
+        from papilla.finger_file import read_finger
+
+        return read_finger(Path(path))
+
+    def describe(self) -> dict:
+        """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
+        return {**asdict(self), "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
+
+    @cached_property
+    def sha256(self) -> str:
+        """Content hash of the whole design; of `Surfaces`, the files' bytes count, not their names."""
+        return _digest({**self.describe(), "shape": self._shape_content()})
+
+    @cached_property
+    def geometry_sha256(self) -> str:
+        """Content hash of what a mesh depends on: the shape, the patch radius, and whether the bone is meshed."""
+        return _digest({"shape": self._shape_content(), "patch": self.patch_radius, "bone": self.bone is not None})
+
+    def _shape_content(self) -> dict:
+        if not isinstance(self.shape, Surfaces):
+            return {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}
+        return {"kind": "surfaces", **{key: _file_digest(path) for key, path in asdict(self.shape).items()}}
+
+
+def _digest(value: dict) -> str:
+    import hashlib
+    import json
+
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def _file_digest(path: str) -> str:
+    import hashlib
+
+    from papilla.errors import FileAccessError
+
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError as error:
+        raise FileAccessError(f"cannot read surface file {path}: {error.strerror}") from error
+
+
+def _check_nested(shape: Dome | Slab, axes: tuple[str, ...]) -> None:
+    """Each surface must lie strictly inside the one before, or a layer would be thicker than the finger."""
+    for surface in ("outer", "interface", "bone"):
+        for axis, value in zip(axes, getattr(shape, surface), strict=True):
+            checks.positive(f"{surface} semi-axis {axis} (mm)", value)
+    for inside, around in (("interface", "outer"), ("bone", "interface")):
+        for axis, small, large in zip(axes, getattr(shape, inside), getattr(shape, around), strict=True):
+            if small >= large:
+                raise InputError(
+                    f"{inside} semi-axis {axis} {small:g} mm must be smaller than {around}'s {large:g} mm: "
+                    "the layer would be thicker than what it covers"
+                )
+
+
+def _check_site(gauge: Gauge, shape: Shape) -> None:
+    """A gauge of an analytic shape must sit on the interface, away from its edge; files are checked when meshed."""
+    if isinstance(shape, Surfaces):
+        if gauge.x_mm is None:
+            raise InputError(f"gauge {gauge.name}: a finger from surface files needs x_mm, not angle_deg")
+        return
+    half_width = shape.interface[0]
+    if isinstance(shape, Dome):
+        reach = shape.interface[1]
+        inside = abs(gauge.y_mm) < reach
+        half_width *= math.sqrt(max(0.0, 1 - (gauge.y_mm / reach) ** 2))
+    else:
+        reach = shape.depth / 2
+        inside = abs(gauge.y_mm) < reach
+    if not inside:
+        raise InputError(f"gauge {gauge.name} lies outside the interface: |y_mm| {abs(gauge.y_mm):g} >= {reach:g}")
+    if gauge.x_mm is not None and abs(gauge.x_mm) >= half_width:
+        raise InputError(f"gauge {gauge.name} lies outside the interface: |x_mm| {abs(gauge.x_mm):g} >= {half_width:g}")

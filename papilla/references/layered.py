@@ -1,0 +1,103 @@
+"""Spectral stiffness of any stack of bonded layers on a half-space or a rigid base."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.references.layer import positive_wavenumber
+from papilla.specimen import HalfSpace
+
+
+@dataclass(frozen=True)
+class StackLayer:
+    """One layer of a stack: `thickness` in mm, `modulus` in MPa, `nu` in [0, 0.5]. Raises `InputError` otherwise."""
+
+    thickness: float
+    modulus: float
+    nu: float
+
+    def __post_init__(self):
+        checks.positive("layer thickness (mm)", self.thickness)
+        checks.positive("layer modulus (MPa)", self.modulus)
+        checks.poisson("layer nu", self.nu)
+
+
+def layered_halfspace_stiffness(wavenumber, layers: Sequence[StackLayer], base: HalfSpace | None):
+    """Normal pressure over normal displacement of a frictionless stack's surface, MPa/mm.
+
+    `layers` run from the surface down; `base` is the half-space below them, or None for a rigid one. At each
+    wavenumber the 2 x 2 compliance C (displacement = C traction, tangential and normal) is carried from the base up
+    through each layer; the stiffness is 1/C_nn at the surface. Stable for any q h.
+
+    `wavenumber` q in 1/mm, any array > 0; the result has its shape.
+    Raises `InputError` for wavenumbers that are not positive, and for a stack without layers on a rigid base.
+    Source: Perriot and Barthel (2004), doi:10.1557/jmr.2004.19.2.600.
+    """
+    q = positive_wavenumber(wavenumber)
+    flat = q.ravel()
+    bodies: list[StackLayer | HalfSpace] = [*layers] if base is None else [*layers, base]
+    if not bodies:
+        raise InputError("layered_halfspace_stiffness: no layer on a rigid base, expected a layer or an elastic base")
+    # Tractions are scaled by 2 q and one reference modulus, so that C has the size of 1
+    reference = bodies[0].modulus
+    compliance = np.zeros((flat.size, 2, 2)) if base is None else _halfspace_compliance(base, reference, flat.size)
+    for layer in reversed(layers):
+        Q = flat * layer.thickness
+        mu = layer.modulus / reference / (2 * (1 + layer.nu))
+        thin = Q < 1
+        above = np.empty_like(compliance)
+        above[thin] = _through_thin(compliance[thin], Q[thin], mu, layer.nu)
+        above[~thin] = _through_thick(compliance[~thin], Q[~thin], mu, layer.nu)
+        compliance = above
+    return -(2 * reference * q) / compliance[:, 1, 1].reshape(q.shape)
+
+
+def _halfspace_compliance(base, reference, count):
+    modes = _decaying_modes(np.zeros(count), base.modulus / reference / (2 * (1 + base.nu)), base.nu)
+    return _right_divide(modes[:, :2], modes[:, 2:])
+
+
+def _through_thin(compliance, Q, mu, nu):
+    """Compliance above a layer, by the transfer matrix of (U, W, tau, sigma): exact as Q tends to 0."""
+    generator = np.array(
+        [
+            [0, 1, 2 / mu, 0],
+            [-nu / (1 - nu), 0, 0, (1 - 2 * nu) / (mu * (1 - nu))],
+            [mu / (1 - nu), 0, 0, nu / (1 - nu)],
+            [0, 0, -1, 0],
+        ]
+    )
+    T = expm(generator * Q[:, None, None])
+    T_uu, T_ut, T_tu, T_tt = T[:, :2, :2], T[:, :2, 2:], T[:, 2:, :2], T[:, 2:, 2:]
+    return np.linalg.solve(T_uu - compliance @ T_tu, compliance @ T_tt - T_ut)
+
+
+def _through_thick(compliance, Q, mu, nu):
+    """Compliance above a layer, by its modes decaying down and up: the exponentials never grow."""
+    mirror = np.diag([1.0, -1.0, -1.0, 1.0])
+    here, across = _decaying_modes(np.zeros_like(Q), mu, nu), _decaying_modes(Q, mu, nu)
+    up_here, up_across = mirror @ here, mirror @ across
+    # Bottom: U - C t = 0 of (down across + up here R) gives the reflection R of the modes going down
+    residual = [modes[:, :2] - compliance @ modes[:, 2:] for modes in (across, up_here)]
+    surface = here + up_across @ np.linalg.solve(residual[1], -residual[0])
+    return _right_divide(surface[:, :2], surface[:, 2:])
+
+
+def _decaying_modes(depth, mu, nu):
+    """(n, 4, 2): U, W, tau/(2 q), sigma/(2 q) of the two modes decaying with the scaled depth q z (n,).
+
+    Displacement (U sin qx, W cos qx), W downward: the potential (1, 1) and the Papkovich mode (qz, qz + 3 - 4 nu).
+    """
+    one = np.ones_like(depth)
+    potential = np.stack([one, one, -mu * one, -mu * one], axis=-1)
+    papkovich = np.stack([depth, depth + 3 - 4 * nu, -mu * (depth + 1 - 2 * nu), -mu * (depth + 2 - 2 * nu)], axis=-1)
+    return np.stack([potential, papkovich], axis=-1) * np.exp(-depth)[:, None, None]
+
+
+def _right_divide(A, B):
+    """A B^-1 of stacked 2 x 2 matrices."""
+    return np.linalg.solve(B.swapaxes(-1, -2), A.swapaxes(-1, -2)).swapaxes(-1, -2)

@@ -1,0 +1,143 @@
+"""Reading time logs and bench logs: what comes out, and one clear line for each bad file."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import FileAccessError, FileFormatError
+from papilla.logs import read_bench, read_time_log, write_table
+
+TIME = "t_s,g1,g2,force_N\n0.000,1,2,0.1\n0.001,3,4,0.2\n0.002,5,6,0.3\n"
+BENCH = "force_N,modulus_MPa,g1,g2\n0.1,0.5,10,20\n0.2,0.5,30,50\n"
+
+
+@pytest.fixture
+def log(tmp_path):
+    def write(content: str | bytes):
+        path = tmp_path / "log.csv"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+def test_time_log_columns(log):
+    found = read_time_log(log(TIME))
+    assert found.t_s.tolist() == [0.0, 0.001, 0.002]
+    assert found.readings.tolist() == [[1, 2], [3, 4], [5, 6]]
+    assert found.gauge_names == ("g1", "g2")
+    assert found.force_N.tolist() == [0.1, 0.2, 0.3]
+    assert found.velocity_mm_s is None and found.position_mm is None and found.tangential_N is None
+    assert found.sample_rate_Hz == pytest.approx(1000)
+    assert (found.report.rows, found.report.gaps, found.report.duplicates, found.report.nan_rows) == (3, 0, 0, 0)
+
+
+def test_time_log_counts_gaps_duplicates_and_missing_cells(log):
+    rows = ["0.000,1,2,0.1", "0.001,nan,2,0.1", "0.001,1,2,0.1", "0.002,,2,", "0.003,inf,2,0.1", "0.013,1,2,0.1"]
+    found = read_time_log(log("t_s,g1,g2,force_N\n" + "\n".join(rows)))
+    assert len(found) == 6
+    report = found.report
+    assert (report.gaps, report.duplicates, report.nan_cells, report.nan_rows) == (1, 1, 4, 3)
+    assert np.isnan(found.readings[1, 0]) and np.isnan(found.force_N[3])
+    assert found.sample_rate_Hz == pytest.approx(1000), "gaps and duplicates do not bend the sampling rate"
+
+
+def test_byte_order_mark_spaces_and_trailing_lines_are_tolerated(log):
+    found = read_time_log(log(b"\xef\xbb\xbf" + TIME.replace(",", ", ").encode() + b"\n\n"))
+    assert found.readings.shape == (3, 2)
+
+
+def test_unknown_columns_are_named_and_not_parsed(log):
+    found = read_time_log(log("t_s,note,g1\n0,soft sponge,1\n1,,2\n"))
+    assert found.report.ignored == ("note",)
+    assert read_bench(log("material,force_N,modulus_MPa,g1\nA,1,1,1\nB,1,2,3\n")).ignored == ("material",)
+
+
+def test_written_table_reads_back_bit_for_bit(tmp_path):
+    values = np.random.default_rng(1).normal(size=(50, 3)) * 10.0 ** np.arange(-8, 10, 6)
+    values[7, 1] = np.nan
+    columns = {"t_s": np.arange(50) / 1000, **{f"g{i + 1}": values[:, i] for i in range(3)}}
+    write_table(tmp_path / "log.csv", columns)
+    assert ",," in (tmp_path / "log.csv").read_text()
+    found = read_time_log(tmp_path / "log.csv")
+    assert np.array_equal(found.readings, values, equal_nan=True)
+    assert np.array_equal(found.t_s, columns["t_s"])
+
+
+def test_bench_log_columns(log):
+    found = read_bench(
+        log("force_N,modulus_MPa,g1,g2,indentation_mm,x_mm,y_mm\n.1,.5,10,20,1,2,3\n.2,.5,30,50,4,5,6\n")
+    )
+    assert found.force_N.tolist() == [0.1, 0.2]
+    assert found.modulus_MPa.tolist() == [0.5, 0.5]
+    assert found.readings.tolist() == [[10, 20], [30, 50]]
+    assert found.sd_microstrain.tolist() == [5, 10], "population standard deviation"
+    assert found.indentation_mm.tolist() == [1, 4]
+    assert (found.x_mm.tolist(), found.y_mm.tolist()) == ([2, 5], [3, 6])
+    plain = read_bench(log(BENCH))
+    assert plain.indentation_mm is None and plain.x_mm is None and plain.y_mm is None
+
+
+def test_bench_log_checks_a_stated_standard_deviation(log):
+    header, *rows = BENCH.split()
+    read_bench(log(f"{header},sd_microstrain\n{rows[0]},5.0\n{rows[1]},10.02\n"))
+    with pytest.raises(FileFormatError, match=r"line 3, column sd_microstrain: 14.1 is not the population"):
+        read_bench(log(f"{header},sd_microstrain\n{rows[0]},5.0\n{rows[1]},14.1\n"))
+
+
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        ("", "is empty"),
+        ("\n0,1\n", "is empty or starts with an empty line"),
+        ("t_s,g1\n", "holds a header but no rows"),
+        ("t_s,g1\n0,1\n", "has one row"),
+        ("t_s,force_N\n0,1\n1,1\n", "no gauge column g1, g2, ... (found t_s, force_N)"),
+        ("time,g1\n0,1\n1,1\n", "column t_s is missing (found g1, time)"),
+        ("t_s,G1\n0,1\n1,1\n", "unknown column G1; did you mean g1?"),
+        ("t_s,g1,force_n\n0,1,1\n1,1,1\n", "unknown column force_n; did you mean force_N?"),
+        ("t_s,g1,g1\n0,1,1\n1,1,1\n", "column g1 occurs twice"),
+        ("t_s,g1,\n0,1,1\n1,1,1\n", "column 3 has no name"),
+        ("t_s;g1\n0;1\n1;1\n", "columns must be separated by commas"),
+        ("t_s,g1\n0,1\n1,abc\n", "line 3, column g1: expected a number, got 'abc'"),
+        ("t_s,g1\n0,1\n1,1,1\n", "line 3: 3 cells where the header has 2 columns"),
+        ("t_s,g1\n0,1\n\n1\n", "line 4: 1 cells where the header has 2 columns"),
+        ("t_s,g1\n0,1\n,1\n", "line 3, column t_s: expected a finite number, got nan"),
+        ("t_s,g1\n0,1\n2,1\n1,1\n", "line 4, column t_s: time goes back from 2 to 1 s"),
+        ("t_s,g1\n1,1\n1,1\n", "all rows have the time 1 s"),
+        ('t_s,g1\n0,1\n1,"1\n', "not readable as CSV"),
+        (b"t_s,g1\n0,1\n1,\xff\n", "line 3: not a text file in UTF-8"),
+        ("t_s,g1\n0,1\n".encode("utf-16"), "line 1: not a text file in UTF-8"),
+    ],
+)
+def test_bad_time_log(log, content, message):
+    with pytest.raises(FileFormatError) as caught:
+        read_time_log(log(content))
+    assert message in str(caught.value)
+    assert "log.csv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        ("force_N,g1\n1,1\n1,1\n", "column modulus_MPa is missing"),
+        ("force_N,modulus_kPa,g1\n1,1,1\n1,1,1\n", "unknown column modulus_kPa; did you mean modulus_MPa?"),
+        ("force_N,modulus_MPa,g1\n1,1,1\n", "has one row"),
+        ("force_N,modulus_MPa,g1\n1,1,1\n1,1,nan\n", "line 3, column g1: expected a finite number, got nan"),
+        ("force_N,modulus_MPa,g1\n1,1,1\n1,,1\n", "line 3, column modulus_MPa: expected a finite number, got nan"),
+        ("force_N,modulus_MPa,g1\n0,1,1\n1,1,1\n", "line 2, column force_N: must be greater than 0, got 0"),
+        ("force_N,modulus_MPa,g1\n1,1,1\n1,-2,1\n", "line 3, column modulus_MPa: must be greater than 0, got -2"),
+    ],
+)
+def test_bad_bench_log(log, content, message):
+    with pytest.raises(FileFormatError) as caught:
+        read_bench(log(content))
+    assert message in str(caught.value)
+    assert "log.csv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("read", [read_time_log, read_bench])
+def test_missing_file_and_folder(read, tmp_path):
+    with pytest.raises(FileAccessError, match=r"cannot read .*nowhere.csv: No such file"):
+        read(tmp_path / "nowhere.csv")
+    with pytest.raises(FileAccessError, match="cannot read"):
+        read(tmp_path)
