@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 
 from papilla import checks
-from papilla.errors import InputError
+from papilla.errors import FileFormatError, InputError
 
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
 
@@ -163,9 +163,23 @@ class Finger:
         Raises `FileAccessError` where the file cannot be read, `FileFormatError` where it is not a finger; the
         message names the file and the key.
         """
-        from papilla.finger_file import read_finger
+        from papilla.finger_file import read_design
 
-        return read_finger(Path(path))
+        path = Path(path)
+        design = read_design(path)
+        try:
+            return cls(
+                name=design["name"],
+                shape=_shape(design["shape"], path.parent),
+                outer=_layer("outer", design["outer"]),
+                inner=_layer("inner", design["inner"]),
+                bone=_layer("bone", design["bone"]) if design["bone"] else None,
+                patch_radius=design["patch_radius_mm"],
+                ridges=_ridges(design["ridges"]) if design["ridges"] else None,
+                gauges=tuple(Gauge(**gauge) for gauge in design["gauges"]),
+            )
+        except InputError as error:
+            raise FileFormatError(f"{path}: {error}") from error
 
     def describe(self) -> dict:
         """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
@@ -185,6 +199,25 @@ class Finger:
         if not isinstance(self.shape, Surfaces):
             return {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}
         return {"kind": "surfaces", **{key: _file_digest(path) for key, path in asdict(self.shape).items()}}
+
+
+def _shape(table: dict, folder: Path) -> Shape:
+    """The shape of a design file's table; surface files are found relative to the file."""
+    if table["kind"] == "surfaces":
+        return Surfaces(*(str(folder / table[f"{name}_file"]) for name in ("outer", "interface", "bone")))
+    sections = (table["outer_mm"], table["interface_mm"], table["bone_mm"])
+    return Dome(*sections) if table["kind"] == "dome" else Slab(*sections, depth=table["depth_mm"])
+
+
+def _layer(name: str, table: dict) -> Layer:
+    try:
+        return Layer(table["modulus_MPa"], table["nu"])
+    except InputError as error:
+        raise InputError(f"[{name}] {error}") from error
+
+
+def _ridges(table: dict) -> Ridges:
+    return Ridges(table["pitch_mm"], table["width_mm"], table["height_mm"])
 
 
 def _digest(value: dict) -> str:

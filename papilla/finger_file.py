@@ -1,4 +1,4 @@
-"""The finger's TOML design file: schema, clear messages, and the way to a `Finger`."""
+"""The finger's TOML design file: its schema, and messages that name the key. `Finger.load` makes the finger of it."""
 
 import tomllib
 from pathlib import Path
@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.finger import Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.errors import FileAccessError, FileFormatError
 
 
 class _Table(BaseModel):
@@ -23,18 +22,12 @@ class _Layer(_Table):
     modulus_MPa: Number
     nu: Number = 0.4999
 
-    def value(self) -> Layer:
-        return Layer(self.modulus_MPa, self.nu)
-
 
 class _Dome(_Table):
     kind: Literal["dome"]
     outer_mm: Triple
     interface_mm: Triple
     bone_mm: Triple
-
-    def value(self, _folder: Path) -> Dome:
-        return Dome(self.outer_mm, self.interface_mm, self.bone_mm)
 
 
 class _Slab(_Table):
@@ -44,18 +37,12 @@ class _Slab(_Table):
     bone_mm: Pair
     depth_mm: Number = 10.0
 
-    def value(self, _folder: Path) -> Slab:
-        return Slab(self.outer_mm, self.interface_mm, self.bone_mm, self.depth_mm)
-
 
 class _Surfaces(_Table):
     kind: Literal["surfaces"]
     outer_file: str
     interface_file: str
     bone_file: str
-
-    def value(self, folder: Path) -> Surfaces:
-        return Surfaces(*(str(folder / name) for name in (self.outer_file, self.interface_file, self.bone_file)))
 
 
 class _Ridges(_Table):
@@ -75,9 +62,6 @@ class _Gauge(_Table):
     membrane_gain: Number = 1.0
     lever_mm: Number = 0.0
 
-    def value(self) -> Gauge:
-        return Gauge(**self.model_dump())
-
 
 class _FingerFile(_Table):
     name: str = Field(min_length=1)
@@ -90,10 +74,10 @@ class _FingerFile(_Table):
     gauges: list[_Gauge] = Field(min_length=1)
 
 
-def read_finger(path: Path) -> Finger:
-    """The finger of a TOML file; surface files are found relative to it.
+def read_design(path: Path) -> dict:
+    """The checked tables of a design file as nested plain values, under the keys of the file.
 
-    Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not TOML, unknown key, unusable value).
+    Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not TOML, unknown key, wrong type).
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -102,24 +86,11 @@ def read_finger(path: Path) -> Finger:
     except UnicodeDecodeError as error:
         raise FileFormatError(f"{path} is not a text file in UTF-8") from error
     try:
-        table = _FingerFile.model_validate(tomllib.loads(text))
-        ridges = table.ridges
-        return Finger(
-            name=table.name,
-            shape=table.shape.value(path.parent),
-            outer=table.outer.value(),
-            inner=table.inner.value(),
-            bone=table.bone.value() if table.bone else None,
-            patch_radius=table.patch_radius_mm,
-            ridges=Ridges(ridges.pitch_mm, ridges.width_mm, ridges.height_mm) if ridges else None,
-            gauges=tuple(gauge.value() for gauge in table.gauges),
-        )
+        return _FingerFile.model_validate(tomllib.loads(text)).model_dump()
     except tomllib.TOMLDecodeError as error:
         raise FileFormatError(f"{path} is not valid TOML: {error}") from error
     except ValidationError as error:
         raise FileFormatError(f"{path}: {_first_problem(error)}") from error
-    except InputError as error:
-        raise FileFormatError(f"{path}: {error}") from error
 
 
 def _first_problem(error: ValidationError) -> str:

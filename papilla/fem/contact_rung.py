@@ -1,0 +1,132 @@
+"""The `contact` rung: the complementarity problem of a finger and its specimen, and when its answer means something."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from papilla.errors import ContactRangeError
+from papilla.fem.compliance import quadrature
+from papilla.fem.contact import ContactSolution, solve_contact
+from papilla.fem.ellipse import contact_shape
+from papilla.fem.hertz import hertz_scene
+from papilla.fem.reduced import ReducedFinger
+from papilla.fem.scene import Press, press_result
+from papilla.specimen import Block, Specimen, Sphere
+
+RESOLVED_RADIUS = 2.5
+"""Contact radius in patch edge lengths from which the contact rung is within 3 % in S_d (measured: docs/adr/0005)."""
+
+DEEPEST = 0.5
+"""Share of the soft tissue, or of a bonded block, that a press may take up before it is refused."""
+
+BESIDE = 1e3
+"""Gap beside a ball, in ball radii: far beyond any contact."""
+
+
+def contact_press(
+    reduced: ReducedFinger,
+    specimen: Specimen,
+    force: float | None,
+    indentation: float | None,
+    start: np.ndarray | None,
+    began: float,
+) -> Press:
+    """One press by force (N) or indentation (mm), the search starting from the active nodes `start` (n,).
+
+    Raises `ContactRangeError` where contact reaches the rim, goes too deep, or is not seen by the mesh at all.
+    """
+    patch = reduced.patch
+    compliance = _total_compliance(reduced, specimen)
+    share = None if force is None else force / reduced.multiplicity
+    gap = patch.gap + _sphere_gap(reduced, specimen)
+    if start is None:
+        start = _hertzian_guess(reduced, specimen, force, indentation)
+    solution = solve_contact(compliance, patch.mass, gap, force=share, indentation=indentation, start=start)
+    if not solution.active.any():
+        raise ContactRangeError(
+            f"an indentation of {indentation:g} mm makes no contact on this mesh: the mesh is too coarse"
+        )
+    _refuse_deep_parts(reduced, specimen, solution)
+    if (solution.active & patch.rim).any():
+        radius = float(np.hypot(*patch.xy[patch.rim].T).min())
+        raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
+    total = float(reduced.multiplicity * patch.mass @ solution.pressure)
+    shape = contact_shape(patch, solution.pressure)
+    resolved, status = _resolution(reduced, solution, shape.area)
+    strain, curvature = reduced.strain_rows @ solution.pressure, reduced.curvature_rows @ solution.pressure
+    return press_result(
+        reduced,
+        specimen,
+        began,
+        force=total if force is None else force,
+        fidelity="contact",
+        indentation=solution.indentation,
+        contact_area=shape.area,
+        peak_pressure=shape.peak_pressure,
+        strain=strain,
+        curvature=curvature,
+        force_balance=0.0 if force is None else abs(total - force) / force,
+        status=status,
+        resolved=resolved,
+        pressure=solution.pressure,
+        active=solution.active,
+    )
+
+
+def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
+    """Active nodes (n,) of the Hertz rung, or None where it has no answer; only where the search starts."""
+    try:
+        a, b = hertz_scene(reduced, specimen, force, indentation).semi_axes
+    except ContactRangeError:
+        return None
+    x, y = reduced.patch.xy.T
+    return (x / a) ** 2 + (y / b) ** 2 < 1
+
+
+@lru_cache(maxsize=64)
+def _total_compliance(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
+    return reduced.compliance + reduced.specimen_compliance(specimen)
+
+
+@lru_cache(maxsize=16)
+def _sphere_gap(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray | float:
+    """Weak gap (n,) that a ball adds to that of a flat: the exact sphere's, and beside it nothing to touch."""
+    if not isinstance(specimen, Sphere):
+        return 0.0
+    points, weights, hats = quadrature(reduced.patch)
+    square = (points**2).sum(axis=1)
+    under = square < specimen.radius**2
+    gap = np.where(
+        under, specimen.radius - np.sqrt(np.maximum(0, specimen.radius**2 - square)), BESIDE * specimen.radius
+    )
+    return hats.T @ (weights * gap)
+
+
+def _resolution(reduced: ReducedFinger, solution: ContactSolution, area: float) -> tuple[bool, str]:
+    """Whether the mesh is fine enough for a contact, and the sentence that says so."""
+    radius = float(np.sqrt(area / np.pi))
+    edge = float(reduced.patch.edge_length[solution.active].mean())
+    if radius >= RESOLVED_RADIUS * edge:
+        return True, f"contact rung: converged in {solution.iterations} exchanges"
+    return False, (
+        f"mesh too coarse for this light press: a contact radius of {radius:.2g} mm on {edge:.2g} mm elements, "
+        f"S_d may be off by more than 3 %; mesh with size_mm <= {radius / RESOLVED_RADIUS:.2g}"
+    )
+
+
+def _refuse_deep_parts(reduced: ReducedFinger, specimen: Specimen, solution: ContactSolution) -> None:
+    """Refuse what small-strain theory cannot mean: half of the soft tissue, or of a bonded block, gone."""
+    mass = reduced.patch.mass
+    own = float((reduced.compliance @ solution.pressure / mass).max())
+    if own > DEEPEST * reduced.depth:
+        raise ContactRangeError(
+            f"the press reaches {own:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
+            f"more than {100 * DEEPEST:g} % is beyond the model"
+        )
+    if isinstance(specimen, Block):
+        taken = float((reduced.specimen_compliance(specimen) @ solution.pressure / mass).max())
+        if taken > DEEPEST * specimen.thickness:
+            raise ContactRangeError(
+                f"the press takes {taken:.3g} mm off a block of {specimen.thickness:g} mm: "
+                f"more than {100 * DEEPEST:g} % is beyond the model"
+            )

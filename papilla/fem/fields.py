@@ -1,0 +1,93 @@
+"""The full field of a press, recovered on demand on the whole mesh: displacement of vertices, strain of cells."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from papilla.errors import InputError
+from papilla.fem.elasticity import TaylorHood, parity_signs
+from papilla.fem.model import FingerModel, image_of
+from papilla.fem.reduced import ReducedFinger
+from papilla.fem.scene import Press
+from papilla.mesh.layered import LayeredMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """Displacement (points, 3) in mm at the vertices and small strain (cells, 3, 3) at the cell centroids."""
+
+    mesh: LayeredMesh
+    displacement: np.ndarray
+    strain: np.ndarray
+
+
+def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
+    """The field of a press of `reduced`, which must come from `model`; raises `InputError` where it does not."""
+    if (reduced.finger_sha256, reduced.mesh_sha256) != (model.finger.sha256, model.mesh.sha256):
+        raise InputError("the reduced finger does not come from this model: finger or mesh differ")
+    space, mesh = model.space, model.mesh
+    displacement = np.zeros((len(mesh.points), 3))
+    strain = np.zeros((len(mesh.tets), 3, 3))
+    cell_vertex, vertex_image = _fold(mesh, mesh.points, space.mesh.points)
+    centroids = space.mesh.points[space.mesh.tets].mean(axis=1)
+    cell_number, cell_image = _fold(mesh, mesh.points[mesh.tets].mean(axis=1), centroids)
+    vertices = space.displacement.nodal_dofs[0]
+    for parity, solution in model.cell_displacements(press.pressure, reduced.at).items():
+        cell_strain = _centroid_strain(space, solution)
+        for image in np.unique(vertex_image, axis=0):
+            signs = parity_signs(parity, tuple(image))
+            here = (vertex_image == image).all(axis=1)
+            displacement[here] += solution[vertices][cell_vertex[here]] * signs
+            mirror = np.array([*image, 1])
+            here = (cell_image == image).all(axis=1)
+            strain[here] += cell_strain[cell_number[here]] * np.outer(signs, mirror)
+    return Field(mesh, displacement, strain)
+
+
+@dataclass(frozen=True, eq=False)
+class ReceptiveFields:
+    """What each gauge feels of a small load anywhere on the skin; k skin vertices, g gauges.
+
+    vertices : (k,) point numbers of the mesh.
+    strain_per_newton : (g, k) gauge strain per newton along the inward normal.
+    """
+
+    mesh: LayeredMesh
+    vertices: np.ndarray
+    strain_per_newton: np.ndarray
+
+
+def receptive_fields(model: FingerModel) -> ReceptiveFields:
+    """Receptive fields of all gauges, by one adjoint solve a gauge and parity."""
+    mesh = model.mesh
+    vertices = np.unique(mesh.boundaries["skin"])
+    points = mesh.points[vertices]
+    cell_vertex, images = _fold(mesh, points, model.space.mesh.points)
+    at_vertices = model.space.displacement.nodal_dofs[0][cell_vertex]
+    adjoint = np.zeros((len(vertices), 3, len(model.finger.gauges)))
+    for parity, solution in model.gauge_adjoints().items():
+        signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
+        adjoint += solution[at_vertices] * signs[:, :, None]
+    inward = -model.surfaces["skin"].normal(points)
+    return ReceptiveFields(mesh, vertices, np.einsum("ki,kig->gk", inward, adjoint))
+
+
+def _fold(mesh: LayeredMesh, points: np.ndarray, cell_points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which of `cell_points` each point mirrors, and in which image (k, 2)."""
+    images = image_of(points, mesh.mirrors)
+    folded = points * np.column_stack([images, np.ones(len(images), dtype=int)])
+    return cKDTree(cell_points).query(folded)[1], images
+
+
+def _centroid_strain(space: TaylorHood, solution: np.ndarray) -> np.ndarray:
+    """Small strain (cells, 3, 3) of a P2 displacement: its mean over each cell, which is the value at the centroid."""
+    basis = space.displacement
+    corners = space.mesh.points[space.mesh.tets]
+    inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    centre = np.full((3, 1), 0.25)
+    local = np.stack([basis.elem.lbasis(centre, i)[1][:, 0] for i in range(10)])
+    gradients = np.einsum("ni,cij->cnj", local, inverse)
+    values = solution[basis.element_dofs.T]
+    gradient = np.einsum("cni,cnj->cij", values, gradients)
+    return (gradient + gradient.transpose(0, 2, 1)) / 2

@@ -1,0 +1,204 @@
+"""`FingerModel`: a finger on a mesh, factorised once and condensed to a `ReducedFinger`.
+
+Mirror planes are used to the full: any load is split into fields that are symmetric or antisymmetric in each plane,
+each solved on the quarter cell. A press at the apex needs the symmetric ones alone; one anywhere else needs all four,
+and still costs a quarter of the whole mesh.
+"""
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.fem.compliance import half_space_compliance
+from papilla.fem.elasticity import SYMMETRIC, TaylorHood, lame, parity_signs
+from papilla.fem.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
+from papilla.fem.locate import interpolation
+from papilla.fem.patch import Frame, LoadedPatch, build_patch
+from papilla.fem.reduced import ReducedFinger
+from papilla.fem.solver import Factor, factorise
+from papilla.finger import Finger, Layer
+from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.surfaces import surfaces_of
+
+INCOMPRESSIBLE = 1e-7
+"""Of mu/lambda, below which the pressure block is too empty to factor and a stabilised one is factored instead."""
+
+STABILISATION = 1e-5
+"""Pressure mass, in units of 1/mu, that the stabilised matrix has; solves are refined against the true matrix."""
+
+
+class FingerModel:
+    """Linear elasticity of `finger` on `mesh` (mm, MPa)."""
+
+    def __init__(self, finger: Finger, mesh: LayeredMesh):
+        if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
+            raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
+        self.finger = finger
+        self.mesh = mesh
+        self.surfaces = surfaces_of(finger)
+        self.space = TaylorHood(mesh.cell())
+        self._factors: dict[tuple[int, int], tuple[np.ndarray, Factor]] = {}
+
+    @cached_property
+    def layers(self) -> dict[int, Layer]:
+        """Layer number -> material."""
+        layers = {OUTER: self.finger.outer, INNER: self.finger.inner}
+        return layers if self.finger.bone is None else layers | {BONE: self.finger.bone}
+
+    def reduce(self, at: tuple[float, float] = (0.0, 0.0)) -> ReducedFinger:
+        """Condense the finger to contact compliance and gauge influence for a specimen that touches down at `at`.
+
+        `at` is (x, y) in mm; the specimen comes along the skin's inward normal there. Raises `InputError` where there
+        is no skin, `SolverError` where the equations cannot be solved.
+        """
+        loaded, parities = self._patch(at)
+        strain, curvature = self._gauge_functionals()
+        compliance, rows = self._condense(loaded, parities, strain + curvature)
+        gauges = self.finger.gauges
+        return ReducedFinger(
+            finger_name=self.finger.name,
+            finger_sha256=self.finger.sha256,
+            mesh_sha256=self.mesh.sha256,
+            mesh_size_mm=self.mesh.size_mm,
+            at=(float(at[0]), float(at[1])),
+            gauge_names=tuple(gauge.name for gauge in gauges),
+            gains=np.array([gauge.membrane_gain for gauge in gauges]),
+            levers=np.array([gauge.lever_mm for gauge in gauges]),
+            depth=self._depth(loaded.frame),
+            outer_modulus=self.finger.outer.modulus / (1 - self.finger.outer.nu**2),
+            patch=loaded.patch,
+            compliance=compliance,
+            half_space=half_space_compliance(loaded.patch),
+            strain_rows=rows[: len(gauges)],
+            curvature_rows=rows[len(gauges) :],
+        )
+
+    def cell_displacements(self, pressure: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
+        """Parity -> displacement (P2 nodes of the cell, 3) in mm under nodal patch pressures (n,) in MPa."""
+        loaded, parities = self._patch(at)
+        if np.shape(pressure) != (len(loaded.patch.xy),):
+            raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(pressure)}")
+        solutions = {}
+        for parity in parities:
+            load = loaded.loads(parity, self.space.nodes) @ pressure[:, None]
+            solutions[parity] = self._solve(parity, load)[:, 0].reshape(-1, 3) / len(parities)
+        return solutions
+
+    def gauge_adjoints(self) -> dict:
+        """Parity -> displacement (P2 nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
+        newton of force there, component by component (reciprocity)."""
+        strain, _ = self._gauge_functionals()
+        parities = self._all_parities()
+        return {
+            parity: self._solve(parity, self._rows(strain, parity).T).reshape(-1, 3, len(strain)) / len(parities)
+            for parity in parities
+        }
+
+    def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
+        """Free unknowns (mask) and factorised matrix for fields of one parity; made once and kept."""
+        if parity not in self._factors:
+            free = self.space.free(parity, self.mesh.mirrors)
+            matrix = _restrict(self._matrix, free)
+            negative = int(free[3 * self.space.nodes :].sum())
+            self._factors[parity] = free, factorise(matrix, negative, stabilised=self._stabilised(matrix, free))
+        return self._factors[parity]
+
+    @cached_property
+    def _matrix(self) -> sp.csc_matrix:
+        return self.space.matrix(self.layers)
+
+    def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
+        """The matrix with some pressure mass added where a layer is so incompressible that it has next to none."""
+        empty = [number for number, layer in self.layers.items() if _compressibility_ratio(layer) < INCOMPRESSIBLE]
+        for number in empty:
+            mu = lame(self.layers[number])[0]
+            matrix = matrix - STABILISATION / mu * _restrict(self.space.parts["mass", number], free)
+        return matrix.tocsc() if empty else None
+
+    def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
+        """Displacement (3 * nodes, k) under displacement loads (3 * nodes, k)."""
+        free, factor = self.factor(parity)
+        size = 3 * self.space.nodes
+        rhs = np.zeros((int(free.sum()), load.shape[1]))
+        rhs[: int(free[:size].sum())] = load[free[:size]]
+        solution = np.zeros_like(load)
+        solution[free[:size]] = factor.solve(rhs)[: int(free[:size].sum())]
+        return solution
+
+    def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:
+        """The loaded patch at a touch-down point and the parities that its loads excite."""
+        x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+        frame = Frame.at(self.surfaces["skin"], x, y)
+        mirrors = self.mesh.mirrors
+        symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
+        loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
+        return loaded, [SYMMETRIC] if symmetric else self._all_parities()
+
+    def _all_parities(self) -> list[tuple[int, int]]:
+        """The parities that together hold every field."""
+        signs = [(1, -1) if axis in self.mesh.mirrors else (1,) for axis in "xy"]
+        return [(px, py) for px in signs[0] for py in signs[1]]
+
+    def _gauge_functionals(self) -> tuple[list[PointFunctional], list[PointFunctional]]:
+        interface = self.surfaces["interface"]
+        frames = [gauge_frame(self.finger, gauge, interface) for gauge in self.finger.gauges]
+        pairs = list(zip(self.finger.gauges, frames, strict=True))
+        strain = [strain_functional(gauge, frame, interface) for gauge, frame in pairs]
+        return strain, [curvature_functional(gauge, frame, interface) for gauge, frame in pairs]
+
+    def _rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> np.ndarray:
+        """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
+        points = np.concatenate([functional.points for functional in functionals])
+        weights = np.concatenate([functional.weights for functional in functionals])
+        images = image_of(points, self.mesh.mirrors)
+        signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
+        values = interpolation(self.space, points * np.column_stack([images, np.ones(len(points), dtype=int)]))
+        owner = np.repeat(np.arange(len(functionals)), [len(functional.points) for functional in functionals])
+        rows = np.zeros((len(functionals), self.space.nodes, 3))
+        for component in range(3):
+            pick = sp.csr_matrix(
+                ((weights * signs)[:, component], (owner, np.arange(len(points)))),
+                shape=(len(functionals), len(points)),
+            )
+            rows[:, :, component] = (pick @ values).toarray()
+        return rows.reshape(len(functionals), -1)
+
+    def _condense(self, loaded, parities, functionals) -> tuple[np.ndarray, np.ndarray]:
+        """Patch compliance (n, n) and functional rows (k, n) against nodal pressure."""
+        n = len(loaded.patch.xy)
+        compliance, influence = np.zeros((n, n)), np.zeros((len(functionals), n))
+        for parity in parities:
+            loads = loaded.loads(parity, self.space.nodes)
+            solution = self._solve(parity, loads)
+            compliance += loads.T @ solution / len(parities)
+            influence += self._rows(functionals, parity) @ solution / len(parities)
+        return (compliance + compliance.T) / 2, influence
+
+    def _depth(self, frame: Frame) -> float:
+        """Soft tissue (mm) below the touch-down point: down to the bone or the base plane."""
+        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), 4001)[1:]
+        points = frame.origin - down[:, None] * frame.axes[2]
+        hard = points[:, 2] <= self.mesh.points[:, 2].min()
+        if self.finger.bone is None:
+            hard |= self.surfaces["bone"].level(points) <= 0
+        return float(down[hard.argmax()])
+
+
+def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
+    """Signs (k, 2) of the mirror image of the cell that holds each point."""
+    images = np.ones((len(points), 2), dtype=int)
+    for axis in ("xyz".index(name) for name in mirrors):
+        images[points[:, axis] < 0, axis] = -1
+    return images
+
+
+def _restrict(matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix:
+    return matrix[:, free].tocsr()[free].tocsc()
+
+
+def _compressibility_ratio(layer: Layer) -> float:
+    mu, compressibility = lame(layer)
+    return mu * compressibility

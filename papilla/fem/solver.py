@@ -1,0 +1,122 @@
+"""Factorisation of symmetric indefinite matrices: rslab's LDL^T, with SciPy's SuperLU as the fallback.
+
+Every factorisation is checked by its inertia (where the method tells it) and every solve by its residual.
+"""
+
+import os
+import warnings
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from papilla.errors import SolverError
+
+RESIDUAL_BOUND = 1e-10
+"""Largest accepted relative residual of a solve."""
+
+REFINEMENTS = 20
+"""Steps of iterative refinement before a residual above the bound is an error."""
+
+ENGINES = ("rslab", "superlu")
+
+
+class _Engine(Protocol):
+    def solve_many(self, b: np.ndarray, /) -> np.ndarray: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """A factorised symmetric matrix that solves to a checked residual.
+
+    `engine` names the method; `inertia` is (positive, negative, zero) eigenvalue counts or None where not known.
+    """
+
+    matrix: sp.csc_matrix
+    engine: str
+    inertia: tuple[int, int, int] | None
+    nonzeros: int
+    _solver: _Engine
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        """Solution (n, k) of `matrix @ x = rhs` for rhs (n, k).
+
+        Raises `SolverError` where the residual of the block stays above `RESIDUAL_BOUND` after refinement.
+        """
+        rhs = np.ascontiguousarray(rhs, dtype=float)
+        solution = self._solver.solve_many(rhs)
+        for _ in range(REFINEMENTS):
+            if self._probe(solution, rhs) <= RESIDUAL_BOUND:
+                return solution
+            solution = solution + self._solver.solve_many(rhs - self._apply(solution))
+        residual = self._probe(solution, rhs)
+        if residual <= RESIDUAL_BOUND:
+            return solution
+        raise SolverError(f"{self.engine} left a relative residual of {residual:.1e}, more than {RESIDUAL_BOUND:.0e}")
+
+    def _apply(self, x: np.ndarray) -> np.ndarray:
+        return self.matrix @ x + self.matrix.T @ x - self.matrix.diagonal()[:, None] * x
+
+    def _probe(self, solution: np.ndarray, rhs: np.ndarray) -> float:
+        """Relative residual of one random combination of the columns: any wrong column shows, at the price of one."""
+        scale = np.linalg.norm(rhs, axis=0)
+        mix = np.random.default_rng(0).standard_normal(rhs.shape[1]) / np.where(scale > 0, scale, 1.0)
+        difference = self._apply((solution @ mix)[:, None])[:, 0] - rhs @ mix
+        size = np.linalg.norm(mix * scale)
+        return float(np.linalg.norm(difference) / size) if size > 0 else 0.0
+
+
+def factorise(
+    matrix: sp.csc_matrix, negative: int, *, stabilised: sp.csc_matrix | None = None, engine: str | None = None
+) -> Factor:
+    """Factor a symmetric matrix given by its lower triangle.
+
+    Parameters
+    ----------
+    matrix : (n, n) lower triangle.
+    negative : how many negative eigenvalues it must have (the pressures); checked where the method tells.
+    stabilised : a nearby matrix to factor instead; solves are then refined against `matrix`.
+    engine : "rslab" or "superlu"; by default the environment's PAPILLA_SOLVER, else rslab with SuperLU behind it.
+
+    Raises `SolverError` where no engine factors the matrix with the right inertia.
+    """
+    wanted = engine or os.environ.get("PAPILLA_SOLVER") or ENGINES[0]
+    if wanted not in ENGINES:
+        raise SolverError(f"solver must be one of {', '.join(ENGINES)}, got {wanted!r}")
+    to_factor = matrix if stabilised is None else stabilised
+    if wanted == "rslab":
+        try:
+            return _factor_rslab(matrix, to_factor, negative)
+        except (ImportError, RuntimeError) as error:
+            warnings.warn(f"rslab did not factor the matrix ({error}); using SuperLU, which is slower", stacklevel=2)
+    return _factor_superlu(matrix, to_factor)
+
+
+def _factor_rslab(matrix, to_factor, negative) -> Factor:
+    import rslab
+
+    solver = rslab.ldlt(to_factor, threads=os.cpu_count() or 1)
+    inertia = tuple(int(count) for count in solver.inertia)
+    expected = (matrix.shape[0] - negative, negative, 0)
+    if inertia != expected:
+        raise SolverError(f"inertia {inertia} where {expected} was expected: the model is not stable")
+    return Factor(matrix, "rslab", inertia, int(solver.factor_nnz), solver)
+
+
+@dataclass(frozen=True, eq=False)
+class _SuperLU:
+    lu: object
+
+    def solve_many(self, b: np.ndarray, /) -> np.ndarray:
+        return self.lu.solve(b)  # type: ignore[attr-defined]
+
+
+def _factor_superlu(matrix, to_factor) -> Factor:
+    full = (to_factor + sp.tril(to_factor, -1).T).tocsc()
+    try:
+        lu = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise SolverError(f"SuperLU could not factor the matrix: {error}") from error
+    return Factor(matrix, "superlu", None, int(lu.L.nnz + lu.U.nnz), _SuperLU(lu))

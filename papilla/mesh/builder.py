@@ -1,0 +1,124 @@
+"""From a finger to its layered mesh: soup, mesher, tags, snapping, mirrors."""
+
+from importlib.metadata import version
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError, MeshError
+from papilla.finger import Finger
+from papilla.mesh import cache as store
+from papilla.mesh.body import Body, body_of
+from papilla.mesh.layered import LayeredMesh
+from papilla.mesh.mirroring import mirrored
+from papilla.mesh.packing import pack, unpack
+from papilla.mesh.reference import reference
+from papilla.mesh.sizing import Sizing, grid_over, positively_oriented
+from papilla.mesh.snapping import snap
+from papilla.mesh.tagging import TaggedCells, tag
+from papilla.mesh.tetwild import Progress, tetrahedralise
+from papilla.mesh.topology import components, paired_faces, volumes
+
+DEFAULT_SIZE_MM = 0.7
+"""Element size at the contact for which the figures of the README hold."""
+
+ENVELOPE, ENVELOPE_SIZES = 1e-3, 0.05
+"""How far the mesher may move a surface: a fraction of the bounding box's diagonal, or of the element size if more."""
+
+FINEST, COARSEST = 1 / 200, 1 / 4
+"""Element sizes that are accepted, as fractions of the finger's height."""
+
+REACH = 3.0
+"""Flat faces are looked for within this many envelopes of their plane."""
+
+
+VERSION = 1
+"""Raised with every change that makes other meshes: cached ones of another version are not used."""
+
+
+def build(
+    finger: Finger,
+    size_mm: float = DEFAULT_SIZE_MM,
+    *,
+    variant: int = 0,
+    progress: Progress | None = None,
+    cache: bool = True,
+) -> LayeredMesh:
+    """The layered mesh of a finger.
+
+    Parameters
+    ----------
+    finger : its shape decides the geometry; `Dome` and `Slab` give a mesh that is its own mirror image in x and y.
+    size_mm : edge length at the contact; it grows away from the apex (`papilla.mesh.sizing`).
+    variant : number >= 0 of an independent mesh of the same design: what differs between variants is mesh scatter.
+    progress : called with a line of text about twice a second while the mesher runs.
+    cache : look for the mesh among the shipped and the cached ones, and keep it (`papilla.mesh.cache`).
+
+    Raises `InputError` for a size or variant out of range or a gauge off the interface, `FileAccessError` and
+    `FileFormatError` for surface files, `MeshError` where the mesher fails or its mesh must not be used.
+    """
+    if isinstance(variant, bool) or not isinstance(variant, int) or variant < 0:
+        raise InputError(f"variant must be a whole number >= 0, got {variant!r}")
+    size_mm = checks.positive("size_mm", size_mm)
+    if not cache:
+        return mesh_finger(finger, size_mm, variant=variant, progress=progress)
+    shipped = reference(finger, size_mm, variant)
+    if shipped is not None:
+        return shipped
+    key = store.digest(VERSION, version("pytetwild"), finger.geometry_sha256, size_mm, variant)
+    return unpack(
+        store.fetch("mesh", key, lambda: pack(mesh_finger(finger, size_mm, variant=variant, progress=progress)))
+    )
+
+
+def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
+    """A new mesh of a finger: the same as `build`, past all stored meshes."""
+    body = body_of(finger, size_mm)
+    tall = float(body.high[2] - body.low[2])
+    checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
+    sizing = Sizing(body.apex, size_mm, finger.patch_radius)
+    keep_bone = finger.bone is not None
+    diagonal = float(np.linalg.norm(body.high - body.low))
+    envelope = max(ENVELOPE, ENVELOPE_SIZES * size_mm / diagonal)
+    points, tets = tetrahedralise(_soup(body, sizing, envelope, variant), progress)
+    cells = tag(body, points, positively_oriented(points, tets), keep_bone, REACH * envelope * diagonal)
+    points = snap(body, cells)
+    cell = LayeredMesh(points, cells.tets, cells.layer, _boundaries(body, cells, keep_bone), size_mm)
+    refuse_unusable(cell)
+    return mirrored(cell, body.mirrors) if body.mirrors else cell
+
+
+def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:
+    """The mesher's input; a variant shuffles the triangles and shifts the sizing grid, which gives another mesh."""
+    random = np.random.default_rng(variant)
+    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in body.triangulations])
+    triangles = np.vstack([faces + k for (_, faces), k in zip(body.triangulations, offsets, strict=False)])
+    shift = random.uniform(-0.5, 0.5, 3) if variant else np.zeros(3)
+    grid_points, grid_tets = grid_over(body.low, body.high, sizing.grid_mm, shift)
+    return {
+        "vertices": np.vstack([vertices for vertices, _ in body.triangulations]),
+        "triangles": random.permutation(triangles) if variant else triangles,
+        "far_mm": np.array(sizing.far_mm),
+        "envelope": np.array(envelope),
+        "grid_points": grid_points,
+        "grid_tets": grid_tets,
+        "grid_sizes": sizing(grid_points),
+    }
+
+
+def _boundaries(body: Body, cells: TaggedCells, keep_bone: bool) -> dict[str, np.ndarray]:
+    flat = [faces for plane, faces in zip(body.planes, cells.on_plane, strict=True) if plane.role == "base"]
+    clamped = flat if keep_bone else [*flat, cells.on_surface["bone"]]
+    return {"skin": cells.on_surface["skin"], "interface": cells.on_surface["interface"], "base": np.vstack(clamped)}
+
+
+def refuse_unusable(mesh: LayeredMesh) -> None:
+    volume = volumes(mesh.points, mesh.tets)
+    scale = np.abs(volume).mean()
+    bad = int(np.sum(volume <= 1e-9 * scale))
+    if bad:
+        raise MeshError(f"{bad} of {len(volume)} tetrahedra are flat or inverted: try another element size")
+    faces, cells = paired_faces(mesh.tets)
+    parts = int(components(cells, len(mesh.tets)).max()) + 1
+    if parts > 1:
+        raise MeshError(f"the mesh falls into {parts} separate parts: try another element size")

@@ -1,0 +1,78 @@
+"""`LayeredMesh`: the tetrahedra of a finger with their layers and named boundaries, as immutable arrays."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+OUTER, INNER, BONE = 0, 1, 2
+"""Layer numbers of cells; `BONE` occurs only where the bone is meshed."""
+
+BOUNDARIES = ("skin", "interface", "base")
+"""skin: free outer surface; interface: between outer and inner layer; base: clamped (base plane and rigid bone)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LayeredMesh:
+    """A tetrahedral finger mesh.
+
+    Parameters
+    ----------
+    points : (n, 3) float, mm.
+    tets : (m, 4) int, positively oriented.
+    layer : (m,) int, `OUTER`, `INNER` or `BONE`.
+    boundaries : name -> (k, 3) int triangles, for each name of `BOUNDARIES`.
+    size_mm : element size at the contact that was asked for.
+    mirrors : axes ("x", "y") in whose zero plane the mesh is its own exact mirror image.
+    """
+
+    points: np.ndarray
+    tets: np.ndarray
+    layer: np.ndarray
+    boundaries: Mapping[str, np.ndarray]
+    size_mm: float
+    mirrors: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        arrays = {
+            "points": np.array(self.points, dtype=float, order="C"),
+            "tets": np.array(self.tets, dtype=np.int64, order="C"),
+            "layer": np.array(self.layer, dtype=np.int8, order="C"),
+        }
+        boundaries = {name: np.array(self.boundaries[name], dtype=np.int64, order="C") for name in BOUNDARIES}
+        for array in (*arrays.values(), *boundaries.values()):
+            array.flags.writeable = False
+        for name, array in arrays.items():
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "boundaries", MappingProxyType(boundaries))
+
+    @cached_property
+    def sha256(self) -> str:
+        """Content hash of points, cells, layers and boundaries."""
+        digest = hashlib.sha256(repr((self.size_mm, self.mirrors)).encode())
+        for array in (self.points, self.tets, self.layer, *(self.boundaries[name] for name in BOUNDARIES)):
+            digest.update(array.tobytes())
+        return digest.hexdigest()
+
+    def cell(self) -> "LayeredMesh":
+        """The part at positive coordinates that the mirrors repeat (the mesh itself where there are none)."""
+        if not self.mirrors:
+            return self
+        axes = ["xyz".index(axis) for axis in self.mirrors]
+        tets, layer = _on_positive_side(self.points, self.tets, axes, self.layer)
+        used, tets = np.unique(tets, return_inverse=True)
+        number = np.full(len(self.points), -1)
+        number[used] = np.arange(len(used))
+        boundaries = {
+            name: number[_on_positive_side(self.points, triangles, axes)[0]]
+            for name, triangles in self.boundaries.items()
+        }
+        return LayeredMesh(self.points[used], tets.reshape(-1, 4), layer, boundaries, self.size_mm)
+
+
+def _on_positive_side(points, simplices, axes, *labels):
+    keep = np.all(points[simplices].mean(axis=1)[:, axes] > 0, axis=1)
+    return (simplices[keep], *(label[keep] for label in labels))

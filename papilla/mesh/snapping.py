@@ -1,0 +1,85 @@
+"""Moves vertices onto the exact surfaces and planes, and relaxes the cells that this squeezes."""
+
+import numpy as np
+
+from papilla.errors import MeshError
+from papilla.mesh.body import Body
+from papilla.mesh.cell_quality import mean_ratio
+from papilla.mesh.tagging import TaggedCells
+
+POOR = 0.1
+"""Cells of a lower mean ratio are relaxed."""
+
+SWEEPS = 30
+
+STEPS = (1.0, 0.5, 0.2)
+"""Fractions of the way to the middle of the neighbours that are tried."""
+
+
+class Constraints:
+    """Which surface and which planes each vertex must stay on."""
+
+    def __init__(self, body: Body, cells: TaggedCells):
+        count = len(cells.points)
+        self.body = body
+        self.on_plane: np.ndarray = np.zeros((len(body.planes), count), dtype=bool)
+        for mask, faces in zip(self.on_plane, cells.on_plane, strict=True):
+            mask[faces] = True
+        bases = np.array([plane.role == "base" for plane in body.planes])
+        self.in_base: np.ndarray = np.any(self.on_plane[bases], axis=0)
+        on_surface = np.zeros((len(body.surfaces), count), dtype=bool)
+        for mask, name in zip(on_surface, body.surfaces, strict=True):
+            mask[cells.on_surface[name]] = True
+        if np.any(on_surface.sum(axis=0) > 1):
+            raise MeshError("two surfaces share a vertex: a layer is thinner than its elements; use a smaller size")
+        self.on_surface = on_surface
+
+    def apply(self, points: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+        """The points (k, 3) of the numbered vertices (k,), moved onto what these must stay on."""
+        points = points.copy()
+        for plane, mask in zip(self.body.planes, self.on_plane, strict=True):
+            points[mask[vertices], plane.axis] = plane.value
+        for surface, mask in zip(self.body.surfaces.values(), self.on_surface, strict=True):
+            inside, rim = mask[vertices] & ~self.in_base[vertices], mask[vertices] & self.in_base[vertices]
+            points[inside] = surface.project(points[inside])
+            points[rim] = surface.project_in_base(points[rim])
+        return points
+
+
+def snap(body: Body, cells: TaggedCells) -> np.ndarray:
+    """The points (n, 3) of the cells, those on surfaces and planes moved exactly onto them, poor cells relaxed.
+
+    Raises `MeshError` where surfaces touch. That no cell is inverted is for the caller to check.
+    """
+    constraints = Constraints(body, cells)
+    points = constraints.apply(cells.points, np.arange(len(cells.points)))
+    return relax(points, cells.tets, constraints)
+
+
+def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints) -> np.ndarray:
+    """Smart Laplacian smoothing of poor cells: a move counts only if it raises the worst quality around its vertex."""
+    points = points.copy()
+    quality = mean_ratio(points, tets)
+    for _ in range(SWEEPS):
+        improved = False
+        for vertex in np.unique(tets[quality < POOR]):
+            around = np.flatnonzero(np.any(tets == vertex, axis=1))
+            improved |= _move(points, tets, quality, vertex, around, constraints)
+        if not improved:
+            break
+    return points
+
+
+def _move(points, tets, quality, vertex, around, constraints) -> bool:
+    """Move one vertex towards the middle of its neighbours as far as that helps; `points` and `quality` follow."""
+    ring = np.setdiff1d(tets[around], [vertex])
+    towards = points[ring].mean(axis=0) - points[vertex]
+    old = points[vertex].copy()
+    for step in STEPS:
+        points[vertex] = constraints.apply((old + step * towards)[None], np.array([vertex]))[0]
+        new = mean_ratio(points, tets[around])
+        if new.min() > quality[around].min():
+            quality[around] = new
+            return True
+    points[vertex] = old
+    return False

@@ -1,0 +1,94 @@
+"""Closed triangulations that the mesher gets: a quarter of each nested body of a `Dome` or a `Slab`.
+
+A quarter is the part at x >= 0, y >= 0, closed by the mirror planes and the base plane, so that the whole mesh can be
+its exact mirror image.
+"""
+
+import numpy as np
+
+from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
+
+Triangulation = tuple[np.ndarray, np.ndarray]
+"""Vertices (n, 3) in mm and triangles (m, 3)."""
+
+
+def quarter_ellipsoid(surface: Ellipsoid, divisions: int) -> Triangulation:
+    """The octant x, y, z >= 0 of an ellipsoid, its curved face cut into `divisions` squared triangles."""
+    x, y, z, origin = np.vstack([np.eye(3), np.zeros(3)])
+    patches = [_patch(x, y, z, divisions, _onto_sphere)]
+    patches += [_patch(a, b, origin, divisions, _onto_disc) for a, b in ((y, x), (z, y), (x, z))]
+    vertices, triangles = merge(patches)
+    return vertices * surface.axes, triangles
+
+
+def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation:
+    """The part x, y, z >= 0 of an elliptic cylinder, with `divisions` edges along the arc and as fine along y."""
+    a, c = surface.axes
+    end = surface.depth / 2
+    layers = max(1, round(divisions * end / (np.pi / 2 * max(a, c))))
+    x, z, origin = np.eye(3)[0], np.eye(3)[2], np.zeros(3)
+    section, faces = _patch(x, z, origin, divisions, _onto_disc)
+    section = section * [a, 1, c]
+    walls = [_wall(section[rim], end, layers) for rim in _rims(divisions)]
+    far = section + [0, end, 0]
+    return merge([(section, faces), (far, faces[:, ::-1]), *walls])
+
+
+def merge(parts: list[Triangulation]) -> Triangulation:
+    """One triangulation of several, vertices closer than 1e-9 mm joined."""
+    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    vertices = np.vstack([vertices for vertices, _ in parts])
+    triangles = np.vstack([faces + offset for (_, faces), offset in zip(parts, offsets, strict=False)])
+    _, first, number = np.unique(np.round(vertices, 9), axis=0, return_index=True, return_inverse=True)
+    return vertices[first], number.ravel()[triangles]
+
+
+def _numbering(divisions: int) -> dict[tuple[int, int], int]:
+    """Numbers of the points (i, j) of a patch: i steps towards its second corner, j towards its third."""
+    pairs = [(i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
+    return {pair: number for number, pair in enumerate(pairs)}
+
+
+def _patch(a, b, c, divisions, mapping) -> Triangulation:
+    """The triangle a, b, c cut into `divisions` squared triangles, its points then mapped."""
+    number = _numbering(divisions)
+    points = np.array([(a * (divisions - i - j) + b * i + c * j) / divisions for i, j in number])
+    triangles = []
+    for i, j in number:
+        if i + j < divisions:
+            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
+        if i + j < divisions - 1:
+            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
+    return mapping(points), np.array(triangles)
+
+
+def _onto_sphere(points: np.ndarray) -> np.ndarray:
+    return points / np.linalg.norm(points, axis=1)[:, None]
+
+
+def _onto_disc(points: np.ndarray) -> np.ndarray:
+    """Octahedral radius |x| + |y| + |z| turned into the Euclidean one: straight rims become arcs."""
+    radius = np.linalg.norm(points, axis=1)
+    return points * np.divide(np.abs(points).sum(axis=1), radius, out=np.zeros(len(points)), where=radius > 0)[:, None]
+
+
+def _rims(divisions: int) -> list[list[int]]:
+    """Numbers of the points along the three edges of a patch, each in order."""
+    number = _numbering(divisions)
+    steps = range(divisions + 1)
+    return [
+        [number[k, 0] for k in steps],
+        [number[divisions - k, k] for k in steps],
+        [number[0, divisions - k] for k in steps],
+    ]
+
+
+def _wall(rim: np.ndarray, end: float, layers: int) -> Triangulation:
+    """The band swept by a rim (k, 3) along y from 0 to `end`."""
+    steps = np.linspace(0, end, layers + 1)
+    points = (rim[None] + np.array([0, 1, 0]) * steps[:, None, None]).reshape(-1, 3)
+    k = len(rim)
+    corner = (np.arange(layers)[:, None] * k + np.arange(k - 1)).ravel()
+    lower = np.stack([corner, corner + k, corner + 1], axis=1)
+    upper = np.stack([corner + 1, corner + k, corner + k + 1], axis=1)
+    return points, np.vstack([lower, upper])

@@ -1,0 +1,188 @@
+"""The user's surface files: read, and refused with one clear line unless they can be meshed."""
+
+from collections import deque
+from pathlib import Path
+
+import numpy as np
+
+from papilla.errors import FileAccessError, FileFormatError
+from papilla.mesh.triangle_surface import TriangleSurface
+
+SUFFIXES = (".stl", ".ply", ".vtp")
+SMALLEST_MM, LARGEST_MM = 1.0, 1000.0
+"""A finger whose longest side is outside these was hardly written in mm."""
+
+ZERO_LENGTH = 1e-5
+"""What counts as zero length, as a fraction of the outer surface's diagonal: STL keeps seven digits."""
+
+THINNEST = 1e-3
+"""Smallest accepted layer thickness, as a fraction of the same."""
+
+Triangulation = tuple[np.ndarray, np.ndarray]
+
+
+def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:
+    """Outer, interface and bone surface from files, each strictly inside the one before; all may share a base plane.
+
+    Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not a surface, open, non-manifold,
+    self-intersecting, not in mm, no flat base, wrongly nested); the message names the file.
+    """
+    parts = [read_closed(path) for path in paths]
+    outer = parts[0][0]
+    diagonal = float(np.linalg.norm(np.ptp(outer, axis=0)))
+    base_z = float(outer[:, 2].min())
+    surfaces = [TriangleSurface(*part, base_z, ZERO_LENGTH * diagonal) for part in parts]
+    if not surfaces[0].in_base.any():
+        raise FileFormatError(f"{paths[0]}: the outer surface has no flat base at its lowest z, {base_z:g} mm")
+    for k in (1, 2):
+        _check_inside(surfaces[k], surfaces[k - 1], paths[k], paths[k - 1], THINNEST * diagonal)
+    return surfaces
+
+
+def read_closed(path: str) -> Triangulation:
+    """Vertices (n, 3) in mm and outward triangles (m, 3) of one closed surface file; raises as `read_nested`."""
+    vertices, triangles = _read(path)
+    if len(triangles) == 0:
+        raise FileFormatError(f"{path}: holds no triangles, or is no {Path(path).suffix} file")
+    if not np.all(np.isfinite(vertices)):
+        raise FileFormatError(f"{path}: a vertex is not finite")
+    extent = np.ptp(vertices, axis=0)
+    if extent.min() <= 1e-6 * extent.max():
+        raise FileFormatError(f"{path}: the surface is flat, {_by(extent)} mm; a closed body is needed")
+    if not SMALLEST_MM <= extent.max() <= LARGEST_MM:
+        raise FileFormatError(
+            f"{path}: the surface measures {_by(extent)} mm; a finger's longest side is between {SMALLEST_MM:g} and "
+            f"{LARGEST_MM:g} mm: is the file in another unit?"
+        )
+    _check_closed(path, triangles)
+    triangles = _outward(path, vertices, triangles)
+    crossing = _first_crossing(vertices, triangles)
+    if crossing is not None:
+        where = ", ".join(f"{value:.3g}" for value in crossing)
+        raise FileFormatError(f"{path}: the surface intersects itself near ({where}) mm")
+    return vertices, triangles
+
+
+def _read(path: str) -> Triangulation:
+    if Path(path).suffix.lower() not in SUFFIXES:
+        raise FileFormatError(f"{path}: surfaces are read from {', '.join(SUFFIXES)} files")
+    try:
+        Path(path).open("rb").close()
+    except OSError as error:
+        raise FileAccessError(f"cannot read surface file {path}: {error.strerror}") from error
+    import pyvista
+
+    try:
+        with pyvista.vtk_verbosity("off"):
+            poly = pyvista.read(path)
+            if not isinstance(poly, pyvista.PolyData):
+                raise FileFormatError(f"{path}: holds a {type(poly).__name__}, not a surface")
+            poly = poly.triangulate()
+    except FileFormatError:
+        raise
+    except Exception as error:
+        raise FileFormatError(f"{path}: not a readable {Path(path).suffix} file") from error
+    vertices, triangles = np.asarray(poly.points, dtype=float), np.asarray(poly.regular_faces)
+    return _joined(vertices, triangles) if len(triangles) else (vertices, triangles)
+
+
+def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Triangulation:
+    """Equal vertices joined (STL repeats each in every triangle), vanished triangles and unused vertices removed."""
+    vertices, number = np.unique(vertices, axis=0, return_inverse=True)
+    triangles = number.ravel()[triangles]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    used, number = np.unique(triangles, return_inverse=True)
+    return vertices[used], number.reshape(triangles.shape)
+
+
+def _edges(triangles: np.ndarray) -> np.ndarray:
+    """(m, 3, 2) directed edges."""
+    return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
+
+
+def _check_closed(path: str, triangles: np.ndarray) -> None:
+    edges = np.sort(_edges(triangles).reshape(-1, 2), axis=1)
+    counts = np.unique(edges, axis=0, return_counts=True)[1]
+    if np.any(counts == 1):
+        raise FileFormatError(f"{path}: the surface is open: {np.sum(counts == 1)} edges belong to one triangle only")
+    if np.any(counts > 2):
+        raise FileFormatError(
+            f"{path}: the surface is not a manifold: {np.sum(counts > 2)} edges belong to more than two triangles"
+        )
+
+
+def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """The triangles turned so that normals point out; the surface must be of one piece."""
+    neighbours: dict[tuple[int, int], list[int]] = {}
+    for number, edges in enumerate(np.sort(_edges(triangles), axis=2).tolist()):
+        for a, b in edges:
+            neighbours.setdefault((a, b), []).append(number)
+    triangles = triangles.copy()
+    seen = np.zeros(len(triangles), dtype=bool)
+    seen[0] = True
+    queue = deque([0])
+    while queue:
+        current = queue.popleft()
+        a, b, c = triangles[current].tolist()
+        for start, stop in ((a, b), (b, c), (c, a)):
+            for other in neighbours[min(start, stop), max(start, stop)]:
+                x, y, z = triangles[other].tolist()
+                same_way = (start, stop) in ((x, y), (y, z), (z, x))
+                if not seen[other]:
+                    if same_way:
+                        triangles[other] = [x, z, y]
+                    seen[other] = True
+                    queue.append(other)
+                elif other != current and same_way:
+                    raise FileFormatError(f"{path}: the surface has only one side")
+    if not seen.all():
+        raise FileFormatError(f"{path}: the surface is in more than one piece")
+    corners = vertices[triangles] - vertices.mean(axis=0)
+    volume = np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    return triangles if volume > 0 else triangles[:, ::-1]
+
+
+def _first_crossing(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray | None:
+    """A point (3,) where an edge passes through a triangle that it does not belong to, or None."""
+    from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
+
+    tree = _locator(vertices, triangles)
+    edges = np.unique(np.sort(_edges(triangles).reshape(-1, 2), axis=1), axis=0)
+    hits, cells = vtkPoints(), vtkIdList()
+    hits.SetDataTypeToDouble()
+    for start, stop in edges.tolist():
+        tree.IntersectWithLine(vertices[start], vertices[stop], hits, cells)
+        for k in range(cells.GetNumberOfIds()):
+            if start not in (corners := triangles[cells.GetId(k)]) and stop not in corners:
+                return np.array(hits.GetPoint(k))
+    return None
+
+
+def _locator(vertices: np.ndarray, triangles: np.ndarray):
+    import pyvista
+    from vtkmodules.vtkFiltersGeneral import vtkOBBTree
+
+    poly = pyvista.PolyData(vertices, np.hstack([np.full((len(triangles), 1), 3), triangles]).ravel())
+    tree = vtkOBBTree()
+    tree.SetDataSet(poly)
+    tree.BuildLocator()
+    return tree
+
+
+def _check_inside(inner: TriangleSurface, outer: TriangleSurface, path: str, around: str, thinnest: float) -> None:
+    """Every part of `inner` lies inside `outer`, a layer apart except where both end in the base plane."""
+    deepest = inner.vertices[:, 2].min()
+    if deepest < inner.base_z - inner.tolerance:
+        raise FileFormatError(f"{path}: reaches below the base of {around}, to z = {deepest:g} mm")
+    for surface, other, sign in ((inner, outer, -1), (outer, inner, 1)):
+        free = surface.vertices[surface.vertices[:, 2] > surface.base_z + surface.tolerance]
+        if np.any(sign * other.level(free) < thinnest):
+            raise FileFormatError(f"{path}: is not inside {around}, at least {thinnest:.2g} mm away from it everywhere")
+    rim = inner.vertices[inner.vertices[:, 2] <= inner.base_z + inner.tolerance]
+    if len(rim) and np.any(outer.level(rim) > outer.tolerance):
+        raise FileFormatError(f"{path}: its base reaches beyond that of {around}")
+
+
+def _by(extent: np.ndarray) -> str:
+    return " x ".join(f"{value:.3g}" for value in extent)

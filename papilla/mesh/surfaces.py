@@ -1,0 +1,137 @@
+"""The three surfaces of a finger (skin, interface, bone) as exact geometry: level, projection, height and normal.
+
+Analytic shapes are defined here; surfaces read from files live in `papilla.mesh.triangle_surface`. All lengths in mm.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from papilla.errors import InputError
+from papilla.finger import Dome, Finger, Slab, Surfaces
+
+NAMES = ("skin", "interface", "bone")
+"""Names of the surfaces, from the outside in."""
+
+
+class Surface(Protocol):
+    """What meshing and gauges ask of a surface; points are (n, 3) in mm."""
+
+    def level(self, points: np.ndarray) -> np.ndarray:
+        """(n,) mm: zero on the surface, negative inside; near the surface the signed distance to first order."""
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) points exactly on the surface, near the given ones where these are near the surface."""
+
+    def project_in_base(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) points on the curve where the surface meets the base plane, for points near that curve."""
+
+    def height(self, xy: np.ndarray) -> np.ndarray:
+        """(n,) z of the upper sheet over `xy` (n, 2); NaN outside."""
+
+    def normal(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) unit outward normals at points on (or near) the surface."""
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """The upper half of an ellipsoid about the origin with semi-axes `axes` (x, y, z)."""
+
+    axes: tuple[float, float, float]
+
+    def level(self, points: np.ndarray) -> np.ndarray:
+        """(n,) (k - 1) / |grad k| with k = |(x/a, y/b, z/c)|: the signed distance to first order."""
+        return _scaled_distance(points, np.array(self.axes))
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) the points scaled about the origin onto the surface: zero coordinates stay exactly zero.
+
+        This is not the nearest point, but differs from it only to second order in the distance.
+        """
+        return points / np.linalg.norm(points / np.array(self.axes), axis=1)[:, None]
+
+    project_in_base = project
+
+    def height(self, xy: np.ndarray) -> np.ndarray:
+        """(n,) z = c sqrt(1 - (x/a)^2 - (y/b)^2); NaN where that is not real."""
+        a, b, c = self.axes
+        return _root(1 - (xy[:, 0] / a) ** 2 - (xy[:, 1] / b) ** 2, c)
+
+    def normal(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) gradient of (x/a)^2 + (y/b)^2 + (z/c)^2, normalised."""
+        return _unit(points / np.array(self.axes) ** 2)
+
+
+@dataclass(frozen=True)
+class EllipticCylinder:
+    """The upper half of an elliptic cylinder along y with semi-axes (x, z), over |y| <= depth / 2."""
+
+    axes: tuple[float, float]
+    depth: float
+
+    def level(self, points: np.ndarray) -> np.ndarray:
+        """(n,) as of `Ellipsoid`, in the x-z section; the ends at |y| = depth / 2 do not count."""
+        return _scaled_distance(points[:, [0, 2]], np.array(self.axes))
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) the points scaled in x and z onto the surface, as of `Ellipsoid`; y stays."""
+        scale = np.linalg.norm(points[:, [0, 2]] / np.array(self.axes), axis=1)
+        return np.stack([points[:, 0] / scale, points[:, 1], points[:, 2] / scale], axis=1)
+
+    project_in_base = project
+
+    def height(self, xy: np.ndarray) -> np.ndarray:
+        """(n,) z = c sqrt(1 - (x/a)^2); NaN outside the half width or the depth."""
+        a, c = self.axes
+        return np.where(np.abs(xy[:, 1]) <= self.depth / 2, _root(1 - (xy[:, 0] / a) ** 2, c), np.nan)
+
+    def normal(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) gradient of (x/a)^2 + (z/c)^2, normalised."""
+        a, c = self.axes
+        return _unit(np.stack([points[:, 0] / a**2, np.zeros(len(points)), points[:, 2] / c**2], axis=1))
+
+
+def surfaces_of(finger: Finger) -> dict[str, Surface]:
+    """The surfaces "skin", "interface" and "bone" of a finger.
+
+    Raises `FileAccessError` or `FileFormatError` for surface files that cannot be used, `InputError` for a gauge of
+    such a finger that does not lie on the interface.
+    """
+    shape = finger.shape
+    if isinstance(shape, Dome):
+        ellipsoids = [Ellipsoid(axes) for axes in (shape.outer, shape.interface, shape.bone)]
+        return dict(zip(NAMES, ellipsoids, strict=True))
+    if isinstance(shape, Slab):
+        cylinders = [EllipticCylinder(axes, shape.depth) for axes in (shape.outer, shape.interface, shape.bone)]
+        return dict(zip(NAMES, cylinders, strict=True))
+    return _from_files(finger, shape)
+
+
+def _from_files(finger: Finger, shape: Surfaces) -> dict[str, Surface]:
+    from papilla.mesh.surface_files import read_nested
+
+    surfaces = read_nested((shape.outer, shape.interface, shape.bone))
+    for gauge in finger.gauges:
+        if np.isnan(surfaces[1].height(np.array([[gauge.x_mm, gauge.y_mm]]))[0]):
+            raise InputError(
+                f"gauge {gauge.name} lies outside the interface: {shape.interface} has nothing above "
+                f"x {gauge.x_mm:g}, y {gauge.y_mm:g} mm"
+            )
+    return dict(zip(NAMES, surfaces, strict=True))
+
+
+def _scaled_distance(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    k = np.linalg.norm(points / axes, axis=1)
+    slope = np.linalg.norm(points / axes**2, axis=1)
+    # At the centre the gradient has no direction; any of its values gives the right sign.
+    reach = np.divide(k, slope, out=np.full(len(points), float(axes.min())), where=slope > 0)
+    return (k - 1) * reach
+
+
+def _root(square: np.ndarray, height: float) -> np.ndarray:
+    return height * np.sqrt(np.where(square >= 0, square, np.nan))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]

@@ -1,0 +1,130 @@
+"""A closed triangulated surface of the user as exact geometry."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+FEATURE_DEG = 30.0
+"""Normals are smoothed across edges that bend less."""
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleSurface:
+    """A closed, outward-oriented triangulation; lengths in mm.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float.
+    triangles : (m, 3) int.
+    base_z : height of the finger's base plane; triangles within `tolerance` of it are the surface's flat base.
+    tolerance : what counts as zero length.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    base_z: float
+    tolerance: float
+
+    @cached_property
+    def _poly(self):
+        """The surface for VTK, with normals split at sharp edges."""
+        import pyvista
+
+        faces = np.hstack([np.full((len(self.triangles), 1), 3), self.triangles])
+        poly = pyvista.PolyData(self.vertices, faces.ravel())
+        return poly.compute_normals(
+            cell_normals=False, split_vertices=True, feature_angle=FEATURE_DEG, consistent_normals=False
+        )
+
+    @cached_property
+    def in_base(self) -> np.ndarray:
+        """Mask (m,) of the triangles that lie in the base plane."""
+        return np.all(np.abs(self.vertices[self.triangles, 2] - self.base_z) <= self.tolerance, axis=1)
+
+    @cached_property
+    def _rim(self) -> np.ndarray:
+        """Segments (k, 2, 3) between the flat base and the rest."""
+        edges: dict[tuple[int, int], list[bool]] = {}
+        for triangle, flat in zip(self.triangles, self.in_base, strict=True):
+            for a, b in zip(triangle, np.roll(triangle, -1), strict=True):
+                edges.setdefault((min(a, b), max(a, b)), []).append(flat)
+        return self.vertices[[edge for edge, flat in edges.items() if any(flat) and not all(flat)]]
+
+    def level(self, points: np.ndarray) -> np.ndarray:
+        """(n,) signed distance in mm, negative inside."""
+        import pyvista
+
+        cloud = pyvista.PolyData(np.ascontiguousarray(points, dtype=float))
+        return np.asarray(cloud.compute_implicit_distance(self._poly)["implicit_distance"], dtype=float)
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) closest points of the surface."""
+        return self._closest(points)[1]
+
+    def project_in_base(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) closest points of the rim of the flat base, with z of the base plane."""
+        if len(points) == 0:
+            return points
+        start, along = self._rim[:, 0], self._rim[:, 1] - self._rim[:, 0]
+        share = np.einsum("nki,ki->nk", points[:, None] - start, along) / np.einsum("ki,ki->k", along, along)
+        feet = start + np.clip(share, 0, 1)[:, :, None] * along
+        nearest = np.linalg.norm(feet - points[:, None], axis=2).argmin(axis=1)
+        foot = feet[np.arange(len(points)), nearest]
+        foot[:, 2] = self.base_z
+        return foot
+
+    def height(self, xy: np.ndarray) -> np.ndarray:
+        """(n,) largest z of the surface over each point of `xy` (n, 2); NaN where there is none."""
+        from scipy.spatial import cKDTree
+
+        z = np.full(len(xy), -np.inf)
+        centre, radius = self._discs
+        found = cKDTree(xy).query_ball_point(centre, radius) if len(xy) else []
+        point = np.array([number for near in found for number in near], dtype=int)
+        triangle = np.repeat(np.arange(len(found)), [len(near) for near in found])
+        np.maximum.at(z, point, _height_in(xy[point], self.vertices[self.triangles[triangle]]))
+        return np.where(np.isfinite(z), z, np.nan)
+
+    @cached_property
+    def _discs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centres (m, 2) and radii (m,) of discs in the x-y plane, each around a triangle."""
+        corners = self.vertices[self.triangles][:, :, :2]
+        centre = corners.mean(axis=1)
+        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) * (1 + 1e-9)
+
+    def normal(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) unit outward normals, interpolated over the triangle closest to each point."""
+        cells, feet = self._closest(points)
+        corners = self._poly.regular_faces[cells]
+        p = np.asarray(self._poly.points, dtype=float)[corners]
+        weights = np.stack(
+            [np.linalg.norm(np.cross(p[:, (k + 1) % 3] - feet, p[:, (k + 2) % 3] - feet), axis=1) for k in range(3)],
+            axis=1,
+        )
+        normals = np.einsum("nk,nki->ni", weights, np.asarray(self._poly.point_data["Normals"], dtype=float)[corners])
+        return normals / np.linalg.norm(normals, axis=1)[:, None]
+
+    def _closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if len(points) == 0:
+            return np.empty(0, dtype=int), np.empty((0, 3))
+        cells, feet = self._poly.find_closest_cell(np.ascontiguousarray(points, dtype=float), return_closest_point=True)
+        return np.atleast_1d(cells), np.reshape(feet, (-1, 3))
+
+
+def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+
+
+def _height_in(xy: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """z (k,) of triangles (k, 3, 3) over points (k, 2); -inf where a point is not over its triangle."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    area = _cross(b - a, c - a)
+    upright = area == 0
+    area = np.where(upright, 1.0, area)
+    weight_a = _cross(b[:, :2] - xy, c[:, :2] - xy) / area
+    weight_b = _cross(c[:, :2] - xy, a[:, :2] - xy) / area
+    weight_c = 1 - weight_a - weight_b
+    # A point on an edge belongs to one of its triangles whatever the rounding.
+    inside = (np.minimum(np.minimum(weight_a, weight_b), weight_c) >= -1e-9) & ~upright
+    return np.where(inside, weight_a * a[:, 2] + weight_b * b[:, 2] + weight_c * c[:, 2], -np.inf)
