@@ -113,6 +113,7 @@ def _boundaries(body: Body, cells: TaggedCells, keep_bone: bool) -> dict[str, np
 
 
 def refuse_unusable(mesh: LayeredMesh) -> None:
+    """Raise `MeshError` for a mesh with flat or inverted cells, or of more than one part."""
     volume = volumes(mesh.points, mesh.tets)
     scale = np.abs(volume).mean()
     bad = int(np.sum(volume <= 1e-9 * scale))
