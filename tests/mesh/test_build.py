@@ -1,0 +1,208 @@
+"""Meshes of the analytic shapes: volumes, boundaries, exact surfaces, exact mirrors."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError, MeshError
+from papilla.finger import Finger
+from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
+from papilla.mesh import builder as builder_module
+from papilla.mesh.builder import mesh_finger
+from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
+from papilla.mesh.topology import components, paired_faces, volumes
+from papilla.mesh.vtu import load, save
+
+ELLIPSOID_VOLUMES = 2 / 3 * np.pi * np.array([24 * 30 * 20, 21 * 27 * 17, 10 * 16 * 6])
+
+
+def layer_volume(mesh, layer):
+    return volumes(mesh.points, mesh.tets)[mesh.layer == layer].sum()
+
+
+def area_vector(points, triangles):
+    corners = points[triangles]
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0) / 2
+
+
+def faces_as_set(faces):
+    return {tuple(face) for face in np.sort(faces, axis=1).tolist()}
+
+
+def outer_faces(mesh):
+    faces, cells = paired_faces(mesh.tets)
+    return faces[cells[:, 1] < 0]
+
+
+def test_dome_layer_volumes(dome):
+    # Measured at this size: -0.3 % and -0.6 %, because chords cut ellipsoids.
+    outer, interface, bone = ELLIPSOID_VOLUMES
+    assert layer_volume(dome, OUTER) == pytest.approx(outer - interface, rel=0.008)
+    assert layer_volume(dome, INNER) == pytest.approx(interface - bone, rel=0.012)
+    assert not np.any(dome.layer == BONE)
+
+
+def test_meshed_bone_is_a_layer(dome_with_bone):
+    assert layer_volume(dome_with_bone, BONE) == pytest.approx(ELLIPSOID_VOLUMES[2], rel=0.03)
+    base = dome_with_bone.points[np.unique(dome_with_bone.boundaries["base"])]
+    assert np.all(base[:, 2] == 0)
+
+
+def test_slab_layer_volumes(slab):
+    area = np.pi / 2 * np.array([24 * 20, 21 * 17, 10 * 6])
+    assert layer_volume(slab, OUTER) == pytest.approx(10 * (area[0] - area[1]), rel=0.008)
+    assert layer_volume(slab, INNER) == pytest.approx(10 * (area[1] - area[2]), rel=0.008)
+    assert slab.points[:, 1].min() == -5 and slab.points[:, 1].max() == 5
+
+
+@pytest.mark.parametrize("name", ["dome", "dome_with_bone", "slab"])
+def test_cells_are_positive_connected_and_used(name, request):
+    mesh = request.getfixturevalue(name)
+    assert volumes(mesh.points, mesh.tets).min() > 0
+    assert components(paired_faces(mesh.tets)[1], len(mesh.tets)).max() == 0
+    assert np.array_equal(np.unique(mesh.tets), np.arange(len(mesh.points)))
+
+
+@pytest.mark.parametrize("name", ["dome", "dome_with_bone", "slab"])
+def test_vertices_lie_exactly_on_their_surfaces(name, request):
+    mesh = request.getfixturevalue(name)
+    if name == "slab":
+        skin, interface, bone = (EllipticCylinder(axes, 10.0) for axes in ((24, 20), (21, 17), (10, 6)))
+    else:
+        skin, interface, bone = (Ellipsoid(axes) for axes in ((24, 30, 20), (21, 27, 17), (10, 16, 6)))
+    on = {key: mesh.points[np.unique(faces)] for key, faces in mesh.boundaries.items()}
+    assert np.abs(skin.level(on["skin"])).max() < 1e-12
+    assert np.abs(interface.level(on["interface"])).max() < 1e-12
+    raised = on["base"][on["base"][:, 2] > 0]
+    assert len(raised) == 0 if name == "dome_with_bone" else np.abs(bone.level(raised)).max() < 1e-12
+
+
+def test_skin_and_base_close_the_dome(dome):
+    named = np.vstack([dome.boundaries["skin"], dome.boundaries["base"]])
+    assert faces_as_set(named) == faces_as_set(outer_faces(dome))
+    assert len(faces_as_set(named)) == len(named)
+    assert np.abs(area_vector(dome.points, named)).max() < 1e-9
+    assert np.all(dome.points[dome.boundaries["skin"]].mean(axis=1)[:, 2] > 0)
+
+
+def test_slab_ends_belong_to_no_boundary(slab):
+    named = faces_as_set(np.vstack([slab.boundaries["skin"], slab.boundaries["base"]]))
+    free = np.array([face for face in outer_faces(slab).tolist() if tuple(sorted(face)) not in named])
+    assert np.all(np.abs(slab.points[free][:, :, 1]) == 5)
+    section = np.pi / 2 * (24 * 20 - 10 * 6)
+    corners = slab.points[free]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.linalg.norm(normals, axis=1).sum() / 2 == pytest.approx(2 * section, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["dome", "dome_with_bone", "slab"])
+def test_boundaries_point_outwards(name, request):
+    mesh = request.getfixturevalue(name)
+    for boundary in ("skin", "interface"):
+        corners = mesh.points[mesh.boundaries[boundary]]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        outwards = corners.mean(axis=1)
+        if name == "slab":
+            outwards = outwards * [1, 0, 1]
+        assert np.einsum("ki,ki->k", normals, outwards).min() > 0
+    assert area_vector(mesh.points, mesh.boundaries["base"])[2] < 0
+
+
+def test_interface_separates_the_layers(dome):
+    faces, cells = paired_faces(dome.tets)
+    inner = cells[:, 1] >= 0
+    between = faces[inner][dome.layer[cells[inner, 0]] != dome.layer[cells[inner, 1]]]
+    assert faces_as_set(between) == faces_as_set(dome.boundaries["interface"])
+
+
+@pytest.mark.parametrize("name", ["dome", "slab"])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_mesh_is_its_own_mirror_image_to_the_bit(name, axis, request):
+    mesh = request.getfixturevalue(name)
+    image = mesh.points.copy()
+    image[:, axis] = 0 - image[:, axis]
+    known = {tuple(point): number for number, point in enumerate(mesh.points.tolist())}
+    number = np.array([known[tuple(point)] for point in image.tolist()])
+    assert faces_as_set(number[mesh.tets]) == faces_as_set(mesh.tets)
+    for key in BOUNDARIES:
+        assert faces_as_set(number[mesh.boundaries[key]]) == faces_as_set(mesh.boundaries[key])
+
+
+@pytest.mark.parametrize("name", ["dome", "slab"])
+def test_cell_is_a_quarter(name, request):
+    mesh = request.getfixturevalue(name)
+    cell = mesh.cell()
+    assert mesh.mirrors == ("x", "y") and cell.mirrors == ()
+    assert 4 * len(cell.tets) == len(mesh.tets)
+    assert cell.points[:, :2].min() == 0
+    assert 4 * volumes(cell.points, cell.tets).sum() == pytest.approx(volumes(mesh.points, mesh.tets).sum(), rel=1e-13)
+    for key in BOUNDARIES:
+        assert 4 * len(cell.boundaries[key]) == len(mesh.boundaries[key])
+        assert cell.boundaries[key].min() >= 0
+
+
+def test_arrays_cannot_be_written(dome):
+    with pytest.raises(ValueError, match="read-only"):
+        dome.points[0] = 0
+
+
+def test_quality_figures(dome):
+    figures = quality(dome)
+    assert figures["cells"] == len(dome.tets) and figures["points"] == len(dome.points)
+    assert 0.1 < figures["mean_ratio_min"] <= figures["mean_ratio_mean"] <= 1
+    assert 5 < figures["dihedral_min_deg"] < 70.6 < figures["dihedral_max_deg"] < 175
+    assert set(figures["volume_mm3"]) == {"outer", "inner"}
+    assert figures["volume_mm3"]["inner"] == pytest.approx(layer_volume(dome, INNER))
+
+
+def test_vtu_round_trip_is_exact(dome, dome_with_bone, tmp_path):
+    for number, mesh in enumerate((dome, dome_with_bone, dome.cell())):
+        path = tmp_path / f"{number}.vtu"
+        save(mesh, path)
+        again = load(path)
+        assert again.sha256 == mesh.sha256
+        assert again.mirrors == mesh.mirrors and again.size_mm == mesh.size_mm
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), "fine", 0.01, 50.0])
+def test_size_out_of_range_is_refused(size):
+    with pytest.raises(InputError, match="size_mm"):
+        build(Finger.default(), size)
+
+
+@pytest.mark.parametrize("variant", [-1, 1.5, True])
+def test_variant_must_be_a_number_of_a_mesh(variant):
+    with pytest.raises(InputError, match="variant"):
+        build(Finger.default(), variant=variant)
+
+
+def two_tets(points):
+    tets = np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
+    return LayeredMesh(points, tets, [0, 0], dict.fromkeys(BOUNDARIES, np.empty((0, 3), int)), 1.0)
+
+
+def test_separate_parts_and_flat_cells_are_refused():
+    corner = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    apart = np.vstack([corner, corner + 5])
+    with pytest.raises(MeshError, match="2 separate parts"):
+        builder_module.refuse_unusable(two_tets(apart))
+    apart[7, 2] = 5
+    with pytest.raises(MeshError, match="1 of 2 tetrahedra are flat"):
+        builder_module.refuse_unusable(two_tets(apart))
+    apart[7, 2] = 4
+    with pytest.raises(MeshError, match="1 of 2 tetrahedra are flat or inverted"):
+        builder_module.refuse_unusable(two_tets(apart))
+
+
+@pytest.mark.slow
+def test_half_the_size_is_finer_everywhere():
+    default = build(Finger.default()).cell()
+    finer = mesh_finger(Finger.default(), 0.35).cell()
+    assert len(finer.tets) < 45_000
+    centres = {"contact": (0, 0, 20), "below": (0, 0, 17), "20 deg": (7.2, 0, 16), "40 deg": (13.5, 0, 13)}
+    for place, centre in centres.items():
+        sizes = []
+        for mesh in (default, finer):
+            corners = mesh.points[mesh.tets]
+            nearest = np.argsort(np.linalg.norm(corners.mean(axis=1) - centre, axis=1))[:30]
+            sizes.append(np.cbrt(volumes(mesh.points, mesh.tets[nearest]).mean()))
+        assert sizes[1] < 0.8 * sizes[0], place

@@ -1,0 +1,92 @@
+"""Exact geometry of the surfaces: level, projection, height, normal, and the soup made of them."""
+
+import numpy as np
+import pytest
+
+from papilla.mesh.soup import quarter_cylinder, quarter_ellipsoid
+from papilla.mesh.surfaces import NAMES, Ellipsoid, EllipticCylinder, surfaces_of
+
+DOME = Ellipsoid((24.0, 30.0, 20.0))
+SLAB = EllipticCylinder((24.0, 20.0), 10.0)
+
+
+@pytest.fixture
+def points():
+    """Points around the upper part of both surfaces, inside and outside."""
+    random = np.random.default_rng(5)
+    directions = random.normal(size=(400, 3))
+    directions[:, 2] = np.abs(directions[:, 2])
+    on_sphere = directions / np.linalg.norm(directions, axis=1)[:, None]
+    return on_sphere * [24, 30, 20] * random.uniform(0.5, 1.5, (400, 1))
+
+
+@pytest.mark.parametrize("surface", [DOME, SLAB])
+def test_projection_is_on_the_surface_and_keeps_zeros(surface, points):
+    points[:100, 0] = 0
+    points[50:150, 1] = 0
+    foot = surface.project(points)
+    assert np.abs(surface.level(foot)).max() < 1e-12
+    assert np.array_equal(foot == 0, points == 0)
+
+
+@pytest.mark.parametrize("surface", [DOME, SLAB])
+def test_level_is_the_signed_distance_to_first_order(surface, points):
+    foot = surface.project(points)
+    normal = surface.normal(foot)
+    for distance in (1e-5, -1e-5):
+        assert surface.level(foot + distance * normal) == pytest.approx(distance, rel=1e-4)
+
+
+def test_level_at_the_centre_is_negative():
+    assert DOME.level(np.zeros((1, 3)))[0] < 0 and SLAB.level(np.zeros((1, 3)))[0] < 0
+
+
+@pytest.mark.parametrize("surface", [DOME, SLAB])
+def test_height_is_on_the_surface_and_nan_outside(surface):
+    random = np.random.default_rng(2)
+    xy = random.uniform(-40, 40, (500, 2))
+    z = surface.height(xy)
+    inside = (
+        (xy[:, 0] / 24) ** 2 + (xy[:, 1] / 30) ** 2 <= 1
+        if surface is DOME
+        else ((np.abs(xy[:, 0]) <= 24) & (np.abs(xy[:, 1]) <= 5))
+    )
+    assert np.array_equal(np.isfinite(z), inside) and 5 < inside.sum() < 495
+    assert np.abs(surface.level(np.column_stack([xy, z])[inside])).max() < 1e-12
+
+
+@pytest.mark.parametrize("surface", [DOME, SLAB])
+def test_normal_is_the_gradient_of_the_level(surface, points):
+    foot = surface.project(points)
+    step = 1e-5
+    gradient = np.stack(
+        [(surface.level(foot + step * e) - surface.level(foot - step * e)) / (2 * step) for e in np.eye(3)], axis=1
+    )
+    assert surface.normal(foot) == pytest.approx(gradient, abs=1e-7)
+
+
+def test_surfaces_of_shapes(finger_of, dome_shape, slab_shape):
+    for shape, kind in ((dome_shape, Ellipsoid), (slab_shape, EllipticCylinder)):
+        surfaces = surfaces_of(finger_of(shape))
+        assert tuple(surfaces) == NAMES
+        assert [surface.axes for surface in surfaces.values()] == [shape.outer, shape.interface, shape.bone]
+        assert all(isinstance(surface, kind) for surface in surfaces.values())
+
+
+@pytest.mark.parametrize(
+    ("make", "surface", "volume"),
+    [(quarter_ellipsoid, DOME, np.pi / 6 * 24 * 30 * 20), (quarter_cylinder, SLAB, np.pi / 4 * 24 * 20 * 5)],
+)
+def test_quarters_are_closed_and_fill_their_volume(make, surface, volume):
+    errors = []
+    for divisions in (8, 16):
+        vertices, triangles = make(surface, divisions)
+        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        assert np.all(np.unique(edges, axis=0, return_counts=True)[1] == 2)
+        assert vertices.min() == 0
+        corners = vertices[triangles] - vertices.mean(axis=0)
+        # The body is convex, so cones from its middle add up whatever way their triangles turn.
+        enclosed = np.abs(np.linalg.det(corners)).sum() / 6
+        errors.append(1 - enclosed / volume)
+    assert 0 < errors[1] < 0.01
+    assert 3 < errors[0] / errors[1] < 5
