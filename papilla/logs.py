@@ -12,7 +12,7 @@ import numpy as np
 from papilla.errors import FileFormatError
 from papilla.tables import Table, closest, read_table, write_table
 
-__all__ = ["BenchLog", "LogReport", "TimeLog", "read_bench", "read_time_log", "write_table"]
+__all__ = ["BenchLog", "LogReport", "TimeLog", "read_bench", "read_time_log", "white_noise", "write_table"]
 
 GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
@@ -47,7 +47,7 @@ class TimeLog:
     ----------
     t_s : (n,) times in s, not decreasing, n >= 2.
     readings : (n, g) in microstrain; cells without a number are NaN.
-    gauge_names : the g column names.
+    gauge_names : the g column names, by their number.
     force_N, velocity_mm_s, position_mm, tangential_N : (n,) or None where the log has no such column.
     sample_rate_Hz : mean rate over the steps that are neither gaps nor duplicates.
     report : what was counted while reading.
@@ -75,7 +75,7 @@ class BenchLog:
     ----------
     force_N, modulus_MPa : (n,), > 0.
     readings : (n, g) in microstrain, all finite.
-    gauge_names : the g column names.
+    gauge_names : the g column names, by their number.
     indentation_mm : (n,) > 0, or None.
     x_mm, y_mm : (n,) touch-down points, or None.
     ignored : names of columns that papilla does not know.
@@ -97,6 +97,26 @@ class BenchLog:
     def sd_microstrain(self) -> np.ndarray:
         """(n,) population standard deviation (ddof 0) of the gauge readings of each press."""
         return self.readings.std(axis=1)
+
+    def to_csv(self, path) -> None:
+        """Write the presses in the form that `read_bench` reads, with their S_d; raises `FileAccessError`."""
+        columns = {"force_N": self.force_N, "modulus_MPa": self.modulus_MPa}
+        columns |= dict(zip(self.gauge_names, self.readings.T, strict=True))
+        for name in BENCH_OPTIONAL:
+            if (column := getattr(self, name)) is not None:
+                columns[name] = column
+        write_table(path, columns)
+
+
+def white_noise(samples) -> float:
+    """Standard deviation of the white noise of an evenly sampled signal; NaN for fewer than three finite samples.
+
+    From the median of the second differences, which a ramp does not move and a few steps hardly: 0.6745 is the median
+    of |normal|, and the second difference of white noise has 6 times its variance.
+    """
+    second = np.diff(np.asarray(samples, float), n=2)
+    second = second[np.isfinite(second)]
+    return float(np.median(np.abs(second)) / (0.6744897501960817 * np.sqrt(6))) if second.size else float("nan")
 
 
 def read_time_log(path) -> TimeLog:
@@ -183,7 +203,7 @@ def _read(path, needed: tuple[str, ...], optional: tuple[str, ...]) -> tuple[Tab
     for name in needed:
         if name in absent:
             raise FileFormatError(f"{table.path}, line 1: column {name} is missing (found {', '.join(names)})")
-    gauges = tuple(name for name in table.columns if GAUGE_COLUMN.fullmatch(name))
+    gauges = tuple(sorted((n for n in table.columns if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
     if not gauges:
         raise FileFormatError(f"{table.path}, line 1: no gauge column g1, g2, ... (found {', '.join(names)})")
     return table, gauges

@@ -141,3 +141,15 @@ def test_missing_file_and_folder(read, tmp_path):
         read(tmp_path / "nowhere.csv")
     with pytest.raises(FileAccessError, match="cannot read"):
         read(tmp_path)
+
+
+def test_bench_log_written_and_read_again(log, tmp_path):
+    text = "force_N,modulus_MPa,g2,g1,x_mm,y_mm\n.1,.5,10,20,0,0\n.2,.5,30,50,0,0\n"
+    first = read_bench(log(text))
+    assert first.gauge_names == ("g1", "g2") and first.readings.tolist() == [[20, 10], [50, 30]], (
+        "gauges by their number"
+    )
+    first.to_csv(tmp_path / "again.csv")
+    second = read_bench(tmp_path / "again.csv")
+    assert np.array_equal(second.readings, first.readings)
+    assert second.x_mm.tolist() == [0, 0] and second.indentation_mm is None

@@ -93,9 +93,12 @@ def hertz_press(
     """One press by force (N) or indentation (mm) as a `Press` that says `status`; raises `ContactRangeError`."""
     scene = hertz_scene(reduced, specimen, force, indentation)
     a, b = scene.semi_axes
-    x, y = reduced.patch.xy.T
+    patch = reduced.patch
+    x, y = patch.xy.T
     shape = np.sqrt(np.maximum(0.0, 1 - (x / a) ** 2 - (y / b) ** 2))
-    ellipse = 2 / 3 * np.pi * a * b * scene.peak_pressure
+    # An ellipse between the nodes goes to the nearest one; whatever they sample of it, they carry the force
+    shape[np.argmin(np.hypot(x, y))] += float(not shape.any())
+    pressure = scene.force / (reduced.multiplicity * patch.mass @ shape) * shape
     return press_result(
         reduced,
         specimen,
@@ -107,10 +110,10 @@ def hertz_press(
         peak_pressure=scene.peak_pressure,
         strain=scene.strain,
         curvature=scene.curvature,
-        force_balance=abs(ellipse - scene.force) / scene.force,
+        force_balance=abs(float(reduced.multiplicity * patch.mass @ pressure) - scene.force) / scene.force,
         status=status,
         resolved=True,
-        pressure=scene.peak_pressure * shape,
+        pressure=pressure,
         active=shape > 0,
     )
 
@@ -124,6 +127,11 @@ def hertz_table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     bend = (1 / rx + aspect**2 / ry) / 10
     largest = _largest_radius(reduced, aspect)
     edge = float(reduced.patch.edge_length[np.argmin(reduced.patch.node_gap)])
+    if min(largest, largest * aspect) < SMALLEST * edge:
+        raise ContactRangeError(
+            f"rung hertz needs a patch that holds its ellipse: {largest:.2g} x {largest * aspect:.2g} mm at most "
+            f"on {edge:.2g} mm elements"
+        )
     smallest = min(SMALLEST * edge, largest / 4)
     radius = np.append(np.geomspace(1e-3 * smallest, smallest, 40)[:-1], np.linspace(smallest, largest, 400))
     # Mean displacement under unit force: 0.8 of Hertz's at the centre, for any aspect
@@ -197,9 +205,9 @@ def _radii(reduced: ReducedFinger, specimen: Specimen) -> tuple[float, float]:
 
 
 def _largest_radius(reduced: ReducedFinger, aspect: float) -> float:
-    """Semi-axis a (mm) of the largest ellipse that stays off the rim."""
-    x, y = reduced.patch.xy[reduced.patch.rim].T
-    return float(np.sqrt(x**2 + (y / aspect) ** 2).min()) if len(x) else float(np.abs(reduced.patch.xy).max())
+    """Semi-axis a (mm) of the largest ellipse that stays inside the patch, whether the skin goes on there or ends."""
+    x, y = reduced.patch.xy[reduced.patch.outline].T
+    return float(np.sqrt(x**2 + (y / aspect) ** 2).min())
 
 
 def _refuse_beyond(value, limit: float, what: str, unit: str) -> None:

@@ -83,6 +83,15 @@ class Patch:
                 np.add.at(count, end, 1)
         return total / count
 
+    @property
+    def outline(self) -> np.ndarray:
+        """Whether each node (n,) lies on the patch's outline; its cuts in mirror planes are not part of it."""
+        edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])
+        edges, count = np.unique(np.sort(edges), axis=0, return_counts=True)
+        on_plane = (self.xy == 0) & (self.images < 0).any(axis=0)
+        cut = on_plane[edges].all(axis=1).any(axis=1)
+        return np.isin(np.arange(len(self.xy)), edges[(count == 1) & ~cut])
+
 
 @dataclass(frozen=True, eq=False)
 class LoadedPatch:

@@ -1,6 +1,9 @@
 """From a finger's design to its `ReducedFinger` through the cache: the way that commands take."""
 
+import hashlib
 from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
 
 from papilla import checks
 from papilla.fem.model import FingerModel
@@ -23,7 +26,7 @@ def prepare(
     """
     mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
     x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
-    key = cache.digest(SCHEMA, finger.sha256, mesh.sha256, x, y)
+    key = cache.digest(SCHEMA, code_sha256(), finger.sha256, mesh.sha256, x, y)
 
     def make():
         if progress is not None:
@@ -35,3 +38,10 @@ def prepare(
 
 def _reduce(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]) -> ReducedFinger:
     return FingerModel(finger, mesh).reduce(at)
+
+
+@lru_cache(maxsize=1)
+def code_sha256() -> str:
+    """Hash of the code that reduces and presses: what was cached before a change of it must not be used after."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()

@@ -19,6 +19,9 @@ RUNGS = ("hertz", "contact")
 AUTO_QUANTITIES = ("sd", "indentation", "contact_area")
 """What `auto` holds to its tolerance."""
 
+NEARLY_HERTZIAN = 0.1
+"""Measured error of the hertz rung at the lightest resolved press, up to which `auto` trusts it with lighter ones."""
+
 PROBE_FORCES = np.geomspace(0.02, 1.0, 6)
 """Forces (N) at which `auto` measures the hertz rung against contact."""
 
@@ -59,16 +62,22 @@ def press(
         reason = f"hertz rung: {100 * error:.1f} % from contact, within {100 * tolerance:g} %"
         return hertz_press(reduced, specimen, force, indentation, reason, began)
     found = contact_press(reduced, specimen, force, indentation, start, began)
-    if fidelity == "auto" and not found.resolved:
-        reason = "hertz rung: the contact is smaller than this mesh resolves, and nearly Hertzian"
-        return hertz_press(reduced, specimen, found.force, None, reason, began)
+    if fidelity == "auto" and not found.resolved and (error := _lightest_error(reduced, specimen)) <= NEARLY_HERTZIAN:
+        reason = (
+            "hertz rung: the contact is smaller than this mesh resolves, "
+            f"and {100 * error:.1f} % from Hertzian at the lightest force that it does"
+        )
+        return hertz_press(reduced, specimen, force, indentation, reason, began)
     return found
 
 
 def _hertz_error(reduced, specimen, force: float | None, indentation: float | None) -> float:
     """Measured relative error of the hertz rung around a force; infinite where contact cannot tell."""
     if indentation is not None:
-        table = hertz_table(reduced, specimen)
+        try:
+            table = hertz_table(reduced, specimen)
+        except ContactRangeError:
+            return np.inf
         force = float(np.interp(indentation, table.indentation, table.force))
     assert force is not None
     errors = _probe_hertz(reduced, specimen)
@@ -76,6 +85,12 @@ def _hertz_error(reduced, specimen, force: float | None, indentation: float | No
         return np.inf
     right = int(np.clip(np.searchsorted(PROBE_FORCES, force), 1, len(PROBE_FORCES) - 1))
     return float(np.max(errors[right - 1 : right + 1]))
+
+
+def _lightest_error(reduced, specimen) -> float:
+    """Measured relative error of the hertz rung at the lightest probe that contact resolves; infinite where none is."""
+    errors = _probe_hertz(reduced, specimen)
+    return float(errors[np.isfinite(errors)][0]) if np.isfinite(errors).any() else np.inf
 
 
 @lru_cache(maxsize=256)

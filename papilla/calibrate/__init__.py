@@ -1,0 +1,7 @@
+"""Calibration: sweep over force and modulus, fit, compare with what was published, refit from measured presses."""
+
+from papilla.calibrate.bench import fit_bench
+from papilla.calibrate.fitting import fit
+from papilla.calibrate.sweep import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+
+__all__ = ["DEFAULT_FORCES", "DEFAULT_MODULI", "Sweep", "fit", "fit_bench", "sweep"]

@@ -1,0 +1,136 @@
+"""The main job: from a finger's design, or from measured presses, to a calibration and how well it gives E back."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla import fem, units
+from papilla.calibrate.bench import fit_bench
+from papilla.calibrate.fitting import fit
+from papilla.calibrate.sweep import DEFAULT_FORCES, DEFAULT_MODULI, SCHEMA, Sweep, default_specimen, sweep
+from papilla.calibration import Calibration
+from papilla.fem.prepare import code_sha256
+from papilla.finger import Finger
+from papilla.logs import BenchLog
+from papilla.mesh import cache
+
+SCATTER_VARIANTS = (1, 2, 3, 4)
+"""Independent meshes whose sweeps say how far the mesh moves S_d."""
+SCATTER_FORCES, SCATTER_MODULI = DEFAULT_FORCES[::6], DEFAULT_MODULI[::6]
+
+CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
+CHECKED_MODULUS_MPA = (0.05, 0.72)
+"""Where the recovered modulus is checked."""
+CHECKED_PER_AXIS = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Recovery:
+    """Moduli recovered by the surface from presses of known modulus, over 20-100 gf and 0.05-0.72 MPa.
+
+    force_N, modulus_MPa, recovered_MPa : (n,); recovered is NaN where the surface gave no answer.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    recovered_MPa: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """(n,) relative error of the modulus."""
+        return self.recovered_MPa / self.modulus_MPa - 1
+
+    @property
+    def max_error(self) -> float:
+        """Largest |relative error| of the answers; NaN where there is none."""
+        return float(np.max(np.abs(self._answered), initial=0.0)) if self._answered.size else float("nan")
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square relative error of the answers; NaN where there is none."""
+        return float(np.sqrt(np.mean(self._answered**2))) if self._answered.size else float("nan")
+
+    @property
+    def unanswered(self) -> int:
+        """Presses for which the surface gave no modulus."""
+        return len(self.error) - len(self._answered)
+
+    @property
+    def _answered(self) -> np.ndarray:
+        return self.error[np.isfinite(self.error)]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A calibration, the presses it was fitted to, and its check; `reduced` is None for a bench calibration."""
+
+    calibration: Calibration
+    presses: Sweep | BenchLog
+    recovery: Recovery
+    reduced: fem.ReducedFinger | None = None
+
+
+def calibrate_finger(
+    finger: Finger,
+    *,
+    progress: Callable[[str], None] = lambda line: None,
+    steps: Callable[[int, int], None] | None = None,
+) -> Calibrated:
+    """Mesh, model, sweep, mesh scatter and fit of a finger; meshes, reduced fingers and sweeps come from the cache.
+
+    Parameters
+    ----------
+    progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
+
+    Raises what meshing, reduction and fitting raise.
+    """
+    reduced = fem.prepare(finger, progress=progress)
+    progress("sweeping over force and modulus")
+    presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, steps)
+    scatter = []
+    for variant in SCATTER_VARIANTS:
+        progress(f"mesh scatter, mesh {variant} of {len(SCATTER_VARIANTS)}")
+        other = fem.prepare(finger, variant=variant, progress=progress)
+        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, steps))
+    progress("fitting")
+    calibration = fit(presses, scatter)
+    return Calibrated(calibration, presses, recover(calibration, reduced), reduced)
+
+
+def calibrate_bench(log: BenchLog, finger: Finger | None = None) -> Calibrated:
+    """A calibration from measured presses, checked on these presses themselves; raises what `fit_bench` raises."""
+    record = {"name": finger.name, "sha256": finger.sha256} if finger else None
+    calibration = fit_bench(log, record)
+    checked = _within(log.force_N, CHECKED_FORCE_N) & _within(log.modulus_MPa, CHECKED_MODULUS_MPA)
+    force, modulus = log.force_N[checked], log.modulus_MPa[checked]
+    answer = calibration.invert(log.sd_microstrain[checked], force)
+    return Calibrated(calibration, log, Recovery(force, modulus, np.asarray(answer.modulus_MPa)))
+
+
+def recover(calibration: Calibration, reduced: fem.ReducedFinger) -> Recovery:
+    """Press between the points of the default sweep, and let the calibration's surface tell the modulus."""
+    rows = []
+    for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
+        for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
+            found = fem.press(reduced, default_specimen(modulus), force=force, fidelity="contact")
+            rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))
+    return Recovery(*np.array(rows).T)
+
+
+def _between(grid: tuple[float, ...], limits: tuple[float, float]) -> list[float]:
+    """Geometric midpoints of neighbouring grid values inside the limits, evenly thinned out."""
+    middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
+    middles = middles[_within(middles, limits)]
+    picked = np.linspace(0, len(middles) - 1, min(CHECKED_PER_AXIS, len(middles))).round().astype(int)
+    return middles[picked].tolist()
+
+
+def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
+    return (values >= limits[0]) & (values <= limits[1])
+
+
+def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, steps) -> Sweep:
+    key = cache.digest(SCHEMA, code_sha256(), reduced.finger_sha256, reduced.mesh_sha256, reduced.at, moduli, forces)
+    arrays = cache.fetch("sweep", key, lambda: sweep(reduced, moduli, forces, progress=steps).to_arrays())
+    return Sweep.from_arrays(arrays)

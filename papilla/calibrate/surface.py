@@ -1,0 +1,225 @@
+"""Fit of smooth surfaces over (ln force, ln modulus) to presses, and of the part of S_d's that can be inverted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array, kron
+from scipy.sparse.linalg import splu
+from scipy.stats import t as student
+
+from papilla.calibration import LEVEL, Uncertainty
+from papilla.errors import InputError
+from papilla.surface import POWERS, Axis, Surface
+
+ROUGHNESS = 1e-3
+"""Weight of a squared third difference against the mean weight of a coefficient: settles the edges, no more."""
+FEW_VALUES = 10
+"""Below so many distinct values along an axis, one polynomial takes the place of cells."""
+CELLS_PER_VALUE = 0.9
+SCATTER_BINS = 8
+PROBES = 32
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How finely one axis is cut: a cubic spline of `cells`, or a polynomial of `degree` <= 3 on one cell."""
+
+    cells: int
+    degree: int | None = None
+
+    @property
+    def in_words(self) -> str:
+        """What is fitted."""
+        return f"a polynomial of degree {self.degree}" if self.degree is not None else f"a spline of {self.cells} cells"
+
+    @property
+    def transform(self) -> np.ndarray:
+        """(cells + 3, p): B-spline coefficients of the p free parameters (Bernstein's, for a polynomial)."""
+        if self.degree is None:
+            return np.eye(self.cells + 3)
+        powers = np.pad(_bernstein_powers(self.degree), ((0, 0), (0, 3 - self.degree)))
+        return (powers @ np.linalg.inv(POWERS)).T
+
+    @property
+    def roughness(self) -> np.ndarray:
+        """(p, p) squared third differences of the parameters; none for a polynomial."""
+        if self.degree is not None:
+            return np.zeros((self.degree + 1, self.degree + 1))
+        differences = np.diff(np.eye(self.cells + 3), 3, axis=0)
+        return ROUGHNESS * differences.T @ differences
+
+
+def table_resolution(values: np.ndarray) -> Resolution:
+    """The finest axis that a computed, noise-free table supports: cells, or a polynomial where values are few."""
+    count = len(np.unique(values))
+    return Resolution(1, min(count - 1, 3)) if count < FEW_VALUES else Resolution(round(CELLS_PER_VALUE * count))
+
+
+def bench_resolution(values: np.ndarray, degree: int) -> Resolution:
+    """What noisy presses support: a polynomial of at most this degree."""
+    return Resolution(1, min(len(np.unique(values)) - 1, degree))
+
+
+class SurfaceFit:
+    """One factorised least-squares problem for all surfaces over the same n presses (S_d's and each gauge's).
+
+    Raises `InputError` where forces or moduli do not vary, or where the presses are too few or badly placed.
+    """
+
+    def __init__(self, force_N: np.ndarray, modulus_MPa: np.ndarray, along: tuple[Resolution, Resolution]):
+        for name, values in (("forces", force_N), ("moduli", modulus_MPa)):
+            if len(np.unique(values)) < 2:
+                raise InputError(f"a surface needs presses at two {name} at least, got {len(np.unique(values))}")
+        self.along = along
+        self.force_N = (float(force_N.min()), float(force_N.max()))
+        self.modulus_MPa = (float(modulus_MPa.min()), float(modulus_MPa.max()))
+        self._transforms = [resolution.transform for resolution in along]
+        axes = (Axis.between(*self.force_N, along[0].cells), Axis.between(*self.modulus_MPa, along[1].cells))
+        over_force, over_modulus = (
+            axis.basis(values) @ transform
+            for axis, values, transform in zip(axes, (force_N, modulus_MPa), self._transforms, strict=True)
+        )
+        self._design = _row_products(over_force, over_modulus)
+        p, q = over_force.shape[1], over_modulus.shape[1]
+        share = len(force_N) / (p * q)
+        penalty = share * (kron(along[0].roughness, eye_array(q)) + kron(eye_array(p), along[1].roughness))
+        gram = (self._design.T @ self._design).tocsc()
+        try:
+            self._solver = splu((gram + penalty).tocsc())
+        except RuntimeError as error:
+            raise InputError(f"{len(force_N)} presses do not determine a surface of {p} x {q} coefficients") from error
+        self.freedom = len(force_N) - self._parameters(gram, p * q)
+
+    def _parameters(self, gram, size: int) -> float:
+        """Effective parameters, trace of (G + P)^-1 G, by probes (Hutchinson 1990, doi:10.1080/03610919008812866)."""
+        if all(resolution.degree is not None for resolution in self.along):
+            return float(size)
+        probes = np.random.default_rng(0).choice([-1.0, 1.0], size=(size, PROBES))
+        return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES)
+
+    def surface(self, values: np.ndarray) -> tuple[Surface, float, float]:
+        """The surface through (n,) values, rms (degrees of freedom taken off) and maximum of its residuals.
+
+        With no freedom left the rms is 0: the fit then says nothing about its error.
+        """
+        parameters = self._solver.solve(self._design.T @ values)
+        residual = values - self._design @ parameters
+        over_force, over_modulus = self._transforms
+        table = over_force @ parameters.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
+        rms = float(np.sqrt(residual @ residual / self.freedom)) if self.freedom >= 0.5 else 0.0
+        return Surface(self.force_N, self.modulus_MPa, table), rms, float(np.abs(residual).max())
+
+
+def usable_part(surface: Surface, missing_force=(), missing_modulus=(), forces=(), moduli=()):
+    """The part of ln S_d that has an inverse.
+
+    Parameters
+    ----------
+    missing_force, missing_modulus : presses of the table (k,) that have no readings.
+    forces, moduli : all values of the table, rising; a missing press takes what lies up to its neighbours with it.
+
+    Returns
+    -------
+    usable : (m, 2) per force cell, first and last node of the longest run of cells where S_d rises and data are.
+    twofold : (m, 2) range of values that falling cells take up too; NaN where none falls.
+    """
+    rising = _slope_bounds(surface).min(axis=(2, 3)) > 0
+    supported = np.ones_like(rising)
+    for force, modulus in zip(missing_force, missing_modulus, strict=True):
+        rows = _touched(surface.force_axis, *_neighbours(np.asarray(forces), force))
+        columns = _touched(surface.modulus_axis, *_neighbours(np.asarray(moduli), modulus))
+        supported[rows, columns] = False
+    usable = np.array([_longest_run(row) for row in rising & supported])
+    bounds = _value_bounds(surface)
+    falling = ~rising & supported
+    low = np.where(falling, bounds.min(axis=(2, 3)), np.inf).min(axis=1)
+    high = np.where(falling, bounds.max(axis=(2, 3)), -np.inf).max(axis=1)
+    twofold = np.where(falling.any(axis=1)[:, None], np.column_stack([low, high]), np.nan)
+    return usable, twofold
+
+
+def uncertainty(
+    surface: Surface, rms: float, largest: float, others: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]] = ()
+) -> Uncertainty:
+    """The residuals of a fit, and what independent meshes differ from it.
+
+    others : per mesh (force_N, modulus_MPa, value), values in the units of the surface. The scatter is the rms of the
+    differences over meshes and moduli, in bins of force; a mesh's difference is systematic, so it does not average out.
+    Contacts of different bins feel different elements, so the interval takes Student's t of meshes x bins.
+    """
+    if not others:
+        return Uncertainty(rms, largest, np.array(surface.force_N), np.zeros(2), 0.0, 0)
+    force, modulus, value = (np.concatenate(parts) for parts in zip(*others, strict=True))
+    difference = value - surface(force, modulus)
+    known = np.isfinite(difference)
+    if not known.any():
+        raise InputError("the sweeps on other meshes share no force and modulus with this one")
+    bins = Axis.between(*surface.force_N, SCATTER_BINS)
+    number, _, _ = bins.locate(force[known])
+    counts = np.bincount(number, minlength=SCATTER_BINS)
+    squares = np.bincount(number, weights=difference[known] ** 2, minlength=SCATTER_BINS)
+    filled = counts > 0
+    middles = np.exp(bins.start + bins.step * (np.arange(SCATTER_BINS) + 0.5))
+    factor = float(student.ppf(0.5 + LEVEL / 2, len(others) * filled.sum()))
+    return Uncertainty(rms, largest, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
+
+
+def _row_products(left: np.ndarray, right: np.ndarray) -> csr_array:
+    """(n, p q) sparse products of each row of (n, p) with the same row of (n, q)."""
+    a, b = csr_array(left), csr_array(right)
+    rows = np.repeat(np.arange(a.shape[0]), np.diff(a.indptr) * np.diff(b.indptr))
+    pieces = [
+        (
+            (a.indices[i0:i1, None] * b.shape[1] + b.indices[None, j0:j1]).ravel(),
+            (a.data[i0:i1, None] * b.data[None, j0:j1]).ravel(),
+        )
+        for i0, i1, j0, j1 in zip(a.indptr, a.indptr[1:], b.indptr, b.indptr[1:], strict=False)
+    ]
+    columns, values = (np.concatenate(part) for part in zip(*pieces, strict=True))
+    return csr_array((values, (rows, columns)), shape=(a.shape[0], a.shape[1] * b.shape[1]))
+
+
+def _bernstein_powers(degree: int) -> np.ndarray:
+    """(degree + 1, degree + 1) power coefficients of Bernstein's polynomials, a row each."""
+    rows = np.zeros((degree + 1, degree + 1))
+    for k in range(degree + 1):
+        for a in range(k, degree + 1):
+            rows[k, a] = (-1) ** (a - k) * comb(degree, k) * comb(degree - k, a - k)
+    return rows
+
+
+def _value_bounds(surface: Surface) -> np.ndarray:
+    """(m, n, 4, 4) Bernstein coefficients of each cell: its values lie between their least and their greatest."""
+    cubic = np.linalg.inv(_bernstein_powers(3))
+    return np.einsum("ak,ijab,bl->ijkl", cubic, surface.polynomials, cubic)
+
+
+def _slope_bounds(surface: Surface) -> np.ndarray:
+    """(m, n, 4, 3) Bernstein coefficients of d/du in each cell: above 0 all, the surface rises with the modulus."""
+    cubic, square = (np.linalg.inv(_bernstein_powers(degree)) for degree in (3, 2))
+    slope = surface.polynomials[..., 1:] * np.array([1.0, 2.0, 3.0])
+    return np.einsum("ak,ijab,bl->ijkl", cubic, slope, square)
+
+
+def _neighbours(values: np.ndarray, value: float) -> tuple[float, float]:
+    """The next smaller and the next larger of the rising values (or the value itself at an end)."""
+    place = int(np.searchsorted(values, value))
+    return float(values[max(place - 1, 0)]), float(values[min(place + 1, len(values) - 1)])
+
+
+def _touched(axis: Axis, low: float, high: float) -> slice:
+    """The cells that an open interval of an axis enters."""
+    first, last = ((np.log(value) - axis.start) / axis.step for value in (low, high))
+    return slice(max(int(np.floor(first + 1e-9)), 0), min(int(np.ceil(last - 1e-9)), axis.cells))
+
+
+def _longest_run(row: np.ndarray) -> tuple[int, int]:
+    """First and last node of the longest run of true cells; equal where there is none."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(int), [0]])))
+    starts, ends = edges[::2], edges[1::2]
+    if not len(starts):
+        return 0, 0
+    best = int(np.argmax(ends - starts))
+    return int(starts[best]), int(ends[best])

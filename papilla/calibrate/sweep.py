@@ -1,0 +1,197 @@
+"""A table of presses over force and modulus: what a calibration is fitted to."""
+
+import csv
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import ContactRangeError, FileFormatError, InputError
+from papilla.fem import ReducedFinger, press
+from papilla.specimen import Block, Specimen
+from papilla.tables import read_table, write_table
+
+SPECIMENS_MPA = (0.089, 0.51, 0.72)
+"""Moduli of the published silicone specimens."""
+DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
+"""Moduli in MPa, the published ones among them; 43, because contact grows node by node: a coarser table shows in E."""
+DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
+"""Forces in N."""
+THICKNESS_MM = 10.0
+SCHEMA = "papilla.sweep/1"
+NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A labelled table of n presses, g gauges.
+
+    Parameters
+    ----------
+    force_N, modulus_MPa : (n,).
+    reading : (n, g) in microstrain; NaN where the press left what the model covers.
+    sd_microstrain : (n,) population standard deviation (ddof 0) of the readings.
+    indentation_mm, contact_area_mm2, peak_pressure_MPa : (n,).
+    resolved : (n,) bool, whether the mesh was fine enough.
+    status : n sentences.
+    gauge_names : g names.
+    specimen : what was pressed, in words; finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    reading: np.ndarray
+    sd_microstrain: np.ndarray
+    indentation_mm: np.ndarray
+    contact_area_mm2: np.ndarray
+    peak_pressure_MPa: np.ndarray
+    resolved: np.ndarray
+    status: tuple[str, ...]
+    gauge_names: tuple[str, ...]
+    specimen: str = ""
+    finger_name: str = ""
+    finger_sha256: str = ""
+    mesh_sha256: str = ""
+    mesh_size_mm: float = float("nan")
+
+    def __len__(self) -> int:
+        return len(self.force_N)
+
+    @property
+    def valid(self) -> np.ndarray:
+        """(n,) bool: rows that hold readings."""
+        return np.isfinite(self.sd_microstrain) & np.isfinite(self.reading).all(axis=1)
+
+    def to_csv(self, path) -> None:
+        """Write sweep.csv: force_N, modulus_MPa, g1, ..., sd_microstrain, indentation_mm, ..., status; atomically.
+
+        Gauge columns are g1, g2, ... in the order of the gauges. Raises `FileAccessError`.
+        """
+        gauges = {f"g{number}": column for number, column in enumerate(self.reading.T, start=1)}
+        first, rest = NUMBERS[:2], NUMBERS[2:]
+        columns: dict[str, Sequence | np.ndarray] = {name: getattr(self, name) for name in first}
+        columns |= gauges | {name: getattr(self, name) for name in rest}
+        columns |= {"resolved": self.resolved.astype(int), "status": self.status}
+        write_table(path, columns)
+
+    @classmethod
+    def from_csv(cls, path) -> "Sweep":
+        """Read what `to_csv` wrote; finger, mesh and specimen are not in the file and stay empty.
+
+        Raises `FileAccessError` or `FileFormatError`.
+        """
+        path = Path(path)
+        table = read_table(path, lambda name: name != "status")
+        missing = [name for name in (*NUMBERS, "g1", "resolved") if name not in table.columns]
+        if missing or "status" not in table.ignored:
+            raise FileFormatError(f"{path} is not a sweep: column {(*missing, 'status')[0]} is missing")
+        gauges = [name for name in table.columns if name[0] == "g" and name[1:].isdigit()]
+        with open(path, encoding="utf-8-sig", newline="") as stream:
+            status = tuple(row["status"] for row in csv.DictReader(stream, strict=True))
+        numbers: dict = {name: table.columns[name] for name in NUMBERS}
+        return cls(
+            **numbers,
+            reading=np.column_stack([table.columns[name] for name in gauges]),
+            resolved=table.columns["resolved"] == 1,
+            status=status,
+            gauge_names=tuple(gauges),
+        )
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Everything as named arrays, ready for `numpy.savez` or the cache."""
+        arrays = {name: getattr(self, name) for name in (*NUMBERS, "reading", "resolved")}
+        meta = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in arrays}
+        return arrays | {"meta": np.array(json.dumps({"schema": SCHEMA, **meta}))}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "Sweep":
+        """The sweep of `to_arrays`; raises `FileFormatError` for anything else."""
+        try:
+            meta = json.loads(str(arrays["meta"]))
+            if meta.pop("schema") != SCHEMA:
+                raise FileFormatError(f"sweep: the schema is not {SCHEMA}")
+            meta["status"], meta["gauge_names"] = tuple(meta["status"]), tuple(meta["gauge_names"])
+            columns: dict = {name: np.asarray(arrays[name]) for name in (*NUMBERS, "reading", "resolved")}
+            return cls(**columns, **meta)
+        except (KeyError, TypeError, json.JSONDecodeError) as error:
+            raise FileFormatError(f"sweep: not a complete record ({error})") from error
+
+
+def default_specimen(modulus: float) -> Specimen:
+    """The specimen of a sweep: a block of 10 mm bonded to a rigid table."""
+    return Block(modulus, THICKNESS_MM)
+
+
+def sweep(
+    reduced: ReducedFinger,
+    moduli: Sequence[float] = DEFAULT_MODULI,
+    forces: Sequence[float] = DEFAULT_FORCES,
+    specimen: Callable[[float], Specimen] = default_specimen,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Press specimens of each modulus (MPa) at each force (N).
+
+    All presses are on the contact rung: a table that changed rungs midway would have a step in it. A press that leaves
+    what the model covers stays in the table with NaN and the reason as its status.
+
+    Parameters
+    ----------
+    specimen : makes the specimen of a modulus.
+    progress : called with (presses done, presses in all).
+
+    Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
+    """
+    moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
+    rows: list[tuple] = []
+    for modulus in moduli:
+        touched, start = specimen(modulus), None
+        for force in forces:
+            try:
+                found = press(reduced, touched, force=force, fidelity="contact", start=start)
+            except ContactRangeError as error:
+                blank = [float("nan")] * len(reduced.gauge_names)
+                rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
+            else:
+                start = found.active
+                measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
+                rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
+            if progress is not None:
+                progress(len(rows), len(moduli) * len(forces))
+    force_N, modulus_MPa, reading, sd, indentation, area, peak, resolved, status = zip(*rows, strict=True)
+    return Sweep(
+        force_N=np.array(force_N),
+        modulus_MPa=np.array(modulus_MPa),
+        reading=np.array(reading),
+        sd_microstrain=np.array(sd),
+        indentation_mm=np.array(indentation),
+        contact_area_mm2=np.array(area),
+        peak_pressure_MPa=np.array(peak),
+        resolved=np.array(resolved),
+        status=status,
+        gauge_names=reduced.gauge_names,
+        specimen=_in_words(specimen, moduli[0]),
+        finger_name=reduced.finger_name,
+        finger_sha256=reduced.finger_sha256,
+        mesh_sha256=reduced.mesh_sha256,
+        mesh_size_mm=reduced.mesh_size_mm,
+    )
+
+
+def _rising(name: str, values: Sequence[float]) -> list[float]:
+    numbers = sorted(checks.positive(name, value) for value in values)
+    if not numbers:
+        raise InputError(f"a sweep needs at least one {name}")
+    for one, other in zip(numbers, numbers[1:], strict=False):
+        if one == other:
+            raise InputError(f"{name} {one:g} occurs twice in the sweep")
+    return numbers
+
+
+def _in_words(specimen: Callable[[float], Specimen], modulus: float) -> str:
+    """The specimen without its modulus, such as "Block(thickness=10.0, nu=0.495)"."""
+    touched = specimen(modulus)
+    others = [f"{item.name}={getattr(touched, item.name)}" for item in fields(touched) if item.name != "modulus"]
+    return f"{type(touched).__name__}({', '.join(others)})"

@@ -1,0 +1,289 @@
+"""calibration.json: the calibration record as text, and back, bit for bit; no pickle, no extra library."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from papilla.calibration import LEVEL, Calibration, GaugeSurface, SdSurface, Uncertainty
+from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.files import write_text
+from papilla.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
+from papilla.surface import Surface
+
+SCHEMA = "papilla.calibration/1"
+SPLINE = "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"
+UNITS = {"f": "gf", "E": "MPa", "sd": "microstrain"}
+
+
+def write_calibration(calibration: Calibration, path: Path) -> None:
+    """Write a calibration, whole or not at all; raises `FileAccessError`."""
+    text = json.dumps(to_document(calibration), indent=1, allow_nan=False, ensure_ascii=False)
+    # Innermost lists of numbers on one line each: a row of coefficients is a line.
+    text = re.sub(r"\[\s+([^\[\]{}\"]*?)\s+\]", lambda match: "[" + " ".join(match[1].split()) + "]", text)
+    write_text(path, text + "\n")
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a calibration; raises `FileAccessError` or `FileFormatError` (file and key named)."""
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileAccessError(f"cannot read calibration {path}: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(f"{path} is not a calibration, or was cut short: not valid JSON ({error})") from error
+    schema = document.get("schema") if isinstance(document, dict) else None
+    if schema != SCHEMA:
+        raise FileFormatError(f"{path}: the schema is {schema!r}, this version of papilla reads {SCHEMA!r}")
+    try:
+        return from_document(document)
+    except (InputError, OverflowError) as error:
+        raise FileFormatError(f"{path}: {error}") from error
+
+
+def to_document(calibration: Calibration) -> dict:
+    """The calibration as plain values under the documented keys."""
+    forward, inverse, sd = calibration.forward, calibration.inverse, calibration.surface
+    return {
+        "schema": SCHEMA,
+        "finger": calibration.finger,
+        "mesh": calibration.mesh,
+        "softness": {
+            "forward": {
+                "form": "quadratic",
+                "terms": list(FORWARD_TERMS),
+                "units": UNITS,
+                "coefficients": forward.coefficients.tolist(),
+                "stderr": _nulls(forward.stderr),
+                "covariance": [_nulls(row) for row in forward.covariance],
+                "rms": forward.rms,
+                "max": forward.max,
+                "modulus_MPa": list(forward.modulus_MPa),
+                "condition": forward.condition,
+                "notes": list(forward.notes),
+            },
+            "inverse": {
+                "form": "E = branch * sqrt(terms) - shift",
+                "terms": list(INVERSE_TERMS),
+                "coefficients": inverse.coefficients.tolist(),
+                "shift": inverse.shift,
+                "branch": inverse.branch,
+                "modulus_MPa": None if inverse.modulus_MPa is None else list(inverse.modulus_MPa),
+            },
+            "surface": {
+                "quantity": "ln(sd_microstrain)",
+                **_surface_table(sd.surface),
+                "usable_nodes": sd.usable.tolist(),
+                "twofold": [_nulls(row) for row in sd.twofold],
+                "uncertainty": _uncertainty_table(sd.uncertainty),
+            },
+            "gauges": [
+                {
+                    "name": gauge.name,
+                    "quantity": "reading_microstrain / force_N",
+                    **_surface_table(gauge.surface),
+                    "uncertainty": _uncertainty_table(gauge.uncertainty),
+                }
+                for gauge in calibration.gauges
+            ],
+        },
+        "domain": {key: list(limits) for key, limits in calibration.domain.items()},
+        "provenance": calibration.provenance,
+        "notes": list(calibration.notes),
+    }
+
+
+def from_document(document: dict) -> Calibration:
+    """The calibration of plain values; raises `InputError` naming the key."""
+    root = _Table(document, "")
+    softness = root.table("softness")
+    calibration = Calibration(
+        finger=root.table("finger").values,
+        mesh=root.table("mesh").values,
+        forward=_forward(softness.table("forward")),
+        inverse=_inverse(softness.table("inverse")),
+        surface=_sd_surface(softness.table("surface")),
+        gauges=tuple(_gauge(table) for table in softness.tables("gauges")),
+        provenance=root.table("provenance").values,
+        notes=root.texts("notes"),
+    )
+    domain = root.table("domain")
+    if any(domain.interval(key) != limits for key, limits in calibration.domain.items()):
+        raise InputError("domain differs from that of softness.surface")
+    return calibration
+
+
+def _forward(table: "_Table") -> Quadratic:
+    table.require("form", "quadratic")
+    table.require("terms", list(FORWARD_TERMS))
+    table.require("units", UNITS)
+    return Quadratic(
+        coefficients=table.array("coefficients", (5,)),
+        stderr=table.array("stderr", (5,), nulls=True),
+        covariance=table.array("covariance", (5, 5), nulls=True),
+        rms=table.number("rms"),
+        max=table.number("max"),
+        modulus_MPa=table.interval("modulus_MPa"),
+        condition=table.number("condition"),
+        notes=table.texts("notes"),
+    )
+
+
+def _inverse(table: "_Table") -> QuadraticInverse:
+    table.require("terms", list(INVERSE_TERMS))
+    branch = table.number("branch")
+    if branch not in (-1, 1):
+        raise InputError(f"{table.name('branch')} must be 1 or -1, got {branch:g}")
+    return QuadraticInverse(
+        coefficients=table.array("coefficients", (4,)),
+        shift=table.number("shift"),
+        branch=int(branch),
+        modulus_MPa=None if table.get("modulus_MPa") is None else table.interval("modulus_MPa"),
+    )
+
+
+def _sd_surface(table: "_Table") -> SdSurface:
+    surface = _surface(table)
+    m, n = surface.cells
+    usable = table.array("usable_nodes", (m, 2))
+    if ((usable < 0) | (usable > n) | (usable != usable.round())).any():
+        raise InputError(f"{table.name('usable_nodes')} must hold whole numbers from 0 to {n}")
+    twofold = table.array("twofold", (m, 2), nulls=True)
+    return SdSurface(surface, usable.astype(int), twofold, _uncertainty(table.table("uncertainty")))
+
+
+def _gauge(table: "_Table") -> GaugeSurface:
+    return GaugeSurface(table.text("name"), _surface(table), _uncertainty(table.table("uncertainty")))
+
+
+def _surface(table: "_Table") -> Surface:
+    table.require("form", SPLINE)
+    cells = table.array("cells", (2,))
+    coefficients = table.array("coefficients", (int(cells[0]) + 3, int(cells[1]) + 3))
+    return Surface(table.interval("force_N"), table.interval("modulus_MPa"), coefficients)
+
+
+def _uncertainty(table: "_Table") -> Uncertainty:
+    forces = table.array("scatter_force_N", None)
+    if (forces <= 0).any() or (np.diff(forces) <= 0).any():
+        raise InputError(f"{table.name('scatter_force_N')} must rise and be above 0")
+    return Uncertainty(
+        fit_rms=table.number("fit_rms"),
+        fit_max=table.number("fit_max"),
+        scatter_force_N=forces,
+        scatter=table.array("scatter", forces.shape),
+        scatter_factor=table.number("scatter_factor"),
+        meshes=int(table.number("meshes")),
+    )
+
+
+def _surface_table(surface: Surface) -> dict:
+    return {
+        "form": SPLINE,
+        "force_N": list(surface.force_N),
+        "modulus_MPa": list(surface.modulus_MPa),
+        "cells": list(surface.cells),
+        "coefficients": surface.coefficients.tolist(),
+    }
+
+
+def _uncertainty_table(known: Uncertainty) -> dict:
+    return {
+        "level": LEVEL,
+        "fit_rms": known.fit_rms,
+        "fit_max": known.fit_max,
+        "scatter_force_N": known.scatter_force_N.tolist(),
+        "scatter": known.scatter.tolist(),
+        "scatter_factor": known.scatter_factor,
+        "meshes": known.meshes,
+    }
+
+
+def _nulls(row) -> list:
+    """Numbers with null for NaN, which JSON has not."""
+    return [None if math.isnan(value) else value for value in row.tolist()]
+
+
+class _Table:
+    """A JSON object whose values are taken out by type; every complaint names the full key."""
+
+    def __init__(self, values, where: str):
+        if not isinstance(values, dict):
+            raise InputError(f"{where or 'the file'} must be an object, got {_shown(values)}")
+        self.values, self._where = values, where
+
+    def name(self, key: str) -> str:
+        return f"{self._where}.{key}" if self._where else key
+
+    def get(self, key: str):
+        if key not in self.values:
+            raise InputError(f"key {self.name(key)} is missing")
+        return self.values[key]
+
+    def table(self, key: str) -> "_Table":
+        return _Table(self.get(key), self.name(key))
+
+    def tables(self, key: str) -> list["_Table"]:
+        items = self._list(key)
+        return [_Table(item, f"{self.name(key)}[{number}]") for number, item in enumerate(items)]
+
+    def text(self, key: str) -> str:
+        if not isinstance(value := self.get(key), str):
+            raise InputError(f"{self.name(key)} must be text, got {_shown(value)}")
+        return value
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        items = self._list(key)
+        if not all(isinstance(item, str) for item in items):
+            raise InputError(f"{self.name(key)} must be a list of texts")
+        return tuple(items)
+
+    def require(self, key: str, expected) -> None:
+        if (value := self.get(key)) != expected:
+            raise InputError(f"{self.name(key)} must be {_shown(expected)}, got {_shown(value)}")
+
+    def number(self, key: str) -> float:
+        value = self.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(f"{self.name(key)} must be a finite number, got {_shown(value)}")
+        return float(value)
+
+    def interval(self, key: str) -> tuple[float, float]:
+        low, high = self.array(key, (2,)).tolist()
+        return low, high
+
+    def array(self, key: str, shape: tuple[int, ...] | None, *, nulls: bool = False) -> np.ndarray:
+        """Numbers of the stated shape (None: any list); with `nulls`, null means NaN."""
+        flat: list[float] = []
+        found = _collect(self.get(key), flat, nulls)
+        expected = found if shape is None and found is not None and len(found) == 1 else shape
+        if found is None or found != expected:
+            wanted = "numbers" if shape is None else " x ".join(map(str, shape)) + " finite numbers"
+            raise InputError(f"{self.name(key)} must be a list of {wanted}, got {_shown(self.get(key))}")
+        return np.array(flat).reshape(found)
+
+    def _list(self, key: str) -> list:
+        if not isinstance(value := self.get(key), list):
+            raise InputError(f"{self.name(key)} must be a list, got {_shown(value)}")
+        return value
+
+
+def _collect(value, flat: list[float], nulls: bool) -> tuple[int, ...] | None:
+    """Append all numbers of nested lists to `flat`; their shape, or None where something else stands there."""
+    if isinstance(value, list):
+        shapes = {_collect(item, flat, nulls) for item in value}
+        return (len(value), *inner) if len(shapes) == 1 and (inner := shapes.pop()) is not None else None
+    if value is None and nulls:
+        flat.append(math.nan)
+    elif isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+        flat.append(float(value))
+    else:
+        return None
+    return ()
+
+
+def _shown(value) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,106 @@
+"""`papilla calibrate`: the main job, from a design file or a bench log to calibration coefficients."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from papilla.cli.output import Stopwatch, print_json, print_table, progress, say
+
+if TYPE_CHECKING:
+    from papilla.calibrate.job import Calibrated
+
+DEFAULT_OUT = Path("calibration")
+
+
+def calibrate(
+    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    bench: Annotated[Path | None, typer.Option(help="Refit from this log of real presses (CSV).")] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Calibrate the finger: mesh, model, sweep, fit.
+
+    Writes calibration.json, sweep.csv and report.html.
+    """
+    watch = Stopwatch()
+    from papilla.files import check_writable
+    from papilla.finger import Finger
+    from papilla.logs import read_bench
+
+    design = Finger.load(finger) if finger else None
+    log = read_bench(bench) if bench else None
+    if log is not None and log.ignored:
+        say(f"ignored columns of {bench}: {', '.join(log.ignored)}")
+    check_writable(out)
+
+    from papilla.calibrate import job
+
+    with progress() as shown:
+        if log is None:
+            done = job.calibrate_finger(design or Finger.default(), progress=shown.line, steps=shown.steps)
+        else:
+            done = job.calibrate_bench(log, design)
+    paths = _write(done, out)
+    summary = _summary(done, paths, watch.seconds)
+    if as_json:
+        print_json(summary)
+    else:
+        _print(summary)
+
+
+def _write(done: "Calibrated", out: Path) -> dict[str, str]:
+    """Write the results, each whole or not at all; their paths."""
+    paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv"}
+    done.calibration.save(paths["calibration"])
+    done.presses.to_csv(paths["sweep"])
+    return {name: str(path) for name, path in paths.items()}
+
+
+def _summary(done: "Calibrated", paths: dict[str, str], seconds: float) -> dict:
+    from papilla.calibration_file import to_document
+
+    softness = to_document(done.calibration)["softness"]
+    return {
+        **paths,
+        "presses": len(done.presses),
+        "softness": {"forward": softness["forward"], "inverse": softness["inverse"]},
+        "max_error": done.recovery.max_error,
+        "rms_error": done.recovery.rms_error,
+        "checked_presses": len(done.recovery.error),
+        "unanswered": done.recovery.unanswered,
+        "notes": list(done.calibration.notes),
+        "seconds": seconds,
+    }
+
+
+def _print(summary: dict) -> None:
+    forward, inverse = summary["softness"]["forward"], summary["softness"]["inverse"]
+    units = ("µε/gf²", "µε/gf", "µε/MPa²", "µε/MPa", "µε")
+    errors = [float("nan") if error is None else error for error in forward["stderr"]]
+    coefficients = zip("abcde", forward["coefficients"], errors, units, strict=True)
+    print(f"{summary['presses']} presses; S_d = a f² + b f + c E² + d E + e, with f in gf and E in MPa:")
+    print_table(
+        [
+            *((letter, f"{value:.6g} ± {error:.2g}", unit) for letter, value, error, unit in coefficients),
+            ("error of E, max", f"{100 * summary['max_error']:.2f}", "%"),
+            ("error of E, rms", f"{100 * summary['rms_error']:.2f}", "%"),
+            ("time", f"{summary['seconds']:.1f}", "s"),
+        ]
+    )
+    print(_inverse_in_words(inverse))
+    checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
+    print(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
+    for note in summary["notes"]:
+        print(f"Doubt: {note}.")
+    print("Wrote", ", ".join(summary[name] for name in ("calibration", "sweep")))
+
+
+def _inverse_in_words(inverse: dict) -> str:
+    if inverse["modulus_MPa"] is None:
+        return "The quadratic nowhere rises with E: it has no inverse."
+    sd, f2, f, one = inverse["coefficients"]
+    sign = "-" if inverse["branch"] < 0 else ""
+    low, high = inverse["modulus_MPa"]
+    root = f"E = {sign}sqrt({sd:.4g} S_d {f2:+.4g} f² {f:+.4g} f {one:+.4g}) {-inverse['shift']:+.4g}"
+    return f"Inverse: {root}, where it rises: {low:.3g} to {high:.3g} MPa (full precision in the file)."

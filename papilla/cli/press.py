@@ -1,0 +1,104 @@
+"""`papilla press`: one scene."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from papilla.checks import finite, positive
+from papilla.cli.output import print_json, print_table, progress
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.fem import Press
+    from papilla.specimen import Specimen
+
+DEFAULT_THICKNESS_MM = 10.0
+
+SpecimenKind = Literal["half-space", "block", "sphere"]
+Fidelity = Literal["auto", "hertz", "contact"]
+
+
+def press(
+    modulus: Annotated[float, typer.Option(help="Young's modulus of the specimen, MPa.")],
+    force: Annotated[float | None, typer.Option(help="Pressing force, N.")] = None,
+    indentation: Annotated[float | None, typer.Option(help="Approach of finger and specimen, mm.")] = None,
+    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what is touched.")] = "block",
+    thickness: Annotated[float | None, typer.Option(help="Thickness of a block, mm.  [default: 10]")] = None,
+    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
+    at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
+    fidelity: Annotated[Fidelity, typer.Option(help="auto: the cheapest rung within 2 %.")] = "auto",
+    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Press a specimen on the finger: indentation, contact, gauge readings.
+
+    Give the force or the indentation.
+    """
+    touched = make_specimen(specimen, modulus, thickness, radius)
+    if (force is None) == (indentation is None):
+        raise InputError("give exactly one of --force and --indentation")
+    if force is not None:
+        positive("--force (N)", force)
+    else:
+        positive("--indentation (mm)", indentation)
+    for axis, value in zip("XY", at, strict=True):
+        finite(f"--at {axis} (mm)", value)
+
+    from papilla import fem
+    from papilla.fem.prepare import prepare
+    from papilla.finger import Finger
+
+    design = Finger.load(finger) if finger else Finger.default()
+    with progress() as shown:
+        reduced = prepare(design, at=at, progress=shown.line)
+        found = fem.press(reduced, touched, force=force, indentation=indentation, fidelity=fidelity)
+    named = {"finger": design.name, "specimen": describe(touched), "at_mm": list(at)}
+    if as_json:
+        print_json({**found.to_json(), **named})
+    else:
+        _print(found, named, [gauge.name for gauge in design.gauges])
+
+
+def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None) -> "Specimen":
+    """The specimen of the options; refuses an option that its shape would ignore."""
+    from papilla.specimen import Block, HalfSpace, Sphere
+
+    if thickness is not None and kind != "block":
+        raise InputError(f"--thickness is for a block, not for a {kind}")
+    if radius is not None and kind != "sphere":
+        raise InputError(f"--radius is for a sphere, not for a {kind}")
+    if kind == "half-space":
+        return HalfSpace(modulus)
+    if kind == "block":
+        return Block(modulus, DEFAULT_THICKNESS_MM if thickness is None else thickness)
+    if radius is None:
+        raise InputError("a sphere needs --radius (mm)")
+    return Sphere(modulus, radius)
+
+
+def describe(specimen: "Specimen") -> dict:
+    """Kind and measures of a specimen under the names of files, as plain values."""
+    from dataclasses import asdict
+
+    units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
+    kind = {"HalfSpace": "half-space"}.get(type(specimen).__name__, type(specimen).__name__.lower())
+    return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items()}}
+
+
+def _print(found: "Press", named: dict, gauges: list[str]) -> None:
+    measures = {key: value for key, value in named["specimen"].items() if key != "kind"}
+    specimen = ", ".join(f"{key} {value:g}" for key, value in measures.items())
+    rows = [
+        ("force", f"{found.force:.4g}", "N"),
+        ("indentation", f"{found.indentation:.4g}", "mm"),
+        ("contact area", f"{found.contact_area:.4g}", "mm²"),
+        ("peak pressure", f"{found.peak_pressure:.4g}", "MPa"),
+        *((f"reading {name}", f"{value:.1f}", "µε") for name, value in zip(gauges, found.reading, strict=True)),
+        ("S_d (population sd)", f"{found.sd:.1f}", "µε"),
+        ("force balance", f"{found.force_balance:.1e}", ""),
+        ("fidelity", found.fidelity, ""),
+    ]
+    print(f"{named['specimen']['kind']} ({specimen}) on {named['finger']}")
+    print_table(rows)
+    print(found.status)

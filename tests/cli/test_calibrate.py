@@ -1,0 +1,84 @@
+"""`papilla calibrate`: files and JSON of the main job, the way from a bench log, and what is refused."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from papilla.logs import read_bench, write_table
+
+
+def bench_columns(seed=5):
+    """Presses on three specimens whose readings follow a smooth law, with a little noise."""
+    rng = np.random.default_rng(seed)
+    force, modulus = (grid.ravel() for grid in np.meshgrid(np.geomspace(0.1, 1, 12), [0.089, 0.51, 0.72]))
+    size = 2000 * force**0.7 * modulus**0.15
+    readings = size[:, None] * np.array([-0.4, -0.8, 1.5, -0.8, -0.4]) * (1 + 1e-3 * rng.normal(size=(36, 5)))
+    gauges = {f"g{number}": column for number, column in enumerate(readings.T, start=1)}
+    return {"force_N": force, "modulus_MPa": modulus, **gauges}
+
+
+@pytest.mark.slow
+def test_main_job_writes_what_its_json_names(papilla, tmp_path):
+    answer = papilla("calibrate", "--json")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    assert answer.out.count("\n") == 1, "one object and nothing else"
+    assert found["max_error"] <= 0.02 and found["rms_error"] <= found["max_error"]
+    assert found["checked_presses"] == 100 and found["unanswered"] == 0
+    document = json.loads((tmp_path / found["calibration"]).read_text())
+    assert document["schema"] == "papilla.calibration/1"
+    for part in ("forward", "inverse"):
+        assert found["softness"][part]["coefficients"] == document["softness"][part]["coefficients"]
+    with open(tmp_path / found["sweep"], newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == found["presses"] == len({(row["force_N"], row["modulus_MPa"]) for row in rows})
+    presses = read_bench(tmp_path / found["sweep"])
+    assert np.unique(presses.modulus_MPa).size >= 12 and np.unique(presses.force_N).size >= 20
+    assert not list((tmp_path / "calibration").glob("*.tmp"))
+
+    again = papilla("calibrate", "--out", "again")
+    assert again.code == 0
+    assert (tmp_path / "again" / "sweep.csv").read_bytes() == (tmp_path / "calibration" / "sweep.csv").read_bytes()
+    for text in ("error of E, max", "µε/gf²", "Inverse: E = ", "Wrote again/calibration.json"):
+        assert text in again.out
+
+
+def test_refit_from_a_bench_log(papilla, tmp_path):
+    columns = bench_columns()
+    write_table(tmp_path / "presses.csv", columns)
+    answer = papilla("calibrate", "--bench", "presses.csv", "--out", "mine", "--json")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    assert found["presses"] == 36 and found["rms_error"] < 0.05
+    written = read_bench(tmp_path / "mine" / "sweep.csv")
+    assert np.array_equal(written.readings[:, 2], columns["g3"])
+    assert json.loads((tmp_path / "mine" / "calibration.json").read_text())["mesh"] == {}
+
+
+def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
+    write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
+    answer = papilla("calibrate", "--bench", "presses.csv")
+    assert answer.code == 0
+    assert answer.err.splitlines()[0] == "ignored columns of presses.csv: operator"
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (["--finger", "nowhere.toml"], "cannot read finger file nowhere.toml"),
+        (["--bench", "nowhere.csv"], "cannot read nowhere.csv"),
+        (["--bench", "nan.csv"], "nan.csv, line 5, column g2: expected a finite number, got nan"),
+        (["--bench", "one.csv"], "one.csv has one row"),
+        (["--out", "file.txt"], "cannot write to folder file.txt: File exists"),
+        (["--out", "file.txt/below"], "cannot write to folder file.txt/below: Not a directory"),
+    ],
+)
+def test_unusable_input(refused, tmp_path, options, message):
+    columns = bench_columns()
+    columns["g2"][3] = np.nan
+    write_table(tmp_path / "nan.csv", columns)
+    write_table(tmp_path / "one.csv", {name: values[:1] for name, values in columns.items()})
+    (tmp_path / "file.txt").write_text("")
+    assert message in refused("calibrate", *options)

@@ -1,0 +1,96 @@
+"""`papilla press`: the documented JSON, the table, and options that must not be ignored."""
+
+import json
+
+import pytest
+
+KEYS = {
+    *("force_N", "modulus_MPa", "fidelity", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa"),
+    *("gauge_strain", "reading_microstrain", "sd_microstrain", "force_balance", "status", "seconds"),
+}
+
+
+@pytest.mark.slow
+def test_json_of_the_published_scene(papilla):
+    answer = papilla("press", "--modulus", 0.51, "--force", 0.588, "--json")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    assert answer.out.count("\n") == 1, "one object and nothing else"
+    assert set(found) >= KEYS
+    assert found["force_N"] == 0.588 and found["modulus_MPa"] == 0.51
+    assert found["force_balance"] <= 1e-9
+    g1, g2, g3, g4, g5 = found["reading_microstrain"]
+    assert g1 == pytest.approx(g5, rel=0.02) and g2 == pytest.approx(g4, rel=0.02)
+    assert g3 > 0 > g2, "the skin is stretched below the contact and compressed beside it"
+    assert found["specimen"] == {"kind": "block", "modulus_MPa": 0.51, "thickness_mm": 10.0, "nu": 0.495}
+    assert found["finger"] == "human-finger-mimetic sensor"
+
+
+@pytest.mark.slow
+def test_force_and_indentation_are_two_ways_to_one_scene(papilla):
+    scene = ["press", "--modulus", 0.2, "--specimen", "sphere", "--radius", 30, "--fidelity", "contact", "--json"]
+    by_force = json.loads(papilla(*scene, "--force", 0.4).out)
+    by_depth = json.loads(papilla(*scene, "--indentation", by_force["indentation_mm"]).out)
+    assert by_depth["force_N"] == pytest.approx(0.4, rel=1e-6)
+    assert by_depth["sd_microstrain"] == pytest.approx(by_force["sd_microstrain"], rel=1e-6)
+    assert by_force["specimen"]["radius_mm"] == 30
+
+
+@pytest.mark.slow
+def test_table_shows_units_and_the_status(papilla):
+    answer = papilla("press", "--modulus", 0.51, "--force", 0.588)
+    assert answer.code == 0
+    for text in ("indentation", "mm²", "MPa", "reading g3", "µε", "S_d (population sd)", "block (modulus_MPa 0.51"):
+        assert text in answer.out
+    assert answer.out.splitlines()[-1].startswith(("contact rung", "hertz rung"))
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ([], "give exactly one of --force and --indentation"),
+        (["--force", 1, "--indentation", 1], "give exactly one of --force and --indentation"),
+        (["--force", 0], "--force (N) must be greater than 0, got 0"),
+        (["--force", "nan"], "--force (N) must be finite, got nan"),
+        (["--indentation", -1], "--indentation (mm) must be greater than 0, got -1"),
+        (["--force", 1, "--at", 0, "inf"], "--at Y (mm) must be finite, got inf"),
+        (["--force", 1, "--radius", 9], "--radius is for a sphere, not for a block"),
+        (["--force", 1, "--specimen", "sphere"], "a sphere needs --radius"),
+        (["--force", 1, "--specimen", "sphere", "--radius", -9], "specimen radius (mm) must be greater than 0, got -9"),
+        (
+            ["--force", 1, "--specimen", "half-space", "--thickness", 9],
+            "--thickness is for a block, not for a half-space",
+        ),
+        (["--force", 1, "--thickness", 0], "specimen thickness (mm) must be greater than 0, got 0"),
+        (["--force", 1, "--specimen", "cube"], "'cube' is not one of 'half-space', 'block', 'sphere'"),
+        (["--force", 1, "--fidelity", "best"], "'best' is not one of 'auto', 'hertz', 'contact'"),
+        (["--force", 1, "--finger", "nowhere.toml"], "cannot read finger file nowhere.toml: No such file"),
+    ],
+)
+def test_unusable_options(refused, options, message):
+    assert message in refused("press", "--modulus", 0.5, *options)
+
+
+@pytest.mark.parametrize("modulus", [0, -1, "nan", "inf"])
+def test_unusable_modulus(refused, modulus):
+    assert "specimen modulus (MPa) must be" in refused("press", "--modulus", modulus, "--force", 1)
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("name = [", "is not valid TOML"),
+        ("colour = 'red'", "finger.toml: "),
+        ("[shape]\nkind = 'cube'", "finger.toml: key name is missing"),
+    ],
+)
+def test_unusable_finger_file(refused, tmp_path, text, message):
+    (tmp_path / "finger.toml").write_text(text)
+    assert message in refused("press", "--modulus", 0.5, "--force", 1, "--finger", "finger.toml")
+
+
+@pytest.mark.slow
+def test_a_press_beyond_the_model_is_refused(papilla):
+    answer = papilla("press", "--modulus", 0.5, "--indentation", 12, "--json")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.splitlines()[-1].startswith("papilla: ")
