@@ -11,7 +11,7 @@ def finite(name: str, value) -> float:
         raise InputError(f"{name} must be a number, got {value!r}")
     try:
         number = float(value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} must be a number, got {value!r}") from error
     if not math.isfinite(number):
         raise InputError(f"{name} must be finite, got {number}")

@@ -13,7 +13,9 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
-Number = Annotated[float, Field(strict=False)]
+Number = float
+"""Whole numbers do; text and booleans do not, by the tables' strictness."""
+
 Pair = Annotated[tuple[Number, Number], Field(strict=False)]
 Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "papilla"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
-L0 = frozenset(path.stem for path in PACKAGE.glob("*.py") if not path.stem.startswith("__")) | {"references"}
+L0 = frozenset(path.stem for path in PACKAGE.glob("*.py") if not path.stem.startswith("__")) | {"calibration", "references"}
 MAY_IMPORT = {
     **{name: L0 for name in L0},
     "mesh": L0 | {"mesh"},

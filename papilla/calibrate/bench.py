@@ -36,21 +36,22 @@ def fit_bench(log: BenchLog, finger: dict | None = None) -> Calibration:
     solver = SurfaceFit(
         force, modulus, (bench_resolution(force, FORCE_DEGREE), bench_resolution(modulus, MODULUS_DEGREE))
     )
-    surface, rms, largest = solver.surface(np.log(sd[shared]))
+    fitted = solver.surface(np.log(sd[shared]))
+    surface = fitted.surface
     usable, twofold = usable_part(surface)
     gauges = []
     for number, name in enumerate(log.gauge_names):
-        plane, gauge_rms, gauge_largest = solver.surface(log.readings[shared, number] / force)
-        gauges.append(GaugeSurface(name, plane, uncertainty(plane, gauge_rms, gauge_largest)))
+        gauge = solver.surface(log.readings[shared, number] / force)
+        gauges.append(GaugeSurface(name, gauge.surface, uncertainty(gauge)))
     return Calibration(
         finger=finger or {"name": "", "sha256": ""},
         mesh={},
         forward=forward,
         inverse=forward.inverse,
-        surface=SdSurface(surface, usable, twofold, uncertainty(surface, rms, largest)),
+        surface=SdSurface(surface, usable, twofold, uncertainty(fitted)),
         gauges=tuple(gauges),
         provenance=provenance("bench log", presses=len(log), left_out=int((~shared).sum())),
-        notes=(*forward.notes, *_doubts(solver, shared, usable)),
+        notes=(*forward.notes, *_doubts(solver, len(moduli), shared, usable)),
     )
 
 
@@ -74,11 +75,16 @@ def _shared_forces(log: BenchLog, moduli: np.ndarray) -> np.ndarray:
     return (log.force_N >= low) & (log.force_N <= high)
 
 
-def _doubts(solver: SurfaceFit, shared: np.ndarray, usable: np.ndarray) -> list[str]:
+def _doubts(solver: SurfaceFit, moduli: int, shared: np.ndarray, usable: np.ndarray) -> list[str]:
     along_force, along_modulus = solver.along
     notes = [f"ln S_d is {along_force.in_words} in ln force and {along_modulus.in_words} in ln modulus"]
-    if along_modulus.degree == 2 and int(np.unique(usable).size) == 1:
-        notes.append("S_d does not rise with the modulus: no modulus can be told from it")
+    if along_modulus.degree is not None and moduli == along_modulus.degree + 1:
+        notes.append(f"between the {moduli} moduli S_d is assumed to follow this curve: no interval includes that")
+    share = 1 - float((usable[:, 1] - usable[:, 0]).mean()) / along_modulus.cells
+    if share > 0:
+        notes.append(
+            f"S_d does not rise with the modulus in {100 * share:.0f} % of the domain: no modulus is told there"
+        )
     if solver.freedom < 0.5:
         notes.append("as many presses as coefficients: the surface has no residual, its intervals leave noise out")
     if outside := int((~shared).sum()):

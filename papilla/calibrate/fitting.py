@@ -37,7 +37,8 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
     _refuse_no_spread(force, modulus, sd)
     forward = fit_quadratic(force, modulus, sd)
     solver = SurfaceFit(force, modulus, (table_resolution(force), table_resolution(modulus)))
-    surface, rms, largest = solver.surface(np.log(sd))
+    fitted = solver.surface(np.log(sd))
+    surface = fitted.surface
     missing = ~valid
     usable, twofold = usable_part(
         surface,
@@ -51,12 +52,12 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
         finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
         mesh={
             "sha256": sweep.mesh_sha256,
-            "size_mm": sweep.mesh_size_mm,
+            "size_mm": sweep.mesh_size_mm if np.isfinite(sweep.mesh_size_mm) else None,
             "scatter_sha256": [other.mesh_sha256 for other in scatter],
         },
         forward=forward,
         inverse=forward.inverse,
-        surface=SdSurface(surface, usable, twofold, uncertainty(surface, rms, largest, others)),
+        surface=SdSurface(surface, usable, twofold, uncertainty(fitted, others)),
         gauges=gauge_surfaces(sweep, solver, scatter),
         provenance=provenance("sweep", presses=int(valid.sum()), left_out=int(missing.sum()), specimen=sweep.specimen),
         notes=(*forward.notes, *_doubts(sweep, surface, usable, scatter)),
@@ -67,9 +68,9 @@ def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, scatter: Sequence[Sweep] = 
     """A surface of reading / force (microstrain / N) for each gauge: it may cross zero, so it has no logarithm."""
     valid, surfaces = sweep.valid, []
     for number, name in enumerate(sweep.gauge_names):
-        surface, rms, largest = solver.surface(sweep.reading[valid, number] / sweep.force_N[valid])
+        fitted = solver.surface(sweep.reading[valid, number] / sweep.force_N[valid])
         others = [(s.force_N, s.modulus_MPa, s.reading[:, number] / s.force_N) for s in scatter]
-        surfaces.append(GaugeSurface(name, surface, uncertainty(surface, rms, largest, others)))
+        surfaces.append(GaugeSurface(name, fitted.surface, uncertainty(fitted, others)))
     return tuple(surfaces)
 
 

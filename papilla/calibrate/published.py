@@ -9,8 +9,8 @@ import numpy as np
 
 from papilla.calibrate.sweep import SPECIMENS_MPA
 from papilla.calibration import Calibration
+from papilla.calibration.quadratic import QuadraticInverse, invert_quadratic
 from papilla.errors import InputError
-from papilla.quadratic import QuadraticInverse, invert_quadratic
 from papilla.units import gf_to_newton
 
 PUBLISHED_FORWARD = (-0.0314, 14.5, 87.2, 104.5, -81.9)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from papilla.calibration.quadratic import FORWARD_TERMS, Quadratic
 from papilla.errors import InputError
-from papilla.quadratic import FORWARD_TERMS, Quadratic
 from papilla.units import newton_to_gf
 
 PUBLISHED_MODULI_MPA = (0.089, 0.72)

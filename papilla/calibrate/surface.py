@@ -9,22 +9,24 @@ from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import splu
 from scipy.stats import t as student
 
-from papilla.calibration import LEVEL, Uncertainty
+from papilla.calibration import LEVEL, NORMAL_FACTOR, Uncertainty
+from papilla.calibration.surface import Axis, Surface
 from papilla.errors import InputError
-from papilla.surface import POWERS, Axis, Surface
 
 ROUGHNESS = 1e-3
-"""Weight of a squared third difference against the mean weight of a coefficient: settles the edges, no more."""
+"""Weight of a squared fourth difference against the mean weight of a coefficient: settles the edges, no more."""
 FEW_VALUES = 10
 """Below so many distinct values along an axis, one polynomial takes the place of cells."""
 CELLS_PER_VALUE = 0.9
+POLYNOMIAL_CELLS = 16
+"""Cells that a polynomial is written on: each is judged alone for whether S_d rises in it."""
 SCATTER_BINS = 8
 PROBES = 32
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely one axis is cut: a cubic spline of `cells`, or a polynomial of `degree` <= 3 on one cell."""
+    """How finely one axis is cut: a cubic spline of `cells`, or one polynomial of `degree` <= 3 over all of them."""
 
     cells: int
     degree: int | None = None
@@ -39,27 +41,43 @@ class Resolution:
         """(cells + 3, p): B-spline coefficients of the p free parameters (Bernstein's, for a polynomial)."""
         if self.degree is None:
             return np.eye(self.cells + 3)
-        powers = np.pad(_bernstein_powers(self.degree), ((0, 0), (0, 3 - self.degree)))
-        return (powers @ np.linalg.inv(POWERS)).T
+        # Blossoms of the powers at the inner knots of each B-spline (Ramshaw 1989, doi:10.1016/0167-8396(89)90032-0).
+        u, v, w = ((np.arange(self.cells + 3) - shift) / self.cells for shift in (2, 1, 0))
+        blossoms = np.column_stack([np.ones_like(u), (u + v + w) / 3, (u * v + u * w + v * w) / 3, u * v * w])
+        return blossoms[:, : self.degree + 1] @ _bernstein_powers(self.degree).T
 
     @property
     def roughness(self) -> np.ndarray:
-        """(p, p) squared third differences of the parameters; none for a polynomial."""
+        """(p, p) squared fourth differences of the parameters, which no cubic has; none for a polynomial."""
         if self.degree is not None:
             return np.zeros((self.degree + 1, self.degree + 1))
-        differences = np.diff(np.eye(self.cells + 3), 3, axis=0)
+        differences = np.diff(np.eye(self.cells + 3), 4, axis=0)
         return ROUGHNESS * differences.T @ differences
 
 
 def table_resolution(values: np.ndarray) -> Resolution:
     """The finest axis that a computed, noise-free table supports: cells, or a polynomial where values are few."""
     count = len(np.unique(values))
-    return Resolution(1, min(count - 1, 3)) if count < FEW_VALUES else Resolution(round(CELLS_PER_VALUE * count))
+    return (
+        Resolution(POLYNOMIAL_CELLS, min(count - 1, 3))
+        if count < FEW_VALUES
+        else Resolution(round(CELLS_PER_VALUE * count))
+    )
 
 
 def bench_resolution(values: np.ndarray, degree: int) -> Resolution:
     """What noisy presses support: a polynomial of at most this degree."""
-    return Resolution(1, min(len(np.unique(values)) - 1, degree))
+    return Resolution(POLYNOMIAL_CELLS, min(len(np.unique(values)) - 1, degree))
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the largest residual."""
+
+    surface: Surface
+    rms: float
+    factor: float
+    largest: float
 
 
 class SurfaceFit:
@@ -99,17 +117,21 @@ class SurfaceFit:
         probes = np.random.default_rng(0).choice([-1.0, 1.0], size=(size, PROBES))
         return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES)
 
-    def surface(self, values: np.ndarray) -> tuple[Surface, float, float]:
-        """The surface through (n,) values, rms (degrees of freedom taken off) and maximum of its residuals.
+    def surface(self, values: np.ndarray) -> "Fitted":
+        """The surface through (n,) values, and how far it misses them.
 
-        With no freedom left the rms is 0: the fit then says nothing about its error.
+        The rms is that of the residuals with p effective parameters taken off n presses, times sqrt(1 + p / n) for what
+        noise moved the surface itself. With no freedom left it is 0: the fit then says nothing about its error.
         """
         parameters = self._solver.solve(self._design.T @ values)
         residual = values - self._design @ parameters
         over_force, over_modulus = self._transforms
         table = over_force @ parameters.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
-        rms = float(np.sqrt(residual @ residual / self.freedom)) if self.freedom >= 0.5 else 0.0
-        return Surface(self.force_N, self.modulus_MPa, table), rms, float(np.abs(residual).max())
+        rms, factor = 0.0, NORMAL_FACTOR
+        if self.freedom >= 0.5:
+            rms = float(np.sqrt(residual @ residual / self.freedom * (2 - self.freedom / len(values))))
+            factor = float(student.ppf(0.5 + LEVEL / 2, self.freedom))
+        return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, float(np.abs(residual).max()))
 
 
 def usable_part(surface: Surface, missing_force=(), missing_modulus=(), forces=(), moduli=()):
@@ -140,17 +162,16 @@ def usable_part(surface: Surface, missing_force=(), missing_modulus=(), forces=(
     return usable, twofold
 
 
-def uncertainty(
-    surface: Surface, rms: float, largest: float, others: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]] = ()
-) -> Uncertainty:
+def uncertainty(fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]] = ()) -> Uncertainty:
     """The residuals of a fit, and what independent meshes differ from it.
 
     others : per mesh (force_N, modulus_MPa, value), values in the units of the surface. The scatter is the rms of the
     differences over meshes and moduli, in bins of force; a mesh's difference is systematic, so it does not average out.
     Contacts of different bins feel different elements, so the interval takes Student's t of meshes x bins.
     """
+    surface, residuals = fitted.surface, (fitted.rms, fitted.factor, fitted.largest)
     if not others:
-        return Uncertainty(rms, largest, np.array(surface.force_N), np.zeros(2), 0.0, 0)
+        return Uncertainty(*residuals, np.array(surface.force_N), np.zeros(2), 0.0, 0)
     force, modulus, value = (np.concatenate(parts) for parts in zip(*others, strict=True))
     difference = value - surface(force, modulus)
     known = np.isfinite(difference)
@@ -163,7 +184,7 @@ def uncertainty(
     filled = counts > 0
     middles = np.exp(bins.start + bins.step * (np.arange(SCATTER_BINS) + 0.5))
     factor = float(student.ppf(0.5 + LEVEL / 2, len(others) * filled.sum()))
-    return Uncertainty(rms, largest, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
+    return Uncertainty(*residuals, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
 
 
 def _row_products(left: np.ndarray, right: np.ndarray) -> csr_array:

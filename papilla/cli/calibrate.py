@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.output import Stopwatch, print_json, print_table, progress, say
+from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
+    from papilla.finger import Finger
 
 DEFAULT_OUT = Path("calibration")
 
@@ -38,10 +39,11 @@ def calibrate(
 
     with progress() as shown:
         if log is None:
-            done = job.calibrate_finger(design or Finger.default(), progress=shown.line, steps=shown.steps)
+            design = design or Finger.default()
+            done = job.calibrate_finger(design, progress=shown.line, steps=shown.steps)
         else:
             done = job.calibrate_bench(log, design)
-    paths = _write(done, out)
+        paths = _write(done, design, out, watch, shown)
     summary = _summary(done, paths, watch.seconds)
     if as_json:
         print_json(summary)
@@ -49,16 +51,19 @@ def calibrate(
         _print(summary)
 
 
-def _write(done: "Calibrated", out: Path) -> dict[str, str]:
+def _write(done: "Calibrated", finger: "Finger | None", out: Path, watch: Stopwatch, shown: Progress) -> dict[str, str]:
     """Write the results, each whole or not at all; their paths."""
-    paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv"}
+    from papilla.calibrate.report import write_report
+
+    paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     done.calibration.save(paths["calibration"])
     done.presses.to_csv(paths["sweep"])
+    write_report(paths["report"], done, finger, seconds=watch.seconds, progress=shown.line)
     return {name: str(path) for name, path in paths.items()}
 
 
 def _summary(done: "Calibrated", paths: dict[str, str], seconds: float) -> dict:
-    from papilla.calibration_file import to_document
+    from papilla.calibration.document import to_document
 
     softness = to_document(done.calibration)["softness"]
     return {
@@ -93,7 +98,7 @@ def _print(summary: dict) -> None:
     print(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     for note in summary["notes"]:
         print(f"Doubt: {note}.")
-    print("Wrote", ", ".join(summary[name] for name in ("calibration", "sweep")))
+    print("Wrote", ", ".join(summary[name] for name in ("calibration", "sweep", "report")))
 
 
 def _inverse_in_words(inverse: dict) -> str:

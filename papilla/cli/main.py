@@ -10,6 +10,7 @@ import typer
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.press import press
+from papilla.cli.view import view
 from papilla.errors import PapillaError
 
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
@@ -24,6 +25,7 @@ app = typer.Typer(
 app.command()(calibrate)
 app.command()(press)
 app.command()(estimate)
+app.command()(view)
 
 
 def _show_version(wanted: bool) -> None:

@@ -162,7 +162,7 @@ class Softness:
         A sample without an answer (status says why) leaves what was learnt untouched, except that lost contact ends it.
         Raises `InputError` for a sample of another length.
         """
-        *readings, force = sample
+        *readings, force = map(float, sample)
         if len(readings) != self._gauges:
             raise InputError(f"a sample must be {self._gauges} readings and force_N, got {len(readings) + 1} values")
         total = sum(readings)

@@ -126,6 +126,10 @@ class TaylorHood:
             for component in range(3):
                 if (component == axis) == (parity[axis] > 0):
                     free[3 * on_plane + component] = False
+            if parity[axis] < 0:
+                # A pressure that changes sign in the plane and is continuous there vanishes there
+                on_plane = self.mesh.points[self.mesh.tets, axis] == 0
+                free[3 * self.nodes + self._pressure_dofs[on_plane]] = False
         return free
 
     def p2_nodes(self, triangles: np.ndarray) -> np.ndarray:

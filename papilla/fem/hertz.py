@@ -63,12 +63,13 @@ def hertz_scene(
 ) -> HertzScene:
     """One press by force (N) or indentation (mm); raises `ContactRangeError` where the ellipse leaves the patch."""
     table = hertz_table(reduced, specimen)
+    cube_root = np.cbrt(table.force)
     if indentation is not None:
         _refuse_beyond(indentation, table.indentation[-1], "an indentation", "mm")
-        force = float(np.interp(indentation, table.indentation, table.force))
+        # Interpolated as below, in force^(2/3), where Hertz's law is a straight line
+        force = float(np.interp(indentation, table.indentation, cube_root**2) ** 1.5)
     assert force is not None
-    _refuse_beyond(force, table.force[-1], "a force", "N")
-    cube_root = np.cbrt(table.force)
+    _refuse_beyond(force, table.force[-1] * (1 + 1e-12), "a force", "N")
     at = np.cbrt(force)
     radius = float(np.interp(at, cube_root, table.radius))
     semi_axes = (radius, radius * table.aspect)

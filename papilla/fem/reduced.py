@@ -105,10 +105,15 @@ class ReducedFinger:
         from papilla.errors import FileAccessError
 
         try:
-            with np.load(path, allow_pickle=False) as arrays:
+            with open(path, "rb") as stream:
+                arrays = np.load(stream, allow_pickle=False)
+                if not isinstance(arrays, np.lib.npyio.NpzFile):
+                    raise FileFormatError(f"{path} is not a reduced finger: one array, where an .npz was expected")
                 return cls.from_arrays(dict(arrays))
         except OSError as error:
             raise FileAccessError(f"cannot read reduced finger {path}: {error.strerror or error}") from error
+        except FileFormatError:
+            raise
         except (ValueError, BadZipFile, EOFError) as error:
             raise FileFormatError(f"{path} is not a reduced finger: {error}") from error
 

@@ -7,18 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla.calibration import LEVEL, Calibration, GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration.data import CalibrationData
+from papilla.calibration.json_table import JsonTable
+from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
+from papilla.calibration.readouts import LEVEL, GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import write_text
-from papilla.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
-from papilla.surface import Surface
 
 SCHEMA = "papilla.calibration/1"
 SPLINE = "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"
 UNITS = {"f": "gf", "E": "MPa", "sd": "microstrain"}
 
 
-def write_calibration(calibration: Calibration, path: Path) -> None:
+def write_calibration(calibration: CalibrationData, path: Path) -> None:
     """Write a calibration, whole or not at all; raises `FileAccessError`."""
     text = json.dumps(to_document(calibration), indent=1, allow_nan=False, ensure_ascii=False)
     # Innermost lists of numbers on one line each: a row of coefficients is a line.
@@ -26,7 +28,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
     write_text(path, text + "\n")
 
 
-def read_calibration(path: Path) -> Calibration:
+def read_calibration(path: Path) -> CalibrationData:
     """Read a calibration; raises `FileAccessError` or `FileFormatError` (file and key named)."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -43,7 +45,7 @@ def read_calibration(path: Path) -> Calibration:
         raise FileFormatError(f"{path}: {error}") from error
 
 
-def to_document(calibration: Calibration) -> dict:
+def to_document(calibration: CalibrationData) -> dict:
     """The calibration as plain values under the documented keys."""
     forward, inverse, sd = calibration.forward, calibration.inverse, calibration.surface
     return {
@@ -95,11 +97,11 @@ def to_document(calibration: Calibration) -> dict:
     }
 
 
-def from_document(document: dict) -> Calibration:
+def from_document(document: dict) -> CalibrationData:
     """The calibration of plain values; raises `InputError` naming the key."""
-    root = _Table(document, "")
+    root = JsonTable(document, "")
     softness = root.table("softness")
-    calibration = Calibration(
+    calibration = CalibrationData(
         finger=root.table("finger").values,
         mesh=root.table("mesh").values,
         forward=_forward(softness.table("forward")),
@@ -115,7 +117,7 @@ def from_document(document: dict) -> Calibration:
     return calibration
 
 
-def _forward(table: "_Table") -> Quadratic:
+def _forward(table: JsonTable) -> Quadratic:
     table.require("form", "quadratic")
     table.require("terms", list(FORWARD_TERMS))
     table.require("units", UNITS)
@@ -131,7 +133,7 @@ def _forward(table: "_Table") -> Quadratic:
     )
 
 
-def _inverse(table: "_Table") -> QuadraticInverse:
+def _inverse(table: JsonTable) -> QuadraticInverse:
     table.require("terms", list(INVERSE_TERMS))
     branch = table.number("branch")
     if branch not in (-1, 1):
@@ -144,7 +146,7 @@ def _inverse(table: "_Table") -> QuadraticInverse:
     )
 
 
-def _sd_surface(table: "_Table") -> SdSurface:
+def _sd_surface(table: JsonTable) -> SdSurface:
     surface = _surface(table)
     m, n = surface.cells
     usable = table.array("usable_nodes", (m, 2))
@@ -154,23 +156,24 @@ def _sd_surface(table: "_Table") -> SdSurface:
     return SdSurface(surface, usable.astype(int), twofold, _uncertainty(table.table("uncertainty")))
 
 
-def _gauge(table: "_Table") -> GaugeSurface:
+def _gauge(table: JsonTable) -> GaugeSurface:
     return GaugeSurface(table.text("name"), _surface(table), _uncertainty(table.table("uncertainty")))
 
 
-def _surface(table: "_Table") -> Surface:
+def _surface(table: JsonTable) -> Surface:
     table.require("form", SPLINE)
     cells = table.array("cells", (2,))
     coefficients = table.array("coefficients", (int(cells[0]) + 3, int(cells[1]) + 3))
     return Surface(table.interval("force_N"), table.interval("modulus_MPa"), coefficients)
 
 
-def _uncertainty(table: "_Table") -> Uncertainty:
+def _uncertainty(table: JsonTable) -> Uncertainty:
     forces = table.array("scatter_force_N", None)
     if (forces <= 0).any() or (np.diff(forces) <= 0).any():
         raise InputError(f"{table.name('scatter_force_N')} must rise and be above 0")
     return Uncertainty(
         fit_rms=table.number("fit_rms"),
+        fit_factor=table.number("fit_factor"),
         fit_max=table.number("fit_max"),
         scatter_force_N=forces,
         scatter=table.array("scatter", forces.shape),
@@ -193,6 +196,7 @@ def _uncertainty_table(known: Uncertainty) -> dict:
     return {
         "level": LEVEL,
         "fit_rms": known.fit_rms,
+        "fit_factor": known.fit_factor,
         "fit_max": known.fit_max,
         "scatter_force_N": known.scatter_force_N.tolist(),
         "scatter": known.scatter.tolist(),
@@ -204,86 +208,3 @@ def _uncertainty_table(known: Uncertainty) -> dict:
 def _nulls(row) -> list:
     """Numbers with null for NaN, which JSON has not."""
     return [None if math.isnan(value) else value for value in row.tolist()]
-
-
-class _Table:
-    """A JSON object whose values are taken out by type; every complaint names the full key."""
-
-    def __init__(self, values, where: str):
-        if not isinstance(values, dict):
-            raise InputError(f"{where or 'the file'} must be an object, got {_shown(values)}")
-        self.values, self._where = values, where
-
-    def name(self, key: str) -> str:
-        return f"{self._where}.{key}" if self._where else key
-
-    def get(self, key: str):
-        if key not in self.values:
-            raise InputError(f"key {self.name(key)} is missing")
-        return self.values[key]
-
-    def table(self, key: str) -> "_Table":
-        return _Table(self.get(key), self.name(key))
-
-    def tables(self, key: str) -> list["_Table"]:
-        items = self._list(key)
-        return [_Table(item, f"{self.name(key)}[{number}]") for number, item in enumerate(items)]
-
-    def text(self, key: str) -> str:
-        if not isinstance(value := self.get(key), str):
-            raise InputError(f"{self.name(key)} must be text, got {_shown(value)}")
-        return value
-
-    def texts(self, key: str) -> tuple[str, ...]:
-        items = self._list(key)
-        if not all(isinstance(item, str) for item in items):
-            raise InputError(f"{self.name(key)} must be a list of texts")
-        return tuple(items)
-
-    def require(self, key: str, expected) -> None:
-        if (value := self.get(key)) != expected:
-            raise InputError(f"{self.name(key)} must be {_shown(expected)}, got {_shown(value)}")
-
-    def number(self, key: str) -> float:
-        value = self.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise InputError(f"{self.name(key)} must be a finite number, got {_shown(value)}")
-        return float(value)
-
-    def interval(self, key: str) -> tuple[float, float]:
-        low, high = self.array(key, (2,)).tolist()
-        return low, high
-
-    def array(self, key: str, shape: tuple[int, ...] | None, *, nulls: bool = False) -> np.ndarray:
-        """Numbers of the stated shape (None: any list); with `nulls`, null means NaN."""
-        flat: list[float] = []
-        found = _collect(self.get(key), flat, nulls)
-        expected = found if shape is None and found is not None and len(found) == 1 else shape
-        if found is None or found != expected:
-            wanted = "numbers" if shape is None else " x ".join(map(str, shape)) + " finite numbers"
-            raise InputError(f"{self.name(key)} must be a list of {wanted}, got {_shown(self.get(key))}")
-        return np.array(flat).reshape(found)
-
-    def _list(self, key: str) -> list:
-        if not isinstance(value := self.get(key), list):
-            raise InputError(f"{self.name(key)} must be a list, got {_shown(value)}")
-        return value
-
-
-def _collect(value, flat: list[float], nulls: bool) -> tuple[int, ...] | None:
-    """Append all numbers of nested lists to `flat`; their shape, or None where something else stands there."""
-    if isinstance(value, list):
-        shapes = {_collect(item, flat, nulls) for item in value}
-        return (len(value), *inner) if len(shapes) == 1 and (inner := shapes.pop()) is not None else None
-    if value is None and nulls:
-        flat.append(math.nan)
-    elif isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-        flat.append(float(value))
-    else:
-        return None
-    return ()
-
-
-def _shown(value) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

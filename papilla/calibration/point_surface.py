@@ -8,7 +8,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 
-from papilla.surface import ROUNDING, Surface
+from papilla.calibration.surface import ROUNDING, Surface
 
 NEWTON_STEPS = 60
 """Newton's method on a monotone cubic needs 3 to 6; bisection steps in between are counted too."""

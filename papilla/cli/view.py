@@ -1,0 +1,71 @@
+"""`papilla view`: pictures of a press and of what the gauges feel."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from papilla.cli.output import Stopwatch, print_json, progress
+from papilla.cli.press import SpecimenKind, make_specimen
+from papilla.errors import InputError
+
+What = Literal["strain", "contact", "receptive"]
+
+SHOWN_MODULUS_MPA, SHOWN_FORCE_N = 0.51, 0.588
+"""The scene that is shown where none is asked for: 60 gf on the middle one of the published specimens."""
+
+
+def view(
+    what: Annotated[
+        What,
+        typer.Argument(help="strain field of a press, contact pressure of a press, or receptive field of a gauge."),
+    ] = "strain",
+    screenshot: Annotated[
+        Path | None, typer.Option(help="PNG file to write.  [default: WHAT.png]", metavar="FILE.png")
+    ] = None,
+    modulus: Annotated[float | None, typer.Option(help="Modulus of the specimen, MPa.  [default: 0.51]")] = None,
+    force: Annotated[float | None, typer.Option(help="Pressing force, N.  [default: 0.588]")] = None,
+    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what is touched.")] = "block",
+    thickness: Annotated[float | None, typer.Option(help="Thickness of a block, mm.  [default: 10]")] = None,
+    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
+    at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
+    gauge: Annotated[str | None, typer.Option(help="Gauge of a receptive field.  [default: the middle one]")] = None,
+    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Draw the strain field of a press, its contact pressure, or the receptive field of a gauge, as PNG."""
+    watch = Stopwatch()
+    if what == "receptive" and (modulus, force, thickness, radius) != (None, None, None, None):
+        raise InputError("a receptive field has no press: leave out --modulus, --force, --thickness and --radius")
+    if what != "receptive" and gauge is not None:
+        raise InputError(f"--gauge goes with a receptive field, not with {what}")
+    touched = make_specimen(specimen, SHOWN_MODULUS_MPA if modulus is None else modulus, thickness, radius)
+    target = Path(f"{what}.png") if screenshot is None else screenshot
+
+    from papilla import fem
+    from papilla import view as pictures
+    from papilla.files import check_writable
+    from papilla.finger import Finger
+
+    check_writable(target.parent)
+    design = Finger.load(finger) if finger else Finger.default()
+    facts = {"finger": design.name, "picture": what}
+    with progress() as shown:
+        if what == "receptive":
+            name = design.gauges[len(design.gauges) // 2].name if gauge is None else gauge
+            pictures.receptive(target, design, name, progress=shown.line)
+            facts["gauge"] = name
+        else:
+            # A picture shows pressures node by node, so it is of the contact rung
+            reduced = fem.prepare(design, at=at, progress=shown.line)
+            load = SHOWN_FORCE_N if force is None else force
+            found = fem.press(reduced, touched, force=load, fidelity="contact")
+            facts |= found.to_json()
+            if what == "strain":
+                pictures.strain(target, design, reduced, found, touched, progress=shown.line)
+            else:
+                pictures.contact(target, reduced, found)
+    if as_json:
+        print_json({**facts, "screenshot": str(target), "seconds": watch.seconds})
+    else:
+        print("Wrote", target)

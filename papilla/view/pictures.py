@@ -1,0 +1,126 @@
+"""Pictures as PNG files. What takes a model to compute is kept in the cache, so that a second call needs none."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from papilla.errors import InputError
+from papilla.fem.press import Press
+from papilla.fem.reduced import ReducedFinger
+from papilla.files import replacing
+from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM, build, cache
+from papilla.specimen import Specimen
+
+APPEARANCE = 1
+"""Counts the changes of what the strain picture looks like; a new number makes kept ones anew."""
+FIELDS = 1
+"""Counts the changes of what receptive fields hold."""
+DPI = 120
+
+Progress = Callable[[str], None]
+
+
+def strain(
+    path,
+    finger: Finger,
+    reduced: ReducedFinger,
+    press: Press,
+    specimen: Specimen,
+    *,
+    variant: int = 0,
+    progress: Progress | None = None,
+) -> None:
+    """Write the strain field of a press as PNG: the finger cut open, its gauges, the contact and the specimen.
+
+    Parameters
+    ----------
+    reduced : `finger` reduced on its mesh number `variant`; press : of `specimen` on it.
+    progress : called with a line of text before something takes long.
+
+    Raises `InputError` where they do not belong together, `FileAccessError` where the file cannot be written, and what
+    meshing and solving raise.
+    """
+    _write(path, strain_png(finger, reduced, press, specimen, variant=variant, progress=progress))
+
+
+def strain_png(
+    finger: Finger,
+    reduced: ReducedFinger,
+    press: Press,
+    specimen: Specimen,
+    *,
+    variant: int = 0,
+    progress: Progress | None = None,
+) -> bytes:
+    """The picture that `strain` writes, as PNG bytes; raises the same except for the file."""
+    if reduced.finger_sha256 != finger.sha256:
+        raise InputError(f"the reduced finger was not made from this design of {finger.name}")
+
+    def draw() -> dict[str, np.ndarray]:
+        from papilla.fem import FingerModel, recover
+        from papilla.view.strain_field import strain_figure
+        from papilla.view.style import png
+
+        if progress is not None:
+            progress("recovering and drawing the strain field")
+        mesh = build(finger, size_mm=reduced.mesh_size_mm, variant=variant, progress=progress)
+        field = recover(FingerModel(finger, mesh), reduced, press)
+        picture = png(strain_figure(field, reduced, press, specimen, finger), DPI)
+        return {"png": np.frombuffer(picture, dtype=np.uint8)}
+
+    scene = (repr(specimen), reduced.at, press.fidelity, press.force, press.pressure.tobytes())
+    key = cache.digest(APPEARANCE, finger.sha256, reduced.mesh_sha256, scene)
+    return cache.fetch("picture", key, draw)["png"].tobytes()
+
+
+def receptive(
+    path,
+    finger: Finger,
+    gauge_name: str,
+    *,
+    size_mm: float = DEFAULT_SIZE_MM,
+    progress: Progress | None = None,
+) -> None:
+    """Write the receptive field of a gauge as PNG: the skin coloured by strain of the gauge per small load there.
+
+    Raises `InputError` for an unknown gauge, `FileAccessError` where the file cannot be written, and what meshing and
+    solving raise.
+    """
+    names = [gauge.name for gauge in finger.gauges]
+    if gauge_name not in names:
+        raise InputError(f"{finger.name} has no gauge {gauge_name!r}; its gauges are {', '.join(names)}")
+    mesh = build(finger, size_mm=size_mm, progress=progress)
+
+    def make() -> dict[str, np.ndarray]:
+        from papilla.fem import FingerModel, receptive_fields
+
+        if progress is not None:
+            progress("solving for the receptive fields")
+        fields = receptive_fields(FingerModel(finger, mesh))
+        return {"vertices": fields.vertices, "strain_per_newton": fields.strain_per_newton}
+
+    kept = cache.fetch("receptive", cache.digest(FIELDS, finger.sha256, mesh.sha256), make)
+
+    from papilla.fem import ReceptiveFields
+    from papilla.view.receptive_field import receptive_figure
+    from papilla.view.style import png
+
+    fields = ReceptiveFields(mesh, kept["vertices"], kept["strain_per_newton"])
+    _write(path, png(receptive_figure(fields, finger, gauge_name), DPI))
+
+
+def contact(path, reduced: ReducedFinger, press: Press) -> None:
+    """Write the contact pressure of a press of `reduced` as PNG.
+
+    Raises `InputError` where the press is not one of `reduced`, `FileAccessError` where the file cannot be written.
+    """
+    from papilla.view.contact_map import contact_figure
+    from papilla.view.style import png
+
+    _write(path, png(contact_figure(reduced, press), DPI))
+
+
+def _write(path, content: bytes) -> None:
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)

@@ -1,0 +1,205 @@
+"""Plots of a calibration from plain arrays: curves of S_d, maps of the error of E. Each returns a matplotlib Figure."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+
+from papilla.view.style import ACCENTS, FAINT, INK, MUTED, nice_limit, styled
+
+PERCENT = 100.0
+CEILING = 50.0
+"""Uncertainty in % from which a modulus counts as not identifiable; the colour scale ends there."""
+SPREAD = "viridis"
+
+
+def sd_against_force(
+    force_N: np.ndarray,
+    moduli: Sequence[float],
+    sd: np.ndarray,
+    published_force_N: np.ndarray | None = None,
+    published_sd: np.ndarray | None = None,
+    published_moduli: Sequence[float] = (),
+    measured: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+) -> Figure:
+    """S_d in microstrain (force, modulus) against force in N, a curve per modulus (MPa).
+
+    published_sd : (force, modulus) the published regression scaled to microstrain, dashed in the same colours.
+    measured : force (N), modulus (MPa) and S_d (microstrain) of n presses, drawn as dots.
+    """
+    colors = _spread(len(moduli))
+    with styled(7.2, 4.3) as figure:
+        axes = figure.add_axes((0.11, 0.13, 0.66, 0.8))
+        ends = []
+        for modulus, values, color in zip(moduli, sd.T, colors, strict=True):
+            axes.plot(force_N, values / 1000, color=color, linewidth=1.8)
+            ends.append((float(values[np.isfinite(values)][-1] / 1000), f"{modulus:.3g} MPa", color))
+        if published_sd is not None and published_force_N is not None:
+            for modulus, values in zip(published_moduli, published_sd.T, strict=True):
+                axes.plot(
+                    published_force_N,
+                    values / 1000,
+                    color=colors[_nearest(moduli, modulus)],
+                    linewidth=1.4,
+                    linestyle=(0, (4, 2)),
+                )
+            axes.plot(
+                [], [], color=MUTED, linewidth=1.4, linestyle=(0, (4, 2)), label="published (9), one scale factor"
+            )
+            axes.plot([], [], color=MUTED, linewidth=1.8, label="calibration")
+            axes.legend(loc="lower right", fontsize=9)
+        if measured is not None:
+            shades = [colors[_nearest(moduli, modulus)] for modulus in measured[1]]
+            axes.scatter(measured[0], measured[2] / 1000, c=shades, s=14, edgecolors="white", linewidths=0.4)
+        axes.set(xlabel="force (N)", ylabel=r"$S_d$ (10³ µε)", xlim=(0, float(force_N.max())), ylim=(0, None))
+        _label_ends(axes, float(force_N.max()), ends)
+    return figure
+
+
+def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.ndarray) -> Figure:
+    """S_d in microstrain (force, modulus) against modulus in MPa on a logarithmic axis, a curve per force (N)."""
+    colors = _spread(len(forces))
+    with styled(7.2, 4.3) as figure:
+        axes = figure.add_axes((0.11, 0.13, 0.66, 0.8))
+        for values, color in zip(sd, colors, strict=True):
+            axes.plot(modulus_MPa, values / 1000, color=color, linewidth=1.8)
+        axes.set_xscale("log")
+        axes.set(xlabel="modulus of the specimen (MPa)", ylabel=r"$S_d$ (10³ µε)", ylim=(0, None))
+        axes.set_xlim(float(modulus_MPa.min()), float(modulus_MPa.max()))
+        _plain_log(axes.xaxis)
+        ends = [
+            (values[-1] / 1000, f"{force:.3g} N", color)
+            for values, force, color in zip(sd, forces, colors, strict=True)
+        ]
+        _label_ends(axes, float(modulus_MPa.max()), ends)
+    return figure
+
+
+def uncertainty_map(
+    force_N: np.ndarray,
+    modulus_MPa: np.ndarray,
+    relative_sigma: np.ndarray,
+    identified: np.ndarray,
+    checked: tuple[float, float, float, float] | None = None,
+) -> Figure:
+    """sigma_E / E (force, modulus) over force in N and modulus in MPa; what is not identified (bool) is hatched.
+
+    checked : (force low, high, modulus low, high) of a rectangle to draw, where recovered moduli were checked.
+    """
+    share = np.where(identified, PERCENT * relative_sigma, np.nan)
+    levels = np.array([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, CEILING])
+    with styled(7.2, 4.4) as figure:
+        axes = figure.add_axes((0.11, 0.13, 0.7, 0.8))
+        shades = axes.contourf(
+            force_N, modulus_MPa, np.log10(np.clip(share, levels[0], CEILING)).T, levels=np.log10(levels), cmap="YlOrBr"
+        )
+        lines = axes.contour(force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=INK, linewidths=0.5)
+        axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize=8)
+        blank = (~identified).astype(float).T
+        axes.contourf(force_N, modulus_MPa, blank, levels=[0.5, 1.5], colors="#eceff3", hatches=["////"])
+        if checked is not None:
+            low_force, high_force, low_modulus, high_modulus = checked
+            box = Rectangle((low_force, low_modulus), high_force - low_force, high_modulus - low_modulus)
+            box.set(fill=False, edgecolor=ACCENTS[0], linewidth=1.6)
+            axes.add_patch(box)
+        handles = [Patch(facecolor="#eceff3", hatch="////", edgecolor=MUTED, label="not identifiable")]
+        if checked is not None:
+            handles.append(Patch(facecolor="none", edgecolor=ACCENTS[0], label="where recovery was checked"))
+        axes.legend(handles=handles, loc="lower right", fontsize=8.5, frameon=True, facecolor="white", framealpha=0.9)
+        _force_modulus_axes(axes, force_N, modulus_MPa)
+        bar = figure.colorbar(shades, cax=figure.add_axes((0.84, 0.13, 0.025, 0.8)))
+        bar.set_ticks(list(np.log10(levels)), labels=[f"{level:g} %" for level in levels])
+        bar.set_label(r"$\sigma_E / E$")
+        bar.outline.set_visible(False)
+    return figure
+
+
+def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray) -> Figure:
+    """Relative error (n,) of recovered moduli at forces (n,) in N and moduli (n,) in MPa; NaN where none was given."""
+    known = np.isfinite(error)
+    limit = nice_limit(max(PERCENT * float(np.abs(error[known]).max(initial=0.0)), 1e-9))
+    with styled(7.2, 4.4) as figure:
+        axes = figure.add_axes((0.11, 0.13, 0.7, 0.8))
+        dots = axes.scatter(
+            force_N[known], modulus_MPa[known], c=PERCENT * error[known], s=90, cmap="PuOr_r", vmin=-limit, vmax=limit,
+            edgecolors=MUTED, linewidths=0.4,
+        )  # fmt: skip
+        if not known.all():
+            axes.scatter(force_N[~known], modulus_MPa[~known], marker="x", color=INK, s=40, label="no answer")
+            axes.legend(loc="lower right", fontsize=9)
+        _force_modulus_axes(axes, force_N, modulus_MPa, margin=1.08)
+        bar = figure.colorbar(dots, cax=figure.add_axes((0.84, 0.13, 0.025, 0.8)))
+        bar.set_label("error of the recovered E (%)")
+        bar.outline.set_visible(False)
+    return figure
+
+
+def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarray, title: str) -> Figure:
+    """Readings in microstrain (force, gauge) against force in N, a curve per gauge; equal ones lie on each other."""
+    with styled(7.2, 4.0) as figure:
+        axes = figure.add_axes((0.11, 0.14, 0.66, 0.74))
+        for number, values in enumerate(readings.T):
+            dashes = "solid" if number <= len(names) // 2 else (0, (4, 2))
+            axes.plot(force_N, values / 1000, color=ACCENTS[number % len(ACCENTS)], linestyle=dashes, linewidth=1.8)
+        axes.axhline(0, color=MUTED, linewidth=0.8)
+        axes.set(xlabel="force (N)", ylabel="reading (10³ µε)", xlim=(0, float(force_N.max())), title=title)
+        ends = [
+            (float(values[-1] / 1000), name, ACCENTS[number % len(ACCENTS)])
+            for number, (name, values) in enumerate(zip(names, readings.T, strict=True))
+        ]
+        _label_ends(axes, float(force_N.max()), _merged(ends))
+    return figure
+
+
+def _force_modulus_axes(axes: Axes, force_N: np.ndarray, modulus_MPa: np.ndarray, margin: float = 1.0) -> None:
+    axes.set(xscale="log", yscale="log", xlabel="force (N)", ylabel="modulus of the specimen (MPa)")
+    axes.set_xlim(float(force_N.min()) / margin, float(force_N.max()) * margin)
+    axes.set_ylim(float(modulus_MPa.min()) / margin, float(modulus_MPa.max()) * margin)
+    for axis in (axes.xaxis, axes.yaxis):
+        _plain_log(axis)
+    axes.grid(False)
+
+
+def _plain_log(axis) -> None:
+    """Ticks 0.05, 0.1, 0.2 ... as plain numbers on a logarithmic axis."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _spread(count: int) -> list:
+    return [colormaps[SPREAD](place) for place in np.linspace(0.05, 0.78, count)]
+
+
+def _nearest(moduli: Sequence[float], modulus: float) -> int:
+    return int(np.argmin(np.abs(np.log(np.array(moduli) / modulus))))
+
+
+def _merged(ends: list) -> list:
+    """Labels of curves that end in the same place (mirrored gauges) on one line."""
+    merged: list = []
+    for value, name, color in ends:
+        same = next((item for item in merged if abs(item[0] - value) < 1e-3 * max(abs(value), 1e-9)), None)
+        if same is None:
+            merged.append([value, name, color])
+        else:
+            same[1] += f", {name}"
+    return [tuple(item) for item in merged]
+
+
+def _label_ends(axes: Axes, x: float, ends: list) -> None:
+    """Name curves at their right ends, moved apart where they would overlap."""
+    low, high = axes.get_ylim()
+    gap = 0.055 * (high - low)
+    place = -np.inf
+    for value, name, color in sorted(ends, key=lambda end: end[0]):
+        place = max(value, place + gap)
+        axes.annotate(
+            name, (x, value), xytext=(1.03, (place - low) / (high - low)), textcoords="axes fraction", va="center",
+            fontsize=9, color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": FAINT, "lw": 0.8},
+        )  # fmt: skip

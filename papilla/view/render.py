@@ -1,0 +1,124 @@
+"""Surfaces to an image: pyvista offscreen, with the projection that puts drawn lines and labels where they belong."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from matplotlib import colormaps
+
+SUPERSAMPLE = 2
+"""Pixels rendered per pixel shown, each way: smooth edges on every kind of window."""
+
+MARGIN_MM = 1.5
+"""Left free around what a picture shows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A surface to render: by its point data `scalars` within +-`limit` through `cmap`, or plainly in `color`."""
+
+    surface: pv.PolyData
+    color: str = "white"
+    scalars: str | None = None
+    limit: float = 1.0
+    cmap: str = "RdBu_r"
+    opacity: float = 1.0
+    lit: bool = True
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection: `elevation` above the horizon and `turn` about z in degrees, seen from -y at turn 0.
+
+    centre (mm) is in the middle of the picture, `width_mm` x `height_mm` fit into it.
+    """
+
+    elevation: float
+    turn: float
+    centre: tuple[float, ...] = (0.0, 0.0, 0.0)
+    width_mm: float = 1.0
+    height_mm: float = 1.0
+
+    def axes(self) -> np.ndarray:
+        """Unit vectors (3, 3): right, up, and towards the viewer."""
+        elevation, turn = np.radians([self.elevation, self.turn])
+        toward = np.array(
+            [np.sin(turn) * np.cos(elevation), -np.cos(turn) * np.cos(elevation), np.sin(elevation)],
+        )
+        right = np.array([np.cos(turn), np.sin(turn), 0.0])
+        return np.stack([right, np.cross(toward, right), toward])
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Places (..., 2) in mm, right and up of the picture's middle, of points (..., 3)."""
+        return (np.asarray(points) - np.array(self.centre)) @ self.axes()[:2].T
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of the picture in the coordinates of `project`."""
+        return -self.width_mm / 2, self.width_mm / 2, -self.height_mm / 2, self.height_mm / 2
+
+
+def fitted(view: View, points: np.ndarray) -> View:
+    """`view` around all of `points`, with a margin."""
+    flat = points @ view.axes()[:2].T
+    low, high = flat.min(axis=0) - MARGIN_MM, flat.max(axis=0) + MARGIN_MM
+    centre = (low + high) / 2 @ view.axes()[:2]
+    return replace(view, centre=tuple(centre), width_mm=float(high[0] - low[0]), height_mm=float(high[1] - low[1]))
+
+
+def render(parts: list[Part], view: View, pixels_per_mm: float) -> np.ndarray:
+    """An RGB image (rows, columns, 3) of the parts on white; the caller made sure of a window."""
+    size = [round(SUPERSAMPLE * pixels_per_mm * length) for length in (view.width_mm, view.height_mm)]
+    plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none")
+    try:
+        plotter.background_color = "white"
+        _light(plotter, view)
+        for part in parts:
+            if part.surface.n_points:
+                _add(plotter, part)
+        _aim(plotter, view)
+        return np.asarray(plotter.screenshot(None, return_img=True))
+    finally:
+        plotter.close()
+
+
+def _add(plotter: pv.Plotter, part: Part) -> None:
+    shading: dict[str, Any] = {"lighting": part.lit, "smooth_shading": part.lit, "opacity": part.opacity}
+    if part.lit:
+        # Coloured surfaces are lit gently: their shades must stay those of the colour bar.
+        ambient, diffuse = (0.35, 0.75) if part.scalars is None else (0.65, 0.4)
+        shading |= {"ambient": ambient, "diffuse": diffuse, "specular": 0.05}
+    if part.scalars is None:
+        plotter.add_mesh(part.surface, color=part.color, **shading)
+        return
+    plotter.add_mesh(
+        part.surface,
+        scalars=part.scalars,
+        clim=(-part.limit, part.limit),
+        cmap=colormaps[part.cmap],
+        n_colors=256,
+        interpolate_before_map=True,
+        show_scalar_bar=False,
+        **shading,
+    )
+
+
+def _light(plotter: pv.Plotter, view: View) -> None:
+    right, up, toward = view.axes()
+    for direction, intensity in ((toward + up - 0.6 * right, 0.8), (toward + right, 0.25)):
+        light = pv.Light(
+            position=tuple(direction * 500), focal_point=(0, 0, 0), intensity=intensity, light_type="scene light"
+        )
+        plotter.add_light(light)
+
+
+def _aim(plotter: pv.Plotter, view: View) -> None:
+    _, up, toward = view.axes()
+    centre = np.array(view.centre)
+    plotter.camera.focal_point = tuple(centre)
+    plotter.camera.position = tuple(centre + 500 * toward)
+    plotter.camera.up = tuple(up)
+    plotter.camera.enable_parallel_projection()
+    plotter.camera.parallel_scale = view.height_mm / 2
+    plotter.renderer.reset_camera_clipping_range()

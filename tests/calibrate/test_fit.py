@@ -1,0 +1,139 @@
+"""From a sweep to a calibration: recovery between the points, missing presses, mesh scatter, what it confesses."""
+
+import json
+
+import numpy as np
+import pytest
+
+from papilla.calibrate import fit
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.errors import InputError
+
+RNG_FORCE = np.exp(np.random.default_rng(1).uniform(np.log(0.196), np.log(0.98), 300))
+RNG_MODULUS = np.exp(np.random.default_rng(2).uniform(np.log(0.05), np.log(0.72), 300))
+
+
+def test_moduli_between_the_points_are_recovered(calibration, truth):
+    answer = calibration.invert(truth.sd(RNG_FORCE, RNG_MODULUS), RNG_FORCE)
+    assert (answer.status == SoftnessStatus.OK).all()
+    assert np.abs(answer.modulus_MPa / RNG_MODULUS - 1).max() < 0.002
+
+
+def test_inverse_of_forward_is_the_identity_over_the_domain(calibration):
+    rng = np.random.default_rng(3)
+    force, modulus = np.exp(rng.uniform(np.log(0.05), 0, 300)), np.exp(rng.uniform(np.log(0.02), np.log(5), 300))
+    sd = calibration.predict(force, modulus)
+    back = calibration.invert(sd, force).modulus_MPa
+    np.testing.assert_allclose(back, modulus, rtol=1e-10)
+    np.testing.assert_allclose(calibration.predict(force, back), sd, rtol=1e-14)
+
+
+def test_gauges_follow_their_readings(calibration, truth):
+    found = calibration.predict_readings(RNG_FORCE, RNG_MODULUS)
+    expected = truth.readings(RNG_FORCE, RNG_MODULUS)
+    assert found.shape == (300, 5)
+    np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
+    assert np.isfinite([gauge.uncertainty.fit_rms for gauge in calibration.gauges]).all()
+
+
+def test_the_record_says_where_it_comes_from(calibration, made_up, tmp_path):
+    assert calibration.finger == {"name": "made up", "sha256": "0" * 64}
+    assert calibration.mesh["sha256"] == "1" * 64
+    assert calibration.provenance["presses"] == len(made_up)
+    assert {"papilla", "numpy", "scipy"} <= set(calibration.provenance["versions"])
+    assert calibration.provenance["specimen"] == made_up.specimen
+    assert any("do not include mesh scatter" in note for note in calibration.notes)
+    calibration.save(tmp_path / "c.json")
+    assert json.loads((tmp_path / "c.json").read_text())["domain"]["force_N"] == pytest.approx([0.05, 1.0])
+    loaded = Calibration.load(tmp_path / "c.json")
+    np.testing.assert_array_equal(loaded.predict(RNG_FORCE, RNG_MODULUS), calibration.predict(RNG_FORCE, RNG_MODULUS))
+
+
+def test_presses_without_readings_are_neither_dropped_nor_bridged(truth):
+    moduli, forces = np.geomspace(0.02, 5, 30), np.geomspace(0.05, 1, 30)
+    lost = lambda force, modulus: np.where((force > 0.6) & (modulus < 0.04), np.nan, 1.0)  # noqa: E731
+    sweep = truth.sweep(moduli, forces, change=lost)
+    missing = int((~sweep.valid).sum())
+    calibration = fit(sweep)
+    assert missing and calibration.provenance["left_out"] == missing
+    assert any(note.startswith(f"{missing} of 900 presses left") for note in calibration.notes)
+    assert calibration.invert(truth.sd(0.9, 0.03), 0.9).status is SoftnessStatus.SOFTER
+    assert calibration.invert(truth.sd(0.3, 0.03), 0.3).modulus_MPa == pytest.approx(0.03, rel=1e-3)
+    assert calibration.invert(truth.sd(0.9, 0.3), 0.9).modulus_MPa == pytest.approx(0.3, rel=1e-3)
+
+
+def test_coarse_presses_are_confessed(truth):
+    forces = np.geomspace(0.05, 1, 12)
+    resolved = np.tile(forces > 0.06, 12)
+    notes = fit(truth.sweep(np.geomspace(0.05, 1, 12), forces, resolved=resolved)).notes
+    assert any(note.startswith("12 of 144 presses are too light for the mesh") for note in notes)
+
+
+def test_intervals_include_mesh_scatter_and_cover_as_often_as_they_say(truth):
+    """Meshes whose S_d differs by smooth random 1 %: 40 families of a nominal mesh, 4 others, and one held out."""
+    rng = np.random.default_rng(8)
+    moduli, forces = np.geomspace(0.03, 3, 12), np.geomspace(0.05, 1, 16)
+
+    def another_mesh():
+        phase, pitch = rng.uniform(0, 2 * np.pi), rng.uniform(1.5, 3)
+        return lambda force, modulus: 1 + 0.01 * np.sqrt(2) * np.sin(pitch * np.log(force * modulus**0.3) + phase)
+
+    inside = []
+    for _ in range(40):
+        sweeps = [truth.sweep(moduli, forces, change=another_mesh()) for _ in range(5)]
+        calibration = fit(sweeps[0], scatter=sweeps[1:])
+        held_out = another_mesh()
+        force, modulus = np.exp(rng.uniform(-2.5, -0.1, 40)), np.exp(rng.uniform(-3, -0.4, 40))
+        answer = calibration.invert(truth.sd(force, modulus) * held_out(force, modulus), force)
+        inside.append((answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa))
+    assert calibration.surface.uncertainty.meshes == 4
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
+
+
+def test_scatter_of_another_sensor_is_refused(made_up, truth):
+    one = truth.sweep([0.1, 0.2], [0.1, 0.2])
+    other = type(one)(**{**one.__dict__, "reading": one.reading[:, :3]})
+    with pytest.raises(InputError, match="a scatter sweep has 3 gauges, not 5"):
+        fit(made_up, scatter=[other])
+
+
+def test_sweeps_that_cannot_be_fitted_are_refused(truth):
+    moduli, forces = [0.1, 0.3, 0.6], [0.1, 0.3, 0.6]
+    nothing = truth.sweep(moduli, forces, change=lambda force, modulus: np.nan)
+    with pytest.raises(InputError, match="no press of the sweep has readings; the first says: made up"):
+        fit(nothing)
+    with pytest.raises(InputError, match="S_d is 0 at 0.1 N on 0.1 MPa"):
+        fit(truth.sweep(moduli, forces, change=lambda force, modulus: 0.0))
+    with pytest.raises(InputError, match="do not determine the terms"):
+        fit(truth.sweep([0.3], forces + [0.7, 0.8]))
+
+
+def test_a_small_sweep_gets_polynomials(truth):
+    """5 moduli x 6 forces: low order, and still right to a few per cent."""
+    calibration = fit(truth.sweep(np.geomspace(0.05, 0.8, 5), np.geomspace(0.1, 1, 6)))
+    force, modulus = RNG_FORCE[:50], RNG_MODULUS[:50]
+    answer = calibration.invert(truth.sd(force, modulus), force)
+    assert np.abs(answer.modulus_MPa / modulus - 1).max() < 0.03
+
+
+@pytest.mark.slow
+def test_real_presses_between_the_points_and_on_another_mesh(tmp_path, monkeypatch):
+    """The default finger on two of its reference meshes, noise-free: the figures that the README states."""
+    from papilla.calibrate import sweep
+    from papilla.fem import press
+    from papilla.fem.prepare import prepare
+    from papilla.finger import Finger
+    from papilla.specimen import Block
+
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
+    meshes = [prepare(Finger.default(), variant=variant) for variant in range(3)]
+    few = np.geomspace(0.02, 5, 12), np.geomspace(0.05, 1, 20)
+    calibration = fit(sweep(meshes[0]), scatter=[sweep(meshes[2], *few)])
+    force, modulus = RNG_FORCE[:60], RNG_MODULUS[:60]
+    points = list(zip(force, modulus, strict=True))
+    presses = [[press(mesh, Block(E, 10), force=f, fidelity="contact") for f, E in points] for mesh in meshes[:2]]
+    sd = np.array([[found.sd for found in row] for row in presses])
+    same, other = (calibration.invert(row, force) for row in sd)
+    assert np.abs(same.modulus_MPa / modulus - 1).max() < 0.02
+    inside = (other.lower_MPa <= modulus) & (modulus <= other.upper_MPa)
+    assert inside.mean() > 0.8

@@ -1,0 +1,70 @@
+"""The published regression and its printed inverse."""
+
+import numpy as np
+import pytest
+
+from papilla.calibrate import fit
+from papilla.calibrate.published import (
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    compare,
+    exact_inverse,
+    published_sd,
+    rounding_error,
+)
+from papilla.errors import InputError
+
+
+def test_the_exact_inverse_has_the_known_coefficients():
+    """E = sqrt(0.359037 + (S_d + 0.0314 f^2 - 14.5 f + 81.9) / 87.2) - 0.599197."""
+    inverse = exact_inverse()
+    assert inverse.branch == 1 and inverse.shift == pytest.approx(0.599197, abs=5e-7)
+    expected = [1 / 87.2, 0.0314 / 87.2, -14.5 / 87.2, 0.359037 + 81.9 / 87.2]
+    assert inverse.coefficients == pytest.approx(expected, rel=1e-6)
+    assert abs(rounding_error(inverse).largest_MPa) < 1e-13
+
+
+def test_two_printed_digits_cost_up_to_0046_MPa():
+    error = rounding_error(PUBLISHED_INVERSE)
+    assert error.largest_MPa == pytest.approx(0.046, abs=0.0005)
+    assert error.rms_MPa == pytest.approx(0.019, abs=0.0005)
+    on_specimens = rounding_error(PUBLISHED_INVERSE, SPECIMENS_MPA)
+    assert (on_specimens.at_gf, on_specimens.at_MPa) == (100, 0.089)
+    assert on_specimens.relative == pytest.approx(0.49, abs=0.005)
+
+
+def test_the_printed_inverse_is_the_exact_one_but_for_its_digits():
+    assert PUBLISHED_INVERSE.coefficients == pytest.approx(exact_inverse().coefficients, rel=0.003)
+    assert exact_inverse(1).shift == PUBLISHED_INVERSE.shift == 0.6
+
+
+def test_four_digits_cost_at_most_00004_MPa():
+    assert 1e-5 < abs(rounding_error(exact_inverse(4)).largest_MPa) <= 0.0004
+
+
+def test_published_spread_does_not_depend_on_force():
+    spread = published_sd(np.array([0, 50, 100]), 0.72) - published_sd(np.array([0, 50, 100]), 0.089)
+    assert spread == pytest.approx([110.5] * 3, abs=0.05)
+
+
+def test_comparison_finds_the_scale(truth):
+    """A finger that follows the published regression in another unit agrees but for the scale."""
+
+    def follow(force, modulus):
+        return 25 * published_sd(force / 9.80665e-3, modulus) / truth.sd(force, modulus)
+
+    sweep = truth.sweep(np.geomspace(0.089, 0.72, 20), np.geomspace(0.09, 1, 40), change=follow)
+    found = compare(fit(sweep))
+    assert 1 / found.scale == pytest.approx(25, rel=1e-3)
+    assert found.relative_rms < 1e-3
+    assert found.scaled.shape == found.published.shape == (10, 3)
+
+
+def test_comparison_needs_the_published_domain(truth):
+    narrow = fit(truth.sweep(np.geomspace(0.1, 0.7, 12), np.geomspace(0.1, 0.5, 20)))
+    with pytest.raises(InputError, match="does not cover the published forces"):
+        compare(narrow)
+
+
+def test_comparison_of_another_finger_states_the_difference(calibration):
+    assert 0.01 < compare(calibration).relative_rms < 0.5

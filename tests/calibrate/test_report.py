@@ -1,0 +1,236 @@
+"""report.html: self-contained, escaped, and saying what the calibration's own numbers say."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from papilla.calibrate.job import Calibrated, Recovery, calibrate_bench
+from papilla.calibrate.report import write_report
+from papilla.calibrate.report_doubts import status_table
+from papilla.calibrate.report_figures import AnswerMap
+from papilla.calibrate.report_html import Markup, markup, number, page, plain, table, tag
+from papilla.calibration import SoftnessStatus
+from papilla.errors import FileAccessError, InputError
+from papilla.finger import Finger
+from papilla.logs import BenchLog
+
+VOID = {"meta", "img", "br"}
+
+
+class Reader(HTMLParser):
+    """Checks nesting; collects the text, the image sources and every address."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.images: list[str] = []
+        self.others: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open, f"not closed: {self.open}"
+
+    def handle_starttag(self, name, attributes):
+        if name not in VOID:
+            self.open.append(name)
+        for key, value in attributes:
+            if key == "src":
+                self.images.append(value)
+            elif key in ("href", "srcset", "action") or name == "script":
+                self.others.append(f"{name} {key}={value}")
+
+    def handle_endtag(self, name):
+        assert self.open.pop() == name
+        if name not in ("sub", "sup"):
+            self.words.append(" ")
+
+    def handle_data(self, data):
+        if self.open[-1:] != ["style"]:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        """The page's words, one space apart."""
+        return " ".join("".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def bench(truth) -> Calibrated:
+    """A calibration from presses of the made-up finger on three specimens, with 0.5 % noise."""
+    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.05, 1, 25), [0.089, 0.51, 0.72]))
+    noise = 1 + 0.005 * np.random.default_rng(5).standard_normal((len(force), 5))
+    return calibrate_bench(
+        BenchLog(force, modulus, truth.readings(force, modulus) * noise, ("g1", "g2", "g3", "g4", "g5"))
+    )
+
+
+@pytest.fixture(scope="module")
+def swept(made_up, calibration) -> Calibrated:
+    """A calibration from the made-up sweep, which has no reduced finger."""
+    force, modulus = np.array([0.3, 0.5, 0.9]), np.array([0.1, 0.4, 0.6])
+    recovered = modulus * np.array([1.004, 0.998, np.nan])
+    return Calibrated(calibration, made_up, Recovery(force, modulus, recovered))
+
+
+@pytest.fixture(scope="module")
+def read(tmp_path_factory):
+    """Write a report and read it."""
+
+    def write(done, **more) -> Reader:
+        path = tmp_path_factory.mktemp("report") / "report.html"
+        write_report(path, done, **more)
+        return Reader(path.read_text(encoding="utf-8"))
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def bench_page(read, bench) -> Reader:
+    return read(bench)
+
+
+@pytest.fixture(scope="module")
+def sweep_page(read, swept) -> Reader:
+    return read(swept, seconds=2.5)
+
+
+def test_the_page_is_well_formed_and_fetches_nothing(bench_page, sweep_page):
+    for found in (bench_page, sweep_page):
+        assert not found.others
+        assert len(found.images) >= 4
+        assert all(source.startswith("data:image/") for source in found.images)
+
+
+def test_every_coefficient_is_on_the_page_with_its_error(sweep_page, swept):
+    forward, inverse = swept.calibration.forward, swept.calibration.inverse
+    squeezed = "".join(sweep_page.text.split())
+    for value in (*forward.coefficients, *inverse.coefficients):
+        assert str(number(value, 5)).replace("\u202f", "").split("·")[0] in squeezed
+    for value in forward.stderr:
+        assert str(number(value, 2)).replace("\u202f", "").split("·")[0] in squeezed
+
+
+def test_the_headline_says_the_errors_and_what_was_left_unanswered(sweep_page):
+    assert "0.40 % largest error of recovered E" in sweep_page.text
+    assert "0.32 % rms error" in sweep_page.text
+    assert "2.5 s" in sweep_page.text
+    assert "1 were left unanswered" in sweep_page.text
+
+
+def test_the_notes_of_the_fit_are_among_the_doubts(sweep_page, swept):
+    for note in swept.calibration.notes:
+        assert note.replace("f2", "f²").replace("E2", "E²").replace("S_d", "Sd") in sweep_page.text
+
+
+def test_a_negative_branch_is_named(sweep_page, swept):
+    assert swept.calibration.inverse.branch < 0
+    assert "The E² coefficient is negative" in sweep_page.text
+    assert number(swept.calibration.inverse.modulus_MPa[1]) in sweep_page.text
+
+
+def test_the_printed_inverse_is_shown_to_be_off(sweep_page):
+    """FACTS: up to +0.046 MPa from two digits."""
+    assert "by up to +0.046 MPa" in sweep_page.text
+
+
+def test_a_bench_calibration_has_no_field_mesh_or_sweep(bench_page):
+    for word in ("The finger under load", "independent meshes move", "Contact", "computed presses"):
+        assert word not in bench_page.text
+    assert "75 measured presses" in bench_page.text
+    assert "It holds for the specimens that were measured" in bench_page.text
+
+
+def test_a_name_from_a_file_cannot_break_the_page(read, bench):
+    nasty = '<script>alert("1")</script>&'
+    named = replace(bench, calibration=replace(bench.calibration, finger={"name": nasty, "sha256": "0"}))
+    assert nasty in read(named).text
+
+
+def test_a_domain_elsewhere_leaves_the_comparison_out(read, truth):
+    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.3, 0.6, 15), [0.2, 0.3, 0.5]))
+    log = BenchLog(force, modulus, truth.readings(force, modulus), ("g1", "g2", "g3", "g4", "g5"))
+    found = read(calibrate_bench(log))
+    assert "brings the calibration as close to (9)" not in found.text
+    assert "calibrated over 0.3 to 0.6 N and 0.2 to 0.5 MPa" in found.text
+
+
+def test_the_map_answers_with_the_truth_where_it_answers(calibration):
+    answers = AnswerMap.of(calibration)
+    assert answers.status.shape == (len(answers.force_N), len(answers.modulus_MPa))
+    assert set(np.unique(answers.status)) <= {SoftnessStatus.OK, SoftnessStatus.NOT_IDENTIFIABLE}
+    assert answers.identified.mean() > 0.5
+    assert (answers.relative_sigma[answers.identified] <= 0.5).all()
+
+
+def test_the_status_table_counts_every_press(swept, calibration):
+    words = Reader(f"<div>{status_table(swept, AnswerMap.of(calibration))}</div>").text
+    assert f"made up {len(swept.presses)}" in words
+
+
+def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
+    with pytest.raises(InputError, match="needs the finger"):
+        write_report(tmp_path / "report.html", replace(swept, reduced=object()))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_there_is_refused_in_one_line(bench, tmp_path):
+    with pytest.raises(FileAccessError, match="cannot write"):
+        write_report(tmp_path / "missing" / "report.html", bench)
+
+
+@pytest.mark.slow
+def test_the_report_of_the_default_finger_shows_its_field_and_mesh(read):
+    from papilla import fem
+    from papilla.calibrate import fit, sweep
+    from papilla.calibrate.job import recover
+
+    finger = Finger.default()
+    reduced = fem.prepare(finger)
+    presses = sweep(reduced, np.geomspace(0.02, 5, 14), np.geomspace(0.05, 1, 12))
+    calibration = fit(presses)
+    lines: list[str] = []
+    done = Calibrated(calibration, presses, recover(calibration, reduced), reduced)
+    found = read(done, finger=finger, progress=lines.append)
+    assert any(source.startswith("data:image/png") for source in found.images)
+    assert "tetrahedra" in found.text and "No independent mesh" in found.text
+    assert "The readings are strains, not a foil's output" in found.text
+    assert "recovering and drawing the strain field" in lines
+    again: list[str] = []
+    assert read(done, finger=finger, progress=again.append).text == found.text
+    assert not again, "the second report computed its field anew"
+
+
+@pytest.mark.parametrize(
+    "value, digits, text",
+    [
+        (0.0123456, 3, "0.0123"),
+        (-12345.6, 5, "−12\u202f346"),
+        (2949.9, 3, "2\u202f950"),
+        (99.96, 3, "100"),
+        (float("nan"), 3, "–"),
+        (float("inf"), 3, "∞"),
+        (0.0, 2, "0"),
+        (3.2e-9, 2, "3.2·10<sup>−9</sup>"),
+    ],
+)
+def test_numbers_are_set_with_their_digits_and_a_real_minus(value, digits, text):
+    assert number(value, digits) == text
+
+
+def test_given_numbers_lose_no_digit_and_gain_none():
+    assert [plain(value) for value in (0.05, 1.0, -81.9, 104.5, 2580)] == ["0.05", "1", "−81.9", "104.5", "2\u202f580"]
+
+
+def test_text_is_escaped_once_and_markup_is_kept():
+    assert markup("a < b & S_d") == "a &lt; b &amp; S<sub>d</sub>"
+    assert tag("p", "x < y", Markup("<b>z</b>"), class_='"q"') == '<p class="&quot;q&quot;">x &lt; y<b>z</b></p>'
+    assert "<td>1</td>" in table(["a"], [[1]])
+
+
+def test_the_page_declares_language_charset_and_viewport():
+    text = page("a & b", [tag("p", "x")])
+    assert re.search(r'<html lang="en">', text) and 'charset="utf-8"' in text and "width=device-width" in text
+    assert "<title>a &amp; b</title>" in text

@@ -1,0 +1,106 @@
+"""The table of presses: nothing dropped, files there and back."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibrate import sweep as sweep_function
+from papilla.errors import ContactRangeError, FileFormatError, InputError
+from papilla.logs import read_bench
+from papilla.specimen import HalfSpace
+
+REDUCED = SimpleNamespace(
+    gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7
+)
+
+
+@pytest.fixture
+def pressed(monkeypatch):
+    """The calls that a sweep makes; a press on less than 0.1 MPa by more than 0.5 N leaves the patch."""
+    calls = []
+
+    def press(reduced, specimen, *, force, fidelity, start):
+        calls.append((specimen, force, fidelity, start))
+        if specimen.modulus < 0.1 and force > 0.5:
+            raise ContactRangeError("the contact reaches the rim of its patch")
+        reading = np.array([force, -force]) * 100 * specimen.modulus
+        return SimpleNamespace(
+            reading=reading, sd=reading.std(), indentation=force, contact_area=1.0, peak_pressure=0.1,
+            resolved=force > 0.2, status="fine", active=np.array([force]),
+        )  # fmt: skip
+
+    monkeypatch.setitem(sweep_function.__globals__, "press", press)
+    return calls
+
+
+def test_the_default_table_is_wide_and_holds_the_published_specimens():
+    assert len(DEFAULT_MODULI) >= 12 and len(DEFAULT_FORCES) >= 20
+    assert (min(DEFAULT_MODULI), max(DEFAULT_MODULI)) == (0.02, pytest.approx(5.0))
+    assert (min(DEFAULT_FORCES), max(DEFAULT_FORCES)) == (0.05, pytest.approx(1.0))
+    assert {0.089, 0.51, 0.72} <= set(DEFAULT_MODULI)
+
+
+def test_every_press_is_a_row_and_a_failed_one_says_why(pressed):
+    seen = []
+    table = sweep(REDUCED, [0.5, 0.05], [1.0, 0.1, 0.3], progress=lambda done, total: seen.append((done, total)))
+    assert len(table) == 6 and seen[-1] == (6, 6)
+    assert table.valid.tolist() == [True, True, False, True, True, True]
+    assert table.status[2] == "the contact reaches the rim of its patch"
+    assert np.isnan(table.reading[2]).all() and np.isnan(table.sd_microstrain[2])
+    assert table.modulus_MPa.tolist() == [0.05] * 3 + [0.5] * 3
+    assert table.force_N[:3].tolist() == [0.1, 0.3, 1.0]
+    assert table.resolved.tolist() == [False, True, False, False, True, True]
+    assert table.specimen == "Block(thickness=10.0, nu=0.495)"
+
+
+def test_presses_are_on_one_rung_and_start_from_the_lighter_one(pressed):
+    sweep(REDUCED, [0.2, 0.5], [0.1, 0.3], specimen=HalfSpace)
+    assert {fidelity for _, _, fidelity, _ in pressed} == {"contact"}
+    assert [None if start is None else start.tolist() for *_, start in pressed] == [None, [0.1], None, [0.1]]
+    assert all(isinstance(specimen, HalfSpace) for specimen, *_ in pressed)
+
+
+@pytest.mark.parametrize(
+    "moduli, forces, message",
+    [
+        ([0.1, -1], [0.1], "modulus \\(MPa\\) must be greater than 0, got -1"),
+        ([0.1], [float("nan")], "force \\(N\\) must be finite"),
+        ([0.1, 0.1], [0.1], "modulus \\(MPa\\) 0.1 occurs twice"),
+        ([], [0.1], "at least one modulus"),
+    ],
+)
+def test_bad_values_are_refused(pressed, moduli, forces, message):
+    with pytest.raises(InputError, match=message):
+        sweep(REDUCED, moduli, forces)
+    assert pressed == []
+
+
+def test_csv_there_and_back_and_as_a_bench_log(pressed, tmp_path):
+    table = sweep(REDUCED, [0.05, 0.5], [0.1, 0.3, 1.0])
+    path = tmp_path / "sweep.csv"
+    table.to_csv(path)
+    header = path.read_text().splitlines()[0].split(",")
+    assert header[:6] == ["force_N", "modulus_MPa", "g1", "g2", "sd_microstrain", "indentation_mm"]
+    back = Sweep.from_csv(path)
+    for name in ("force_N", "modulus_MPa", "reading", "sd_microstrain", "contact_area_mm2", "resolved"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(table, name))
+    assert back.status == table.status
+    sweep(REDUCED, [0.2, 0.5], [0.1, 0.3]).to_csv(path)
+    assert len(read_bench(path)) == 4
+
+
+def test_arrays_there_and_back(made_up):
+    back = Sweep.from_arrays(made_up.to_arrays())
+    np.testing.assert_array_equal(back.reading, made_up.reading)
+    assert (back.status, back.specimen, back.mesh_size_mm) == (made_up.status, made_up.specimen, made_up.mesh_size_mm)
+    with pytest.raises(FileFormatError, match="not a complete record"):
+        Sweep.from_arrays({"force_N": made_up.force_N})
+
+
+def test_a_foreign_table_is_no_sweep(tmp_path):
+    path = tmp_path / "other.csv"
+    path.write_text("force_N,modulus_MPa,g1\n1,2,3\n")
+    with pytest.raises(FileFormatError, match="column sd_microstrain is missing"):
+        Sweep.from_csv(path)

@@ -1,0 +1,257 @@
+"""The streaming modulus: efficiency against the Cramér-Rao bound, bias, chunking, and what it refuses to answer."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.calibration import SoftnessStatus
+from papilla.errors import InputError
+from papilla.estimators import Softness, SoftnessState
+
+PRESS = 0.2 + 0.7 * np.sin(np.linspace(0.05, 3, 200)) ** 2
+
+
+def bound(calibration, modulus, force, gauge_sigma, force_sigma_N):
+    """Cramér-Rao bound of ln E from S_d of five gauges and force, both with white noise, by finite differences."""
+    step = 1e-4
+    sd = calibration.predict(force, modulus)
+    by_modulus = np.log(calibration.predict(force, modulus * (1 + step)) / sd) / step
+    by_force = np.log(calibration.predict(force * (1 + step), modulus) / sd) / step
+    variance = (gauge_sigma / np.sqrt(5) / sd) ** 2 + (by_force * force_sigma_N / force) ** 2
+    return 1 / np.sqrt((by_modulus**2 / variance).sum())
+
+
+def last_answers(calibration, touch, modulus, gauge_sigma, force_sigma_N, trials):
+    estimator = Softness(calibration, gauge_sigma=gauge_sigma, force_sigma_N=force_sigma_N)
+    rng, answers = np.random.default_rng(1), []
+    for _ in range(trials):
+        estimator.reset()
+        found = estimator.process(touch(modulus, PRESS, gauge_sigma, force_sigma_N, rng))
+        answers.append((found.modulus_MPa[-1], found.modulus_sigma_MPa[-1]))
+    return np.array(answers).T
+
+
+@pytest.mark.parametrize("modulus", [0.05, 0.3, 0.72])
+@pytest.mark.parametrize("gauge_sigma, force_sigma_N", [(100, 0.0005), (20, 0.004), (100, 0.01)])
+def test_it_reaches_the_bound_without_bias(calibration, touch, modulus, gauge_sigma, force_sigma_N):
+    """<= 1.05 x the bound within what 300 trials can tell (4 % at one sigma); bias and stated sigma too."""
+    found, sigma = last_answers(calibration, touch, modulus, gauge_sigma, force_sigma_N, trials=300)
+    best = bound(calibration, modulus, PRESS, gauge_sigma, force_sigma_N)
+    error = np.log(found / modulus)
+    assert 0.9 < np.sqrt((error**2).mean()) / best < 1.05 + 0.06
+    assert abs(error.mean()) < (0.1 + 0.12) * best
+    assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
+
+
+def test_averaging_moduli_is_worse(calibration, touch):
+    """What the estimator avoids: inverting every sample and averaging E is biased."""
+    rng, error = np.random.default_rng(3), []
+    for _ in range(40):
+        samples = touch(0.3, PRESS, 100, 0.01, rng)
+        each = calibration.invert(samples[:, :5].std(axis=1), samples[:, 5]).modulus_MPa
+        error.append(np.log(np.nanmean(each) / 0.3))
+    assert np.mean(error) > 3 * bound(calibration, 0.3, PRESS, 100, 0.01)
+
+
+def test_without_noise_it_is_the_inverse(calibration, touch):
+    estimator = Softness(calibration, gauge_sigma=1e-6, force_sigma_N=0.0)
+    for modulus in (0.021, 0.089, 0.51, 4.9):
+        estimator.reset()
+        found = estimator.process(touch(modulus, PRESS[20:60]))
+        np.testing.assert_allclose(found.modulus_MPa, modulus, rtol=1e-9)
+        assert (found.status == SoftnessStatus.OK).all() and found.sentence[0] == "ok"
+
+
+def hard_scene(touch):
+    """Contact, bad samples of all kinds, loss of contact, another specimen, forces beyond the domain."""
+    rng = np.random.default_rng(2)
+    force = np.concatenate([PRESS, np.zeros(20), PRESS[::-1] + 0.15])
+    modulus = np.repeat([0.1, 0.1, 0.6], [200, 20, 200])
+    samples = np.concatenate([
+        touch(0.1, force[:200], 20, 0.002, rng),
+        np.column_stack([rng.normal(size=(20, 5)), np.zeros(20)]),
+        touch(0.6, np.minimum(force[220:], 1.0), 20, 0.002, rng),
+    ])  # fmt: skip
+    assert len(samples) == len(modulus)
+    samples[30, 2], samples[40, 5], samples[50, 0], samples[60, 5] = np.nan, np.nan, np.inf, 2.0
+    samples[70:160, 1] = samples[70, 1]
+    return samples
+
+
+@pytest.mark.parametrize("memory_s", [math.inf, 0.05])
+def test_blocks_and_samples_agree_bit_for_bit(calibration, touch, memory_s):
+    samples = hard_scene(touch)
+    options = {"gauge_sigma": 20, "force_sigma_N": 0.002, "memory_s": memory_s, "stuck_samples": 30}
+    single = Softness(calibration, **options)
+    expected = np.array([single.update(row) for row in samples])
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        chunked, cuts = Softness(calibration, **options), np.sort(rng.integers(0, len(samples), 12))
+        parts = [np.column_stack(chunked.process(block)) for block in np.split(samples, cuts)]
+        np.testing.assert_array_equal(np.concatenate(parts), expected)
+        assert repr(chunked.state) == repr(single.state)
+    assert len(set(expected[:, 2])) >= 5
+
+
+def test_a_saved_state_continues_bit_for_bit(calibration, touch):
+    samples = hard_scene(touch)
+    whole, first, second = (Softness(calibration, gauge_sigma=20, force_sigma_N=0.002) for _ in range(3))
+    expected = whole.process(samples)
+    first.process(samples[:111])
+    second.state = first.state
+    found = second.process(samples[111:])
+    np.testing.assert_array_equal(found.modulus_MPa, expected.modulus_MPa[111:])
+    np.testing.assert_array_equal(found.status, expected.status[111:])
+    with pytest.raises(InputError, match="the state is of 2 gauges, the calibration has 5"):
+        second.state = SoftnessState(last=(1.0, 2.0), repeats=(0, 0))
+
+
+def test_reset_forgets_everything(calibration, touch):
+    estimator, samples = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002), hard_scene(touch)
+    first = estimator.process(samples)
+    estimator.reset()
+    second = estimator.process(samples)
+    np.testing.assert_array_equal(first.modulus_MPa, second.modulus_MPa)
+
+
+def test_bad_samples_are_answered_by_a_status_and_teach_nothing(calibration, touch):
+    good = touch(0.2, np.full(40, 0.4), 20, 0.002)
+    options = {"gauge_sigma": 20, "force_sigma_N": 0.002, "saturation": 60000.0}
+    clean, troubled = Softness(calibration, **options), Softness(calibration, **options)
+    spoils = [
+        ((2, np.nan), SoftnessStatus.BAD_GAUGE),
+        ((0, -np.inf), SoftnessStatus.BAD_GAUGE),
+        ((3, 60000.0), SoftnessStatus.BAD_GAUGE),
+        ((3, -70000.0), SoftnessStatus.BAD_GAUGE),
+        ((5, np.nan), SoftnessStatus.BAD_INPUT),
+        ((5, np.inf), SoftnessStatus.BAD_INPUT),
+        ((5, 0.03), SoftnessStatus.FORCE_BELOW),
+        ((5, 1.2), SoftnessStatus.FORCE_ABOVE),
+    ]
+    for row, (change, status) in zip(good, spoils, strict=False):
+        bad = row.copy()
+        bad[change[0]] = change[1]
+        answer = troubled.update(bad)
+        assert math.isnan(answer.modulus_MPa) and math.isnan(answer.modulus_sigma_MPa)
+        assert answer.status == status and answer.sentence == status.sentence
+        assert clean.update(row) == troubled.update(row)
+
+
+def test_lost_contact_ends_what_was_learnt(calibration, touch):
+    estimator = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002)
+    estimator.process(touch(0.05, PRESS, 20, 0.002))
+    away = estimator.update([1, 2, 3, 4, 5, 0.001])
+    assert away.status == SoftnessStatus.NO_CONTACT and math.isnan(away.modulus_MPa)
+    assert estimator.state.information == 0
+    found = estimator.process(touch(0.6, PRESS, 20, 0.002))
+    assert found.modulus_MPa[-1] == pytest.approx(0.6, rel=0.1)
+
+
+def test_a_negative_force_is_no_contact(calibration):
+    estimator = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002)
+    assert estimator.update([1, 2, 3, 4, 5, -0.3]).status == SoftnessStatus.NO_CONTACT
+
+
+def test_a_stuck_gauge_is_found_and_recovers(calibration, touch):
+    samples = touch(0.2, PRESS, 20, 0.002)
+    samples[50:120, 1] = samples[50, 1]
+    estimator = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002, stuck_samples=30)
+    status = estimator.process(samples[:110]).status
+    assert (status[:80] == SoftnessStatus.OK).all()
+    assert (status[80:] == SoftnessStatus.BAD_GAUGE).all() and estimator.stuck_gauges == (1,)
+    status = estimator.process(samples[110:]).status
+    assert (status[10:] == SoftnessStatus.OK).all() and estimator.stuck_gauges == ()
+
+
+def test_a_finger_at_rest_is_not_stuck(calibration, touch):
+    """Without noise all gauges repeat together: that is a steady press, not a fault."""
+    samples = np.repeat(touch(0.2, np.array([0.4])), 200, axis=0)
+    estimator = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002, stuck_samples=10)
+    assert (estimator.process(samples).status == SoftnessStatus.OK).all()
+
+
+def test_a_finite_memory_follows_another_specimen(calibration, touch):
+    estimator = Softness(calibration, gauge_sigma=5, force_sigma_N=0.0005, memory_s=0.02)
+    force = np.full(400, 0.5)
+    rng = np.random.default_rng(4)
+    estimator.process(touch(0.05, force, 5, 0.0005, rng))
+    found = estimator.process(touch(0.5, force, 5, 0.0005, rng))
+    assert found.modulus_MPa[-1] == pytest.approx(0.5, rel=0.05)
+    # Forgetting with time constant T leaves an effective 2 T samples.
+    best = bound(calibration, 0.5, force[:40], 5, 0.0005)
+    assert found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1] == pytest.approx(best, rel=0.1)
+
+
+def test_specimens_beyond_the_calibrated_moduli(calibration):
+    estimator = Softness(calibration, gauge_sigma=5, force_sigma_N=0.0001)
+    pattern = np.array([-1.0, 1, -1, 1, 0])
+    for factor, modulus, status in ((1.1, 5.0, SoftnessStatus.HARDER), (0.8, 0.02, SoftnessStatus.SOFTER)):
+        estimator.reset()
+        sd = factor * calibration.predict(0.5, modulus)
+        answers = [estimator.update([*(pattern * sd / pattern.std()), 0.5]) for _ in range(30)]
+        assert {answer.status for answer in answers} == {status}
+        assert all(math.isnan(answer.modulus_MPa) for answer in answers)
+
+
+def test_silent_gauges_in_contact_are_softer_than_anything(calibration):
+    estimator = Softness(calibration, gauge_sigma=5, force_sigma_N=0.0001)
+    assert estimator.update([0, 0, 0, 0, 0, 0.5]).status == SoftnessStatus.SOFTER
+
+
+def test_hard_specimens_are_not_identifiable_until_enough_was_seen(calibration, touch):
+    estimator = Softness(calibration, gauge_sigma=300, force_sigma_N=0.03)
+    found = estimator.process(touch(2.0, np.full(2000, 0.5), 300, 0.03, np.random.default_rng(6)))
+    told = np.isin(found.status, (SoftnessStatus.NOT_IDENTIFIABLE, SoftnessStatus.OK))
+    assert SoftnessStatus.NOT_IDENTIFIABLE in found.status[:200] and found.status[-1] == SoftnessStatus.OK
+    share = found.modulus_sigma_MPa[told] / found.modulus_MPa[told]
+    np.testing.assert_array_equal(share > 0.5, found.status[told] == SoftnessStatus.NOT_IDENTIFIABLE)
+
+
+def test_mesh_scatter_does_not_average_out(make, touch):
+    """Sigma of a long press ends at that of the calibration itself."""
+    estimator = Softness(make(fit_rms=0.001, scatter=0.004), gauge_sigma=1, force_sigma_N=1e-5)
+    found = estimator.process(touch(0.3, np.full(500, 0.5), 1, 1e-5))
+    own = make(fit_rms=0.001, scatter=0.004)
+    expected = own.invert(own.predict(0.5, 0.3), 0.5)
+    share = found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1]
+    assert share == pytest.approx(expected.sigma_MPa / expected.modulus_MPa, rel=0.01)
+
+
+def test_where_s_d_does_not_rise_nothing_is_told(make, touch):
+    """Force cells of which no modulus is usable, and a calibration that has none at all."""
+    usable = np.tile([0, 24], (8, 1))
+    usable[:2] = 0
+    estimator = Softness(make(usable=usable), gauge_sigma=20, force_sigma_N=0.002)
+    status = estimator.process(touch(0.2, np.array([0.06, 0.08, 0.5, 0.06, 0.6]))).status
+    blocked = SoftnessStatus.NOT_IDENTIFIABLE
+    assert status.tolist() == [blocked, blocked, SoftnessStatus.OK, blocked, SoftnessStatus.OK]
+    with pytest.raises(InputError, match="does not rise with the modulus"):
+        Softness(make(usable=np.zeros((8, 2), int)), gauge_sigma=20, force_sigma_N=0.002)
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"gauge_sigma": 0}, "gauge_sigma \\(microstrain\\) must be greater than 0"),
+        ({"force_sigma_N": -1}, "force_sigma_N must lie between 0 and inf"),
+        ({"memory_s": 0}, "memory_s must be greater than 0"),
+        ({"memory_s": math.nan}, "memory_s must be greater than 0"),
+        ({"sample_rate_Hz": 0}, "sample_rate_Hz must be greater than 0"),
+        ({"contact_force_N": -1}, "contact_force_N must be greater than 0"),
+        ({"saturation": 0}, "saturation \\(microstrain\\) must be greater than 0"),
+        ({"stuck_samples": 1}, "stuck_samples must be at least 2"),
+    ],
+)
+def test_unusable_options_are_refused(calibration, options, message):
+    with pytest.raises(InputError, match=message):
+        Softness(calibration, **({"gauge_sigma": 20, "force_sigma_N": 0.002} | options))
+
+
+def test_samples_of_another_width_are_refused(calibration):
+    estimator = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002)
+    with pytest.raises(InputError, match="5 readings and force_N, got 4 values"):
+        estimator.update([1, 2, 3, 0.5])
+    with pytest.raises(InputError, match="n x 6 \\(gauges, then force_N\\), got 3 x 5"):
+        estimator.process(np.zeros((3, 5)))
+    assert estimator.process(np.zeros((0, 6))).modulus_MPa.shape == (0,)

@@ -1,0 +1,268 @@
+"""The calibration record: forward and inverse, intervals, files."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from papilla.calibration import Calibration, GaugeSurface, SdSurface, SoftnessStatus, Uncertainty
+from papilla.calibration.document import SCHEMA, to_document
+from papilla.calibration.quadratic import Quadratic
+from papilla.calibration.surface import Surface
+from papilla.errors import FileAccessError, FileFormatError, InputError
+
+FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
+
+
+def record(fit_rms=1e-4, scatter=0.0, fold=False) -> Calibration:
+    """ln S_d = 9 + 0.6 ln f + 0.2 (y - 0.08 y^2 ...) with y = ln(E / 0.02): rising, ever flatter; it folds if asked."""
+    m, n = 6, 12
+    x = np.log(FORCE[0]) + (np.arange(m + 3) - 1) * np.log(FORCE[1] / FORCE[0]) / m
+    y = (np.arange(n + 3) - 1) * np.log(MODULUS[1] / MODULUS[0]) / n
+    rise = 0.2 * (y - y**2 / (5 if fold else 2) / (1 if fold else 8))
+    surface = Surface(FORCE, MODULUS, 9 + 0.6 * x[:, None] + rise[None, :] + 0.01 * x[:, None] * y[None, :])
+    known = Uncertainty(fit_rms, 1.96, 3 * fit_rms, np.array([0.1, 0.5]), np.full(2, scatter), 2.04, 4)
+    usable, twofold = np.tile([0, n], (m, 1)), np.full((m, 2), np.nan)
+    forward = Quadratic(
+        np.array([-0.03, 14.0, 87.0, 104.0, -81.0]), np.array([0.1, 1, math.nan, 1, 1]),
+        np.eye(5), 1.0, 2.0, (0.089, 0.72), 40.0, ("a doubt",),
+    )  # fmt: skip
+    gauge = GaugeSurface("g1", Surface(FORCE, MODULUS, -surface.coefficients), known)
+    return Calibration(
+        {"name": "f", "sha256": "ab"}, {"sha256": "cd"}, forward, forward.inverse,
+        SdSurface(surface, usable, twofold, known), (gauge, gauge), {"created": "now"}, ("doubt this",),
+    )  # fmt: skip
+
+
+def domain_points(count, seed=0):
+    rng = np.random.default_rng(seed)
+    return np.exp(rng.uniform(*np.log(FORCE), count)), np.exp(rng.uniform(*np.log(MODULUS), count))
+
+
+def test_inverse_of_forward_is_the_identity_over_the_domain():
+    calibration, (force, modulus) = record(), domain_points(500)
+    force[:4], modulus[:4] = [FORCE[0], FORCE[0], FORCE[1], FORCE[1]], [*MODULUS, *MODULUS]
+    sd = calibration.predict(force, modulus)
+    back = calibration.invert(sd, force)
+    np.testing.assert_allclose(back.modulus_MPa, modulus, rtol=1e-12)
+    np.testing.assert_allclose(calibration.predict(force, np.clip(back.modulus_MPa, *MODULUS)), sd, rtol=3e-15)
+
+
+def test_scalars_and_arrays_agree():
+    calibration, (force, modulus) = record(), domain_points(6)
+    sd = calibration.predict(force, modulus).reshape(2, 3)
+    many = calibration.invert(sd, force.reshape(2, 3), force_sigma=0.001)
+    one = calibration.invert(float(sd[1, 2]), float(force[5]), force_sigma=0.001)
+    assert many.modulus_MPa.shape == many.status.shape == (2, 3)
+    assert (one.modulus_MPa, one.sigma_MPa, *one.interval) == tuple(
+        values[1, 2] for values in (many.modulus_MPa, many.sigma_MPa, *many.interval)
+    )
+    assert one.status is SoftnessStatus.OK and one.sentence == "ok"
+    assert many.sentence.shape == (2, 3) and set(many.sentence.ravel()) == {"ok"}
+    assert calibration.invert(np.array([]), np.array([])).modulus_MPa.shape == (0,)
+
+
+@pytest.mark.parametrize(
+    "sd, force, status, interval",
+    [
+        (20000.0, 0.0499, SoftnessStatus.FORCE_BELOW, (math.nan, math.nan)),
+        (20000.0, 1.0001, SoftnessStatus.FORCE_ABOVE, (math.nan, math.nan)),
+        (10.0, 0.5, SoftnessStatus.SOFTER, (0.0, 0.0)),
+        (1e9, 0.5, SoftnessStatus.HARDER, (math.inf, math.inf)),
+        (math.nan, 0.5, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
+        (0.0, 0.5, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
+        (20000.0, math.nan, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
+        (20000.0, -0.1, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
+        (math.inf, 0.5, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
+    ],
+)
+def test_never_a_modulus_outside_the_domain(sd, force, status, interval):
+    answer = record().invert(sd, force)
+    assert answer.status is status
+    assert math.isnan(answer.modulus_MPa) and math.isnan(answer.sigma_MPa)
+    assert answer.interval == pytest.approx(interval, nan_ok=True)
+
+
+def test_just_beyond_the_hardest_the_interval_has_one_end():
+    calibration = record(fit_rms=0.01)
+    answer = calibration.invert(1.002 * calibration.predict(0.5, MODULUS[1]), 0.5)
+    assert answer.status is SoftnessStatus.HARDER
+    assert 0.02 < answer.lower_MPa < 5 and answer.upper_MPa == math.inf
+
+
+def test_predictions_outside_the_domain_are_nan():
+    calibration = record()
+    assert np.isnan(calibration.predict([0.01, 0.5, 0.5], [1.0, 0.01, 6.0])).all()
+    assert calibration.predict_readings(0.5, [0.1, 0.2, 9.0]).shape == (3, 2)
+
+
+def test_sigma_is_that_of_the_inputs_over_the_slope():
+    calibration, force, modulus = record(fit_rms=0.0), 0.5, 0.5
+    sd = calibration.predict(force, modulus)
+    step = 1e-5
+    slope = np.log(calibration.predict(force, modulus * (1 + step)) / sd) / step
+    by_force = np.log(calibration.predict(force * (1 + step), modulus) / sd) / step
+    assert calibration.invert(sd, force, sd_sigma=0.01 * sd).sigma_MPa == pytest.approx(
+        modulus * 0.01 / slope, rel=1e-3
+    )
+    expected = modulus * by_force * 0.01 / slope
+    assert calibration.invert(sd, force, force_sigma=0.01 * force).sigma_MPa == pytest.approx(expected, rel=1e-3)
+    assert record(0.0, scatter=0.01).invert(sd, force).sigma_MPa == pytest.approx(modulus * 0.01 / slope, rel=1e-3)
+    assert record(0.01).invert(sd, force).sigma_MPa == pytest.approx(modulus * 0.01 / slope, rel=1e-3)
+    with pytest.raises(InputError, match="must not be negative"):
+        calibration.invert(sd, force, sd_sigma=-1.0)
+
+
+def test_hard_specimens_are_not_identifiable():
+    """Where S_d hardly rises, 6 % of it is more than half of E: the estimate comes with a warning and an interval."""
+    calibration = record(fit_rms=0.06)
+    answer = calibration.invert(calibration.predict(0.5, 1.5), 0.5)
+    assert answer.status is SoftnessStatus.NOT_IDENTIFIABLE and "not identifiable" in answer.sentence
+    assert answer.sigma_MPa > 0.5 * answer.modulus_MPa
+    assert answer.lower_MPa < 1.5 < answer.upper_MPa
+    assert calibration.invert(calibration.predict(0.5, 0.03), 0.5).status is SoftnessStatus.OK
+
+
+def test_double_values_are_not_identifiable():
+    whole = record()
+    usable = np.tile([0, 8], (6, 1))
+    edge = whole.surface.surface.modulus_axis.nodes[8]
+    twofold = np.tile(np.log([whole.predict(0.5, 0.8 * edge), whole.predict(0.5, 5.0)]), (6, 1))
+    part = Calibration(
+        whole.finger, whole.mesh, whole.forward, whole.inverse,
+        SdSurface(whole.surface.surface, usable, twofold, whole.surface.uncertainty), whole.gauges, {},
+    )  # fmt: skip
+    assert part.invert(whole.predict(0.5, 0.5 * edge), 0.5).status is SoftnessStatus.OK
+    doubled = part.invert(whole.predict(0.5, 0.9 * edge), 0.5)
+    assert doubled.status is SoftnessStatus.NOT_IDENTIFIABLE and math.isnan(doubled.modulus_MPa)
+
+
+@pytest.mark.parametrize("modulus", [0.05, 0.2, 0.6])
+def test_intervals_cover_as_often_as_they_say(modulus):
+    """Noise in S_d and in force, 2000 presses: 95 % of the intervals hold the modulus, 68 % are within one sigma."""
+    calibration, rng, force = record(fit_rms=0.0), np.random.default_rng(4), 0.4
+    sd = calibration.predict(force, modulus)
+    sd_sigma, force_sigma = 0.004 * sd, 0.005 * force
+    noisy_force = force + force_sigma * rng.normal(size=2000)
+    answer = calibration.invert(
+        sd + sd_sigma * rng.normal(size=2000), noisy_force, sd_sigma=sd_sigma, force_sigma=force_sigma
+    )
+    inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
+    assert inside.mean() == pytest.approx(0.95, abs=0.015)
+    close = np.abs(answer.modulus_MPa - modulus) < answer.sigma_MPa
+    assert close.mean() == pytest.approx(0.683, abs=0.035)
+
+
+def test_saved_and_loaded_it_is_the_same_bit_for_bit(tmp_path):
+    calibration, path = record(scatter=0.003), tmp_path / "calibration.json"
+    calibration.save(path)
+    loaded = Calibration.load(path)
+    force, modulus = domain_points(50)
+    np.testing.assert_array_equal(loaded.predict(force, modulus), calibration.predict(force, modulus))
+    sd = calibration.predict(force, modulus)
+    for name in ("modulus_MPa", "sigma_MPa", "lower_MPa", "upper_MPa", "status"):
+        np.testing.assert_array_equal(
+            getattr(loaded.invert(sd, force), name), getattr(calibration.invert(sd, force), name)
+        )
+    assert to_document(loaded) == to_document(calibration)
+    loaded.save(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == path.read_bytes()
+    assert math.isnan(loaded.forward.stderr[2])
+
+
+def test_the_file_has_the_documented_keys(tmp_path):
+    record().save(tmp_path / "c.json")
+    document = json.loads((tmp_path / "c.json").read_text())
+    assert document["schema"] == SCHEMA == "papilla.calibration/1"
+    forward, inverse = document["softness"]["forward"], document["softness"]["inverse"]
+    assert forward["form"] == "quadratic" and forward["terms"] == ["f2", "f", "E2", "E", "1"]
+    assert forward["units"] == {"f": "gf", "E": "MPa", "sd": "microstrain"}
+    assert {"coefficients", "stderr", "covariance", "rms", "max"} <= set(forward)
+    assert inverse["terms"] == ["sd", "f2", "f", "1"]
+    assert {"coefficients", "shift", "branch", "modulus_MPa"} <= set(inverse)
+    assert {"surface", "gauges"} <= set(document["softness"])
+    assert set(document["domain"]) == {"force_N", "modulus_MPa"}
+    assert {"name", "sha256"} <= set(document["finger"]) and "provenance" in document and "mesh" in document
+
+
+def drop(document, *keys):
+    inner = document
+    for key in keys[:-1]:
+        inner = inner[key]
+    del inner[keys[-1]]
+
+
+def put(document, value, *keys):
+    inner = document
+    for key in keys[:-1]:
+        inner = inner[key]
+    inner[keys[-1]] = value
+
+
+@pytest.mark.parametrize(
+    "spoil, message",
+    [
+        (lambda d: put(d, "papilla.calibration/2", "schema"), "schema is 'papilla.calibration/2', this version"),
+        (lambda d: drop(d, "schema"), "schema is None"),
+        (lambda d: drop(d, "softness", "inverse", "shift"), "key softness.inverse.shift is missing"),
+        (
+            lambda d: put(d, "high", "softness", "forward", "rms"),
+            "softness.forward.rms must be a finite number, got 'high'",
+        ),
+        (
+            lambda d: put(d, math.nan, "softness", "forward", "rms"),
+            "softness.forward.rms must be a finite number, got nan",
+        ),
+        (lambda d: put(d, True, "softness", "forward", "max"), "must be a finite number, got True"),
+        (lambda d: put(d, 10**400, "softness", "forward", "max"), "too large"),
+        (lambda d: put(d, [1, 2], "softness", "inverse", "coefficients"), "coefficients must be a list of 4 finite"),
+        (lambda d: put(d, ["E"], "softness", "forward", "terms"), "softness.forward.terms must be"),
+        (lambda d: put(d, 0, "softness", "inverse", "branch"), "branch must be 1 or -1, got 0"),
+        (lambda d: put(d, [1, 0.1], "softness", "surface", "force_N"), "force_N must be a rising range"),
+        (lambda d: put(d, [5, 12], "softness", "surface", "cells"), "coefficients must be a list of 8 x 15"),
+        (lambda d: put(d, [[0, 99]] * 6, "softness", "surface", "usable_nodes"), "whole numbers from 0 to 12"),
+        (lambda d: put(d, None, "softness", "surface", "coefficients", 0, 0), "coefficients must be a list of 9 x 15"),
+        (lambda d: put(d, [[1], [2, 3]], "softness", "surface", "coefficients"), "coefficients must be a list"),
+        (
+            lambda d: put(d, [2, 1], "softness", "gauges", 0, "uncertainty", "scatter_force_N"),
+            "gauges\\[0\\].* must rise",
+        ),
+        (lambda d: put(d, {}, "softness", "gauges"), "softness.gauges must be a list"),
+        (lambda d: put(d, [0.05, 2.0], "domain", "force_N"), "domain differs"),
+        (lambda d: put(d, 3, "finger"), "finger must be an object, got 3"),
+        (lambda d: put(d, [1], "notes"), "notes must be a list of texts"),
+    ],
+)
+def test_a_broken_file_is_refused_with_file_and_key(tmp_path, spoil, message):
+    path = tmp_path / "c.json"
+    document = to_document(record())
+    spoil(document)
+    path.write_text(json.dumps(document))
+    with pytest.raises(FileFormatError, match=message) as caught:
+        Calibration.load(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_truncated_foreign_and_missing_files_are_refused(tmp_path):
+    path = tmp_path / "c.json"
+    record().save(path)
+    whole = path.read_bytes()
+    for length in (0, 1, 500, len(whole) // 2, len(whole) - 3):
+        path.write_bytes(whole[:length])
+        with pytest.raises(FileFormatError, match="cut short"):
+            Calibration.load(path)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileFormatError, match="is not a calibration"):
+        Calibration.load(path)
+    path.write_text("[1, 2]")
+    with pytest.raises(FileFormatError, match="the schema is None"):
+        Calibration.load(path)
+    with pytest.raises(FileAccessError, match="cannot read calibration"):
+        Calibration.load(tmp_path / "absent.json")
+
+
+def test_a_file_is_written_whole_or_not_at_all(tmp_path):
+    with pytest.raises(FileAccessError, match="cannot write"):
+        record().save(tmp_path / "no such folder" / "c.json")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,108 @@
+"""Picture files: written whole, with what they should show, by VTK and without it."""
+
+import importlib
+import io
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from papilla import fem, view
+from papilla.errors import FileAccessError, InputError
+from papilla.specimen import Block
+from papilla.view import pictures, receptive_field, strain_field, window
+
+pytestmark = pytest.mark.slow
+
+
+def colours(content: bytes) -> np.ndarray:
+    """(rows, columns, 3) in 0-1 of PNG bytes."""
+    return matplotlib.image.imread(io.BytesIO(content), format="png")[:, :, :3]
+
+
+def share(image: np.ndarray, red: tuple, green: tuple, blue: tuple) -> float:
+    """Share of the pixels inside ranges of red, green and blue."""
+    limits = np.array([red, green, blue])
+    return float(((image >= limits[:, 0]) & (image <= limits[:, 1])).all(axis=2).mean())
+
+
+TENSION = ((0.6, 1), (0.0, 0.55), (0.0, 0.5))
+GAUGES = ((0.93, 1), (0.73, 0.8), (0, 0.1))
+
+
+@pytest.mark.parametrize("rendered", [True, False], ids=["vtk", "matplotlib"])
+def test_the_strain_picture_shows_tension_gauges_and_specimen(scene, rendered, monkeypatch):
+    if rendered and not window.use_offscreen_window():
+        pytest.skip("VTK cannot render on this machine")
+    monkeypatch.setattr(strain_field, "use_offscreen_window", lambda: rendered)
+    figure = view.strain_figure(scene.field, scene.reduced, scene.press, scene.specimen, scene.finger)
+    image = colours(view.png(figure, dpi=80))
+    assert share(image, *TENSION) > 0.01
+    assert share(image, *GAUGES) > 0.001
+    assert share(image, (0.76, 0.9), (0.8, 0.93), (0.85, 0.96)) > 0.05, "no translucent specimen"
+    texts = " ".join(text.get_text() for text in figure.findobj(match=matplotlib.text.Text))
+    for word in ("0.588 N", "0.51 MPa", "26,6", "g1", "g5", "true scale", "bone", "+4.81"):
+        assert word in texts
+
+
+@pytest.mark.parametrize("rendered", [True, False], ids=["vtk", "matplotlib"])
+def test_a_receptive_field_is_strongest_over_its_gauge(scene, rendered, monkeypatch):
+    if rendered and not window.use_offscreen_window():
+        pytest.skip("VTK cannot render on this machine")
+    monkeypatch.setattr(receptive_field, "use_offscreen_window", lambda: rendered)
+    fields = fem.receptive_fields(scene.model)
+    image = colours(view.png(view.receptive_figure(fields, scene.finger, "g2"), dpi=60))
+    red = (image[:, :, 0] - image[:, :, 2] > 0.4) & (image[:, :, 1] < 0.6)
+    red[int(0.85 * len(red)) :] = False
+    columns = np.flatnonzero(red.any(axis=0)) / image.shape[1]
+    assert 0.2 < np.median(columns) < 0.45, "g2 lies left of the middle"
+
+
+def test_the_cached_picture_needs_no_model(scene, tmp_path, monkeypatch):
+    path = tmp_path / "strain.png"
+    view.strain(path, scene.finger, scene.reduced, scene.press, scene.specimen)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    monkeypatch.setattr(pictures, "build", None)
+    assert view.strain_png(scene.finger, scene.reduced, scene.press, scene.specimen) == path.read_bytes()
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["strain.png"]
+
+
+def test_other_presses_get_other_pictures(scene, monkeypatch):
+    first = view.strain_png(scene.finger, scene.reduced, scene.press, scene.specimen)
+    softer = Block(0.05, 10)
+    press = fem.press(scene.reduced, softer, force=0.588)
+    assert view.strain_png(scene.finger, scene.reduced, press, softer) != first
+
+
+def test_the_contact_map_is_written_with_its_figures(scene, tmp_path):
+    view.contact(tmp_path / "contact.png", scene.reduced, scene.press)
+    assert share(colours((tmp_path / "contact.png").read_bytes()), (0, 0.2), (0.2, 0.5), (0.4, 0.8)) > 0.02
+    texts = " ".join(
+        text.get_text() for text in view.contact_figure(scene.reduced, scene.press).findobj(match=matplotlib.text.Text)
+    )
+    assert f"{scene.press.contact_area:.3g} mm²" in texts and "kPa" in texts
+
+
+def test_bad_requests_are_refused_in_one_line(scene, tmp_path):
+    with pytest.raises(InputError, match="no gauge 'g9'; its gauges are g1, g2"):
+        view.receptive(tmp_path / "g9.png", scene.finger, "g9")
+    with pytest.raises(FileAccessError, match="cannot write"):
+        view.contact(tmp_path / "missing" / "contact.png", scene.reduced, scene.press)
+    with pytest.raises(InputError, match="not made from this design"):
+        other = replace(scene.finger, name="other")
+        view.strain_png(other, scene.reduced, scene.press, scene.specimen)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_press_of_another_finger_is_refused(scene):
+    short = replace(scene.press, pressure=scene.press.pressure[:-1])
+    with pytest.raises(InputError, match="pressure nodes"):
+        view.contact_figure(scene.reduced, short)
+
+
+def test_every_listed_name_exists():
+    for name in view.__all__:
+        assert getattr(view, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        importlib.import_module("papilla.view").nothing  # noqa: B018

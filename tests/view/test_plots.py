@@ -1,0 +1,95 @@
+"""Plots show the numbers they are given, and the shared style is deterministic."""
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from papilla.view import plots, style
+
+FORCE = np.linspace(0.05, 1, 20)
+MODULI = np.array([0.05, 0.5, 5.0])
+SD = 1e4 * FORCE[:, None] ** 0.6 * MODULI**0.1
+
+
+def texts(figure) -> list[str]:
+    """All texts of a figure."""
+    return [item.get_text() for item in figure.findobj(match=Text)]
+
+
+def test_a_curve_a_modulus_in_thousands_of_microstrain_with_its_name():
+    figure = plots.sd_against_force(FORCE, MODULI, SD)
+    (axes,) = figure.axes
+    drawn = [line.get_ydata() for line in axes.get_lines()]
+    np.testing.assert_allclose(np.array(drawn).T, SD / 1000)
+    assert {"0.05 MPa", "0.5 MPa", "5 MPa"} <= set(texts(figure))
+
+
+def test_published_curves_are_dashed_in_the_colour_of_the_nearest_modulus():
+    figure = plots.sd_against_force(FORCE, MODULI, SD, FORCE[:5], 2 * SD[:5, 1:2], [0.51])
+    lines = figure.axes[0].get_lines()
+    dashed = next(line for line in lines if line.get_linestyle() == "--" and len(line.get_ydata()))
+    assert dashed.get_ydata() == pytest.approx(SD[:5, 1] * 2 / 1000)
+    assert dashed.get_color() == lines[1].get_color()
+
+
+def test_measured_presses_are_dots():
+    figure = plots.sd_against_force(FORCE, MODULI, SD, measured=(FORCE, np.full(20, 0.5), SD[:, 1]))
+    (dots,) = figure.axes[0].collections
+    np.testing.assert_allclose(dots.get_offsets(), np.column_stack([FORCE, SD[:, 1] / 1000]))
+
+
+def test_a_curve_a_force_against_the_modulus():
+    figure = plots.sd_against_modulus(MODULI, [0.1, 0.2], SD[:2])
+    assert [line.get_ydata()[0] for line in figure.axes[0].get_lines()] == pytest.approx(SD[:2, 0] / 1000)
+    assert "0.1 N" in texts(figure)
+
+
+def test_the_uncertainty_map_hatches_what_is_not_identified():
+    sigma = np.full((20, 3), 0.02)
+    identified = np.ones((20, 3), bool)
+    identified[:, 2] = False
+    figure = plots.uncertainty_map(FORCE, MODULI, sigma, identified, (0.2, 1.0, 0.05, 0.5))
+    hatched = [item for item in figure.axes[0].collections if getattr(item, "hatches", None) == ["////"]]
+    reach = [path.vertices[:, 1].min() for path in hatched[0].get_paths() if len(path.vertices)]
+    assert min(reach) > 0.5
+    assert "not identifiable" in texts(figure) and "where recovery was checked" in texts(figure)
+    assert style.svg(figure).startswith(b"<?xml")
+
+
+def test_the_recovery_map_shows_every_press_and_marks_those_without_an_answer():
+    error = np.array([0.01, -0.02, np.nan])
+    figure = plots.recovery_map(np.array([0.2, 0.4, 0.8]), MODULI, error)
+    dots, crosses = figure.axes[0].collections
+    np.testing.assert_allclose(dots.get_array(), [1.0, -2.0])
+    assert len(crosses.get_offsets()) == 1 and "no answer" in texts(figure)
+    assert dots.get_clim() == (-2.0, 2.0)
+
+
+def test_mirrored_gauges_share_a_label():
+    reading = np.column_stack([-FORCE, 3 * FORCE, -FORCE]) * 1000
+    figure = plots.gauge_readings(FORCE, ["g1", "g2", "g3"], reading, "0.51 MPa")
+    assert {"g1, g3", "g2", "0.51 MPa"} <= set(texts(figure))
+
+
+@pytest.mark.parametrize("value, limit", [(0.7, 0.8), (1.0, 1.0), (5.2, 6.0), (86, 100), (0.0031, 0.004), (9.9, 10)])
+def test_a_nice_limit_is_round_and_never_below(value, limit):
+    assert style.nice_limit(value) == pytest.approx(limit)
+
+
+def test_the_same_figure_gives_the_same_bytes():
+    pair = [plots.sd_against_modulus(MODULI, [0.1], SD[:1]) for _ in range(2)]
+    assert style.svg(pair[0]) == style.svg(pair[1])
+    assert style.png(pair[0]) == style.png(pair[1])
+
+
+def test_a_png_is_written_whole(tmp_path):
+    style.write_png(plots.sd_against_modulus(MODULI, [0.1], SD[:1]), tmp_path / "plot.png")
+    assert (tmp_path / "plot.png").read_bytes() == style.png(plots.sd_against_modulus(MODULI, [0.1], SD[:1]))
+
+
+def test_no_plot_touches_the_global_style():
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    plots.sd_against_modulus(MODULI, [0.1], SD[:1])
+    assert dict(matplotlib.rcParams) == before
