@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import splu
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from papilla.calibration import LEVEL, NORMAL_FACTOR, Uncertainty
 from papilla.calibration.surface import Axis, Surface
@@ -130,7 +130,7 @@ class SurfaceFit:
         rms, factor = 0.0, NORMAL_FACTOR
         if self.freedom >= 0.5:
             rms = float(np.sqrt(residual @ residual / self.freedom * (2 - self.freedom / len(values))))
-            factor = float(student.ppf(0.5 + LEVEL / 2, self.freedom))
+            factor = float(stdtrit(self.freedom, 0.5 + LEVEL / 2))
         return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, float(np.abs(residual).max()))
 
 
@@ -183,7 +183,7 @@ def uncertainty(fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, n
     squares = np.bincount(number, weights=difference[known] ** 2, minlength=SCATTER_BINS)
     filled = counts > 0
     middles = np.exp(bins.start + bins.step * (np.arange(SCATTER_BINS) + 0.5))
-    factor = float(student.ppf(0.5 + LEVEL / 2, len(others) * filled.sum()))
+    factor = float(stdtrit(len(others) * filled.sum(), 0.5 + LEVEL / 2))
     return Uncertainty(*residuals, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
 
 

@@ -21,6 +21,9 @@ _SIXTH = (16 / 105, 16 / 231)
 TRUSTED = 0.05
 """Mismatch of the sixth moment above which the contact is no such ellipse (a slab's line contact, say)."""
 
+CUT_OFF = 0.01
+"""Share of the peak pressure that, at the patch's outline, means that the contact is cut off there."""
+
 RESOLVING_ELEMENTS = 4.0
 """Elements across the contact radius that tell q from the mesh's noise; with fewer, q goes to Hertz's 0."""
 
@@ -45,7 +48,9 @@ def contact_shape(patch: Patch, pressure: np.ndarray) -> ContactShape:
     if mirrored.any():
         covariance = np.diag(np.diag(covariance))
     counted = ContactShape(len(patch.images) * float(patch.mass[pressure > 0].sum()), float(pressure.max()), False)
-    if np.linalg.det(covariance) <= 0:
+    # Cut off by the skin's own edge, as on a slab, it is no ellipse either
+    cut_off = pressure[patch.outline].max() > CUT_OFF * pressure.max()
+    if cut_off or np.linalg.det(covariance) <= 0:
         return counted
     square = np.einsum("ki,ij,kj->k", centred, np.linalg.inv(covariance), centred) / 2
     solution = _profile(float(share @ square**2))

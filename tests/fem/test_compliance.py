@@ -1,0 +1,154 @@
+"""Compliance of the specimen: exact potentials of triangles, the loaded disc, images, smooth kernels."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from papilla.fem.compliance import half_space_compliance, kernel_compliance, linear_potentials, quadrature
+from papilla.references import uniform_disc_mean_displacement
+
+TRIANGLES = np.array(
+    [
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        [[0.3, -0.2], [-0.9, 0.4], [0.5, 1.6]],
+        [[0.0, 0.0], [3.0, 0.1], [1.4, 0.3]],
+    ]
+)
+PLACES = {
+    "centroid": [1 / 3, 1 / 3, 1 / 3],
+    "inside": [0.7, 0.2, 0.1],
+    "vertex": [0.0, 1.0, 0.0],
+    "edge": [0.4, 0.6, 0.0],
+    "edge's line": [1.7, -0.7, 0.0],
+    "outside": [1.2, 0.3, -0.5],
+    "far": [20.0, -12.0, -7.0],
+}
+
+
+def polar_potentials(point, corners):
+    """int hat / r over a triangle as sums over its edges: in each fan from the point, r cancels; `quad` does the rest.
+
+    With x = p + u (s(v) - p) over an edge's points s(v): int hat / r = int |cross| / |s - p| (hat(p) + hat(s)) / 2 dv.
+    """
+    to_hats = np.linalg.inv(np.column_stack([corners, np.ones(3)]).T)
+    total = np.zeros(3)
+    for k in range(3):
+        start, end = corners[k] - point, corners[(k + 1) % 3] - point
+        cross = start[0] * end[1] - start[1] * end[0]
+        length = np.linalg.norm(end - start)
+        if abs(cross) < 1e-14 * length**2:
+            continue
+        foot = np.clip(-start @ (end - start) / length**2, 0, 1)
+        for i in range(3):
+
+            def integrand(v, i=i, start=start, end=end, cross=cross):
+                s = start + v * (end - start)
+                hats = to_hats @ np.append(point, 1) + to_hats @ np.append(point + s, 1)
+                return cross * hats[i] / 2 / np.hypot(*s)
+
+            breaks = [foot] if 0 < foot < 1 else None
+            total[i] += quad(integrand, 0, 1, points=breaks, epsabs=1e-13, epsrel=1e-12, limit=200)[0]
+    orientation = np.sign(np.linalg.det(corners[1:] - corners[0]))
+    return orientation * total
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("triangle", range(len(TRIANGLES)))
+def test_potentials_of_a_triangle(triangle, place):
+    corners = TRIANGLES[triangle]
+    point = np.array(PLACES[place]) @ corners
+    found = linear_potentials(point[None], corners[None])[0]
+    assert found == pytest.approx(polar_potentials(point, corners), rel=1e-9, abs=1e-11)
+
+
+def test_the_reference_itself_on_a_far_triangle():
+    """Far away 1/r is smooth: a midpoint rule on 160,000 parts."""
+    corners, point = TRIANGLES[1], np.array([6.0, 5.0])
+    n = 400
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    up, down = (i + j < n), (i + j < n - 1)
+    hats = np.concatenate([[i[up] + 1 / 3, j[up] + 1 / 3], [i[down] + 2 / 3, j[down] + 2 / 3]], axis=1).T / n
+    hats = np.column_stack([hats, 1 - hats.sum(axis=1)])
+    area = abs(np.linalg.det(corners[1:] - corners[0])) / 2
+    expected = area / len(hats) * (hats / np.linalg.norm(hats @ corners - point, axis=1)[:, None]).sum(axis=0)
+    assert polar_potentials(point, corners) == pytest.approx(expected, rel=1e-6)
+
+
+def test_potentials_do_not_depend_on_orientation_or_place():
+    corners, point = TRIANGLES[1], np.array([0.1, 0.2])
+    found = linear_potentials(point[None], corners[None])[0]
+    turned = linear_potentials(point[None], corners[None, ::-1])[0][::-1]
+    moved = linear_potentials(point[None] + 7, corners[None] + 7)[0]
+    scaled = linear_potentials(1e3 * point[None], 1e3 * corners[None])[0] / 1e3
+    for other in (turned, moved, scaled):
+        assert other == pytest.approx(found, rel=1e-11)
+
+
+@pytest.mark.parametrize("subdivisions", [1, 3])
+def test_quadrature_is_exact_for_quadratics(disc, subdivisions):
+    patch = disc(2.0, 4, lambda x, y: x**2)
+    points, weights, hats = quadrature(patch, subdivisions=subdivisions)
+    assert len(points) == 3 * len(patch.triangles) * subdivisions**2
+    assert hats.T @ weights == pytest.approx(patch.mass, rel=1e-12)
+    assert np.abs(hats @ patch.xy - points).max() < 1e-14
+    assert weights @ points[:, 0] ** 2 == pytest.approx(patch.gap.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("e_star", [0.04, 3.0])
+def test_loaded_disc_sinks_as_much_as_the_closed_form(disc, e_star):
+    """Mean displacement of a uniformly loaded disc, 16 p c / (3 pi E*), and its approach as the polygon fills it."""
+    errors = []
+    for rings in (5, 10):
+        patch = disc(3.0, rings)
+        area = 4 * patch.mass.sum()
+        mean = 4 * half_space_compliance(patch).sum() / e_star / area
+        radius = np.sqrt(area / np.pi)
+        errors.append(abs(mean / uniform_disc_mean_displacement(radius, 1.0, e_star) - 1))
+    assert errors[1] < 3e-4
+    assert errors[1] < errors[0] / 3
+
+
+def test_matrix_is_symmetric_positive_definite(disc, reference):
+    for matrix in (half_space_compliance(disc(3.0, 7)), reference.half_space, reference.compliance):
+        assert (matrix == matrix.T).all()
+        assert np.linalg.eigvalsh(matrix).min() > 0
+
+
+def quarter_and_whole(disc):
+    quarter, whole = disc(3.0, 6), disc(3.0, 6, quarter=False)
+    node = {tuple(np.round(xy, 9)): k for k, xy in enumerate(quarter.xy)}
+    spread = np.zeros((len(whole.xy), len(quarter.xy)))
+    for k, xy in enumerate(np.abs(whole.xy)):
+        spread[k, node[tuple(np.round(xy, 9) + 0.0)]] = 1
+    return quarter, whole, spread
+
+
+def test_a_quarter_with_images_is_the_whole_disc(disc):
+    quarter, whole, spread = quarter_and_whole(disc)
+    expected = spread.T @ half_space_compliance(whole) @ spread / 4
+    assert half_space_compliance(quarter) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("quarter", [True, False])
+def test_a_polynomial_kernel_is_integrated_exactly(disc, quarter):
+    """int int |x - y|^2 = 2 A int |x|^2 over a disc about its centre."""
+    patch = disc(3.0, 4, lambda x, y: x**2 + y**2, quarter=quarter)
+    count = len(patch.images)
+    matrix = kernel_compliance(patch, lambda r: r**2)
+    assert count * matrix.sum() == pytest.approx(2 * count**2 * patch.mass.sum() * patch.gap.sum(), rel=1e-12)
+    assert (matrix == matrix.T).all()
+
+
+def test_a_constant_kernel_feels_the_force_alone(disc):
+    patch = disc(3.0, 4)
+    assert kernel_compliance(patch, np.ones_like) == pytest.approx(4 * np.outer(patch.mass, patch.mass), rel=1e-12)
+
+
+def test_kernel_of_a_quarter_with_images_is_that_of_the_whole(disc):
+    quarter, whole, spread = quarter_and_whole(disc)
+
+    def kernel(r):
+        return np.exp(-r) - 0.2 * r
+
+    expected = spread.T @ kernel_compliance(whole, kernel) @ spread / 4
+    assert kernel_compliance(quarter, kernel) == pytest.approx(expected, rel=1e-10, abs=1e-12)

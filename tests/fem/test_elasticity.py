@@ -1,0 +1,202 @@
+"""Assembly: exact on what Taylor-Hood represents, equal to an independent assembly, convergent on what it does not."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector
+from skfem.helpers import ddot, div, sym_grad
+
+from papilla.fem.elasticity import SYMMETRIC, TaylorHood, lame, parity_signs
+from papilla.fem.solver import factorise
+from papilla.finger import Layer
+from papilla.mesh.layered import INNER, OUTER
+from papilla.references import boussinesq_displacement
+
+GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])
+
+
+def whole(lower):
+    return (lower + sp.tril(lower, -1).T).tocsr()
+
+
+def nodes_inside(space):
+    """Mask (nodes,) of the P2 nodes off the box's boundary."""
+    x = space.displacement.doflocs
+    return ((x > x.min(axis=1)[:, None] + 1e-9) & (x < x.max(axis=1)[:, None] - 1e-9)).all(axis=0)
+
+
+def residual(space, layers, field):
+    """Largest out-of-balance force inside over the largest nodal force, pressures answering to `field` (nodes, 3)."""
+    size, matrix = 3 * space.nodes, whole(space.matrix(layers))
+    u = field.ravel()
+    pressure = sp.linalg.spsolve(matrix[size:, size:].tocsc(), -matrix[size:, :size] @ u)
+    forces = (matrix[:size, :size] @ u + matrix[:size, size:] @ pressure).reshape(-1, 3)
+    inside = nodes_inside(space)
+    assert inside.sum() > 50
+    return np.abs(forces[inside]).max() / np.abs(forces).max()
+
+
+def solve_inside(space, layers, boundary):
+    """Displacement (nodes, 3) with that of `boundary` (nodes, 3) on the box's boundary."""
+    size, matrix = 3 * space.nodes, space.matrix(layers)
+    free = np.ones(space.unknowns, dtype=bool)
+    free[:size] = np.repeat(nodes_inside(space), 3)
+    known = np.where(free, 0.0, np.append(boundary.ravel(), np.zeros(space.pressures)))
+    load = -(whole(matrix) @ known)[free]
+    factor = factorise(matrix.tocsr()[free][:, free].tocsc(), space.pressures)
+    known[free] = factor.solve(load[:, None])[:, 0]
+    return known[:size].reshape(-1, 3)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.4999])
+def test_patch_test_of_one_material(box_space, nu):
+    layers = {OUTER: Layer(0.2, nu), INNER: Layer(0.2, nu)}
+    # Cancellation: the pressure is lambda times a strain that is a difference of displacements
+    bound = 1e-10 * max(1.0, 1e-3 / lame(layers[OUTER])[1])
+    assert residual(box_space, layers, box_space.displacement.doflocs.T @ GRADIENT.T) < bound
+
+
+def test_patch_test_sees_a_field_that_is_not_in_balance(box_space):
+    x = box_space.displacement.doflocs.T
+    layers = {OUTER: Layer(0.2, 0.3), INNER: Layer(0.2, 0.3)}
+    assert residual(box_space, layers, x @ GRADIENT.T + 0.1 * x[:, :1] ** 2) > 1e-3
+
+
+@pytest.mark.parametrize("contrast", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("nus", [(0.3, 0.4999), (0.4999, 0.0)])
+def test_patch_test_across_the_layers(box_space, contrast, nus):
+    """Shear and compression whose stress is continuous across z = 1/2: displacement bends there and pressure jumps."""
+    layers = {OUTER: Layer(0.1 * contrast, nus[0]), INNER: Layer(0.1, nus[1])}
+    z = box_space.displacement.doflocs[2]
+    slopes = {}
+    for number, layer in layers.items():
+        mu, compressibility = lame(layer)
+        slopes[number] = np.array([0.02 / mu, -0.01 / mu, 0.03 / (2 * mu + 1 / compressibility)])
+    low, high = np.minimum(z, 0.5), np.maximum(z - 0.5, 0)
+    field = low[:, None] * slopes[INNER] + high[:, None] * slopes[OUTER]
+    # Rounding of a displacement, times a lambda 1e7 times the softer modulus; a pressure that cannot jump gives 1e-2
+    assert residual(box_space, layers, field) < 1e-8
+
+
+def test_pressure_is_doubled_on_the_interface_and_nowhere_else(box_space):
+    on_interface = len(np.unique(box_space.mesh.boundaries["interface"]))
+    assert on_interface == 3 * 4
+    assert box_space.pressures == len(box_space.mesh.points) + on_interface
+    assert box_space.unknowns == 3 * box_space.nodes + box_space.pressures
+
+
+def test_matrix_equals_the_vector_valued_assembly_of_scikit_fem(box):
+    """The same forms by scikit-fem's own vector element, one weak form each."""
+    mesh = box((2, 2, 2), split=False)
+    space, layer = TaylorHood(mesh), Layer(0.7, 0.4)
+    basis = Basis(space.skmesh, ElementVector(ElementTetP2()), intorder=2)
+    pressure = Basis(space.skmesh, ElementTetP1(), intorder=2)
+    mu, compressibility = lame(layer)
+    stiffness = BilinearForm(lambda u, v, w: 2 * mu * ddot(sym_grad(u), sym_grad(v))).assemble(basis)
+    divergence = BilinearForm(lambda u, q, w: -div(u) * q).assemble(basis, pressure)
+    mass = BilinearForm(lambda p, q, w: -compressibility * p * q).assemble(pressure)
+    scalar = space.displacement
+    number = np.empty(3 * space.nodes, dtype=int)
+    for component in range(3):
+        number[basis.nodal_dofs[component]] = 3 * scalar.nodal_dofs[0] + component
+        number[basis.edge_dofs[component]] = 3 * scalar.edge_dofs[0] + component
+    move = sp.csr_matrix((np.ones(len(number)), (number, np.arange(len(number)))))
+    expected = sp.bmat([[move @ stiffness @ move.T, (divergence @ move.T).T], [divergence @ move.T, mass]])
+    difference = whole(space.matrix({OUTER: layer})) - expected
+    assert abs(difference).max() < 1e-13 * abs(expected).max()
+
+
+@pytest.mark.parametrize("motion", range(6))
+def test_rigid_motions_cost_nothing(box_space, motion):
+    x = box_space.displacement.doflocs.T
+    field = np.tile(np.eye(3)[motion], (len(x), 1)) if motion < 3 else np.cross(np.eye(3)[motion - 3], x)
+    u = np.append(field.ravel(), np.zeros(box_space.pressures))
+    matrix = whole(box_space.matrix({OUTER: Layer(0.2, 0.49), INNER: Layer(0.05, 0.3)}))
+    assert np.abs(matrix @ u).max() < 1e-13 * (abs(matrix) @ np.abs(u)).max()
+
+
+def test_a_change_of_modulus_is_a_combination_of_parts(box_space):
+    layers = {OUTER: Layer(3.0, 0.2), INNER: Layer(0.01, 0.48)}
+    (mu_outer, c_outer), (mu_inner, c_inner) = lame(layers[OUTER]), lame(layers[INNER])
+    parts = box_space.parts
+    expected = (
+        parts["divergence", -1]
+        + mu_outer * parts["shear", OUTER]
+        + mu_inner * parts["shear", INNER]
+        - c_outer * parts["mass", OUTER]
+        - c_inner * parts["mass", INNER]
+    )
+    assert abs(box_space.matrix(layers) - expected).max() == 0
+    softer = box_space.matrix({OUTER: Layer(1.5, 0.2), INNER: layers[INNER]})
+    change = box_space.matrix(layers) - softer
+    expected = mu_outer / 2 * parts["shear", OUTER] + c_outer * parts["mass", OUTER]
+    assert abs(change - expected).max() < 1e-14 * abs(expected).max()
+
+
+def test_lame_constants():
+    mu, compressibility = lame(Layer(0.3, 0.25))
+    assert (mu, compressibility) == pytest.approx((0.12, 1 / 0.12))
+    assert lame(Layer(0.3, 0.5)) == (pytest.approx(0.1), 0.0)
+    mu, compressibility = lame(Layer(0.3, 0.0))
+    assert mu == 0.15 and compressibility == pytest.approx(1e10 / mu)
+    assert lame(Layer(0.3, 1e-13))[1] == pytest.approx(compressibility), "nu next to 0 is nu = 0"
+
+
+def test_without_contraction_a_stretch_needs_no_force_across(box_space):
+    """nu = 0: stretched along x alone, the faces across it carry nothing."""
+    x = box_space.displacement.doflocs.T
+    field = np.column_stack([0.01 * x[:, 0], np.zeros((len(x), 2))])
+    layers = {OUTER: Layer(0.2, 0.0), INNER: Layer(0.2, 0.0)}
+    size, matrix = 3 * box_space.nodes, whole(box_space.matrix(layers))
+    pressure = sp.linalg.spsolve(matrix[size:, size:].tocsc(), -matrix[size:, :size] @ field.ravel())
+    forces = (matrix[:size, :size] @ field.ravel() + matrix[:size, size:] @ pressure).reshape(-1, 3)
+    pull = forces[x[:, 0] > 1 - 1e-9].sum(axis=0)
+    assert pull[0] == pytest.approx(0.2 * 0.01, rel=1e-9)
+    assert np.abs(forces[:, 1:]).max() < 1e-8 * pull[0]
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
+def test_converges_to_the_point_force_field(box, nu):
+    """Boussinesq's field on a box below the surface: third order in displacement, and 2e-3 on 6 cells an edge."""
+    layers = {OUTER: Layer(0.1, nu), INNER: Layer(0.1, nu)}
+    errors = []
+    for divisions in (3, 6):
+        space = TaylorHood(box((divisions,) * 3, (0.2, 0.1, 0.8), (1.4, 1.3, 2.0), jitter=0))
+        x = space.displacement.doflocs.T
+        exact = boussinesq_displacement(x, 1.0, 0.1, nu)
+        found = solve_inside(space, layers, exact)
+        errors.append(np.linalg.norm(found - exact) / np.linalg.norm(exact) / np.sqrt(nodes_inside(space).mean()))
+    assert errors[1] < 2e-3
+    assert np.log2(errors[0] / errors[1]) > 2.5
+
+
+def test_free_unknowns_follow_clamp_and_mirrors(coarse_model):
+    space, mirrors = coarse_model.space, coarse_model.mesh.mirrors
+    x = space.displacement.doflocs
+    clamped = np.zeros(space.nodes, dtype=bool)
+    clamped[space.p2_nodes(space.mesh.boundaries["base"])] = True
+    assert (x[2][clamped] < 6 + 1e-9).all() and clamped[x[2] == 0].all()
+    for parity in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        free = space.free(parity, mirrors)
+        # An odd pressure vanishes in the plane: as many unknowns go as pairs of vertex and layer lie there
+        odd = [axis for axis in (0, 1) if parity[axis] < 0]
+        pairs = np.column_stack([space.mesh.tets.ravel(), np.repeat(space.mesh.layer, 4)])
+        pairs = np.unique(pairs, axis=0)
+        gone = (space.mesh.points[pairs[:, 0]][:, odd] == 0).any(axis=1)
+        assert (free[3 * space.nodes :] == ~gone).all()
+        free = free[: 3 * space.nodes].reshape(-1, 3)
+        assert not free[clamped].any()
+        for axis in (0, 1):
+            on_plane = ~clamped & (x[axis] == 0)
+            # Symmetric: nothing crosses the plane; antisymmetric: nothing moves in it
+            held = [axis] if parity[axis] > 0 else [k for k in range(3) if k != axis]
+            assert not free[on_plane][:, held].any()
+        off = ~clamped & (x[0] > 0) & (x[1] > 0)
+        assert free[off].all()
+
+
+def test_parity_signs():
+    assert parity_signs(SYMMETRIC, (-1, 1)).tolist() == [-1, 1, 1]
+    assert parity_signs((-1, 1), (-1, 1)).tolist() == [1, -1, -1]
+    assert parity_signs((1, -1), (-1, -1)).tolist() == [1, 1, -1]
+    assert parity_signs((-1, -1), (1, 1)).tolist() == [1, 1, 1]

@@ -1,0 +1,128 @@
+"""The `hertz` rung: Hertz's own result on a half-space, its limits, and its agreement with contact where both hold."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import ContactRangeError
+from papilla.fem import press
+from papilla.fem.hertz import hertz_table
+from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
+from papilla.specimen import Block, HalfSpace, Sphere
+
+E_STAR = 0.15
+SOFT = HalfSpace(0.3, 0.4)
+TOGETHER = 1 / (1 / E_STAR + (1 - 0.4**2) / 0.3)
+
+
+@pytest.fixture(scope="module", params=[(12.0, 12.0), (9.0, 16.0), (20.0, 11.0)], ids=str)
+def half_space(request, disc, stand_in):
+    """A half-space finger of two radii of curvature, and these radii."""
+    rx, ry = request.param
+    return stand_in(disc(4.0, 20, lambda x, y: x**2 / (2 * rx) + y**2 / (2 * ry)), E_STAR), rx, ry
+
+
+@pytest.mark.parametrize("indentation", [1e-5, 1e-3, 0.02, 0.1, 0.4])
+def test_is_hertz_on_a_half_space(half_space, indentation):
+    finger, rx, ry = half_space
+    exact = hertz_ellipse_at(indentation, rx, ry, TOGETHER)
+    found = press(finger, SOFT, force=exact.force, fidelity="hertz")
+    assert found.indentation == pytest.approx(indentation, rel=1e-3)
+    assert found.contact_area == pytest.approx(exact.area, rel=1e-3)
+    assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=1e-3)
+    by_depth = press(finger, SOFT, indentation=indentation, fidelity="hertz")
+    assert by_depth.force == pytest.approx(exact.force, rel=2e-3)
+    assert by_depth.indentation == pytest.approx(indentation, rel=1e-12)
+    again = press(finger, SOFT, force=by_depth.force, fidelity="hertz")
+    assert again.strain == pytest.approx(by_depth.strain, rel=1e-9)
+
+
+@pytest.mark.parametrize("indentation", [0.05, 0.1, 0.4])
+def test_gauge_rows_see_the_ellipse(half_space, indentation):
+    """Force and second moments of a Hertzian pressure: F, F a^2 / 5, F b^2 / 5."""
+    finger, rx, ry = half_space
+    exact = hertz_ellipse_at(indentation, rx, ry, TOGETHER)
+    found = press(finger, SOFT, force=exact.force, fidelity="hertz")
+    expected = exact.force * np.array([1, exact.a**2 / 5, exact.b**2 / 5])
+    # The projection onto the patch smooths the ellipse by a small share of h^2
+    assert found.strain == pytest.approx(expected, rel=0.01)
+    assert found.strain[0] == pytest.approx(exact.force, rel=1e-9)
+    assert found.curvature == pytest.approx([exact.force, 0, 0], rel=1e-9, abs=1e-15)
+
+
+def test_a_ball_adds_its_curvature(half_space):
+    finger, rx, ry = half_space
+    exact = hertz_ellipse(0.02, 1 / (1 / rx + 1 / 30), 1 / (1 / ry + 1 / 30), TOGETHER)
+    found = press(finger, Sphere(0.3, 30.0, 0.4), force=0.02, fidelity="hertz")
+    assert found.indentation == pytest.approx(exact.indentation, rel=1e-3)
+    assert found.contact_area == pytest.approx(exact.area, rel=1e-3)
+
+
+@pytest.mark.parametrize("chi", [0.1, 0.19, 0.34])
+def test_a_thin_block_counts(disc, stand_in, chi):
+    """A rigid sphere on a bonded layer: the ellipse that minimises the energy, within the 2 % of its own shape."""
+    thickness, radius = 10.0, 100.0
+    exact = bonded_layer_sphere((chi * thickness) ** 2 / radius, radius, thickness, 0.3, 0.5)
+    rigid = stand_in(disc(2 * exact.contact_radius, 20, lambda x, y: (x**2 + y**2) / (2 * radius)), 1e7)
+    found = press(rigid, Block(0.3, thickness, 0.5), indentation=exact.indentation, fidelity="hertz")
+    assert found.force == pytest.approx(exact.force, rel=0.005)
+    assert found.contact_area == pytest.approx(exact.area, rel=0.02)
+    assert exact.hertz_factor > 1.1, "plain Hertz would fail here"
+
+
+def test_radii_of_the_default_dome(reference):
+    """a^2/c and b^2/c of the ellipsoid: 28.8 and 45 mm; a vanishing press on a hard flat shows the aspect they make."""
+    exact = hertz_ellipse(1e-6, 24**2 / 20, 30**2 / 20, 1.0)
+    table = hertz_table(reference, HalfSpace(1e5, 0.5))
+    assert table.aspect == pytest.approx(exact.b / exact.a, rel=1e-3)
+    with_ball = hertz_ellipse(1e-6, 1 / (1 / 28.8 + 1 / 50), 1 / (1 / 45 + 1 / 50), 1.0)
+    assert hertz_table(reference, Sphere(1e5, 50.0)).aspect == pytest.approx(with_ball.b / with_ball.a, rel=1e-3)
+
+
+@pytest.mark.parametrize("modulus", [0.05, 0.51, 1e4])
+def test_the_lightest_press_feels_the_outer_layer_alone(reference, modulus):
+    e_star = 1 / ((1 - 0.4999**2) / 0.136 + (1 - 0.495**2) / modulus)
+    exact = hertz_ellipse(1e-8, 28.8, 45.0, e_star)
+    found = press(reference, Block(modulus, 10), force=1e-8, fidelity="hertz")
+    assert found.indentation == pytest.approx(exact.indentation, rel=0.01)
+    assert found.contact_area == pytest.approx(exact.area, rel=0.01)
+    assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.01)
+
+
+def test_tables_rise(reference):
+    for specimen in (HalfSpace(0.02), Block(0.51, 10), Block(5.0, 3), Sphere(0.5, 8.0)):
+        table = hertz_table(reference, specimen)
+        for column in (table.force, table.radius, table.indentation):
+            assert column[0] == 0 and (np.diff(column) > 0).all()
+        assert np.isfinite(table.strain).all() and np.isfinite(table.curvature).all()
+
+
+@pytest.mark.parametrize("force", [1e-7, 1e-3, 0.03, 0.5])
+def test_nodal_pressure_carries_the_force(reference, force):
+    """Even where the ellipse is smaller than an element: fields are recovered from it."""
+    found = press(reference, Block(0.51, 10), force=force, fidelity="hertz")
+    assert reference.multiplicity * reference.patch.mass @ found.pressure == pytest.approx(force, rel=1e-12)
+    assert found.force_balance <= 1e-12
+    assert (found.pressure >= 0).all() and (found.active == (found.pressure > 0)).all()
+
+
+def test_an_ellipse_beyond_the_patch_is_refused(half_space, reference):
+    finger, rx, ry = half_space
+    limit = hertz_table(finger, SOFT).force[-1]
+    press(finger, SOFT, force=0.999 * limit, fidelity="hertz")
+    with pytest.raises(ContactRangeError, match="a force of .* N takes the contact to the rim of its patch"):
+        press(finger, SOFT, force=1.001 * limit, fidelity="hertz")
+    with pytest.raises(ContactRangeError, match="an indentation of 9 mm takes the contact to the rim"):
+        press(reference, SOFT, indentation=9.0, fidelity="hertz")
+
+
+def test_a_skin_that_is_not_convex_is_refused(disc, stand_in):
+    saddle = stand_in(disc(4.0, 10, lambda x, y: x**2 / 20 - y**2 / 200), E_STAR)
+    with pytest.raises(ContactRangeError, match="rung hertz needs a skin that is convex"):
+        press(saddle, SOFT, force=0.01, fidelity="hertz")
+
+
+def test_a_patch_too_coarse_for_an_ellipse_is_refused_but_contact_answers(disc, stand_in):
+    """A nearly cylindrical skin, as a slab's: the long ellipse leaves the patch before the short axis is seen."""
+    cylinder = stand_in(disc(4.0, 10, lambda x, y: x**2 / 20 + y**2 / 1e5), E_STAR)
+    with pytest.raises(ContactRangeError, match="rung hertz needs a patch that holds its ellipse"):
+        press(cylinder, SOFT, force=0.05, fidelity="hertz")

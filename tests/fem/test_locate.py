@@ -1,0 +1,44 @@
+"""The point locator and the P2 values it gives."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.fem.locate import interpolation, locate
+
+
+def quadratic(x):
+    return 1 + x @ [2.0, -1, 0.5] + x[:, 0] ** 2 - 3 * x[:, 0] * x[:, 2] + 2 * x[:, 1] ** 2
+
+
+def test_quadratics_are_exact_everywhere(box_space):
+    """Inside, on faces, on edges and on vertices."""
+    mesh = box_space.mesh
+    inside = np.random.default_rng(0).uniform(0.01, 0.99, (200, 3))
+    corners = mesh.points[mesh.tets]
+    points = np.concatenate([inside, corners[:, :3].mean(axis=1), corners[:, :2].mean(axis=1), mesh.points])
+    values = interpolation(box_space, points) @ quadratic(box_space.displacement.doflocs.T)
+    assert np.abs(values - quadratic(points)).max() < 1e-12
+
+
+def test_the_cell_found_holds_the_point(box_space):
+    points = np.random.default_rng(1).uniform(0.01, 0.99, (300, 3))
+    cells, local = locate(box_space, points)
+    assert local.min() > -1e-12 and local.sum(axis=1).max() < 1 + 1e-12
+    corners = box_space.mesh.points[box_space.mesh.tets[cells]]
+    back = corners[:, 0] + np.einsum("ki,kij->kj", local, corners[:, 1:] - corners[:, :1])
+    assert np.abs(back - points).max() < 1e-13
+
+
+def test_a_point_just_outside_is_extrapolated(box_space):
+    """A gauge on the exact interface may lie a sagitta off the faceted one."""
+    points = np.array([[0.5, 0.5, 1.02], [-0.02, 0.4, 0.3]])
+    values = interpolation(box_space, points) @ quadratic(box_space.displacement.doflocs.T)
+    assert values == pytest.approx(quadratic(points), abs=1e-12)
+
+
+@pytest.mark.parametrize("outside", [[0.5, 0.5, 1.3], [-0.4, 0.5, 0.5], [9.0, 9.0, 9.0]])
+def test_a_point_outside_is_refused(box_space, outside):
+    points = np.array([[0.5, 0.5, 0.5], outside])
+    with pytest.raises(InputError, match=r"point \(.*\) mm lies outside the mesh"):
+        interpolation(box_space, points)

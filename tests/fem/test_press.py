@@ -1,0 +1,260 @@
+"""`press` on the reference finger: symmetry, balance, specimens, fidelity, refusals, and pinned numbers."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem import FingerModel, press
+from papilla.finger import Finger, Slab
+from papilla.mesh import build
+from papilla.specimen import Block, Grating, HalfSpace, Sphere
+from papilla.units import gf_to_newton
+
+BLOCK = Block(0.51, 10)
+
+# S_d in microstrain, indentation in mm, area in mm2 and peak in MPa of the shipped mesh: a change is a numeric change
+PINNED = {
+    5: (5324.6694, 0.16572952, 15.602499, 0.0047771135),
+    20: (14850.088, 0.43497889, 44.428032, 0.0064709648),
+    60: (26651.868, 0.87877451, 100.6341, 0.0074051205),
+}
+
+
+@pytest.mark.parametrize("force_gf", PINNED)
+def test_pinned_numbers_of_the_default_finger(reference, force_gf):
+    found = press(reference, BLOCK, force=gf_to_newton(force_gf), fidelity="contact")
+    values = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
+    assert values == pytest.approx(PINNED[force_gf], rel=1e-6)
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "contact"])
+@pytest.mark.parametrize("force", [0.05, 0.3, 0.9])
+def test_an_apex_press_is_symmetric_and_balanced(reference, fidelity, force):
+    found = press(reference, BLOCK, force=force, fidelity=fidelity)
+    assert found.force == force and found.fidelity == fidelity and found.resolved
+    assert found.force_balance <= 1e-9
+    assert 4 * reference.patch.mass @ found.pressure == pytest.approx(force, rel=1e-9)
+    for quantity in (found.strain, found.curvature, found.reading):
+        assert quantity[:2] == pytest.approx(quantity[:2:-1], rel=1e-10)
+    assert found.strain[2] > 0 > found.strain[1], "the skin is stretched below the contact and compressed beside it"
+    assert found.reading == pytest.approx(1e6 * found.strain), "gain 1 and lever 0 until a finger is identified"
+    mean = found.reading.mean()
+    assert found.sd == pytest.approx(np.sqrt(((found.reading - mean) ** 2).sum() / 5)), "population, not sample"
+
+
+def test_gains_and_levers_make_the_reading(reference):
+    gains, levers = np.array([1.0, 2, 0.5, -1, 1]), np.array([0.0, -1, 0.3, 0.2, 1])
+    finger = dataclasses.replace(reference, gains=gains, levers=levers)
+    found, plain = press(finger, BLOCK, force=0.3), press(reference, BLOCK, force=0.3)
+    assert found.strain == pytest.approx(plain.strain) and found.curvature == pytest.approx(plain.curvature)
+    assert found.reading == pytest.approx(1e6 * (gains * plain.strain + levers * plain.curvature))
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "contact"])
+@pytest.mark.parametrize("force", [0.05, 0.4])
+def test_limits_of_the_specimens(reference, fidelity, force):
+    flat = press(reference, HalfSpace(0.2), force=force, fidelity=fidelity)
+    for specimen, tolerance in ((Block(0.2, 1000), 2e-3), (Sphere(0.2, 1e5), 2e-3), (Block(0.2, 1e5), 2e-5)):
+        found = press(reference, specimen, force=force, fidelity=fidelity)
+        for name in ("sd", "indentation", "contact_area", "peak_pressure"):
+            assert getattr(found, name) == pytest.approx(getattr(flat, name), rel=tolerance)
+    thin = press(reference, Block(0.2, 2), force=force, fidelity=fidelity)
+    ball = press(reference, Sphere(0.2, 20), force=force, fidelity=fidelity)
+    assert thin.indentation < flat.indentation < ball.indentation
+    assert thin.contact_area < flat.contact_area, "a thin block is a hard one"
+    assert ball.contact_area < flat.contact_area and ball.peak_pressure > flat.peak_pressure
+
+
+@pytest.mark.parametrize("specimen", [lambda E: Block(E, 10), HalfSpace, lambda E: Sphere(E, 40)])
+def test_sd_rises_with_force_and_modulus(reference, specimen):
+    moduli, forces = np.geomspace(0.02, 5, 8), np.linspace(0.05, 1.0, 8)
+    sd = np.array([[press(reference, specimen(E), force=f, fidelity="contact").sd for f in forces] for E in moduli])
+    assert (np.diff(sd, axis=0) > 0).all() and (np.diff(sd, axis=1) > 0).all()
+    # The modulus matters less and less: the specimen becomes a rigid one
+    assert (np.diff(np.log(sd[:, 3]))[-1]) < 0.1 * np.diff(np.log(sd[:, 3]))[0]
+
+
+def test_force_and_indentation_are_two_ways_to_one_press(reference):
+    for fidelity in ("hertz", "contact"):
+        by_force = press(reference, BLOCK, force=0.3, fidelity=fidelity)
+        by_depth = press(reference, BLOCK, indentation=by_force.indentation, fidelity=fidelity)
+        assert by_depth.force == pytest.approx(0.3, rel=1e-9)
+        assert by_depth.reading == pytest.approx(by_force.reading, rel=1e-9)
+        assert by_depth.indentation == pytest.approx(by_force.indentation, rel=1e-12)
+        assert by_depth.force_balance <= 1e-9
+
+
+def test_the_start_changes_nothing(reference):
+    plain = press(reference, BLOCK, force=0.3, fidelity="contact")
+    other = press(reference, BLOCK, force=0.9, fidelity="contact")
+    found = press(reference, BLOCK, force=0.3, fidelity="contact", start=other.active)
+    assert found.reading == pytest.approx(plain.reading, rel=1e-12)
+    assert (found.active == plain.active).all()
+
+
+def test_a_press_twice_is_the_same_press(reference):
+    first, second = (press(reference, BLOCK, force=0.3, fidelity="contact") for _ in range(2))
+    assert (first.reading == second.reading).all() and first.sd == second.sd
+
+
+# ---- Fidelity
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 0.02, 0.05, 0.5])
+@pytest.mark.parametrize("force", [0.08, 0.2, 0.6])
+@pytest.mark.parametrize("modulus", [0.05, 0.51])
+def test_auto_keeps_its_tolerance_and_says_why(reference, modulus, force, tolerance):
+    """The measured error bounds the true one between the forces where it was measured, up to a tenth."""
+    specimen = Block(modulus, 10)
+    found = press(reference, specimen, force=force, tolerance=tolerance)
+    truth = press(reference, specimen, force=force, fidelity="contact")
+    for name in ("sd", "indentation", "contact_area"):
+        assert getattr(found, name) == pytest.approx(getattr(truth, name), rel=max(1.1 * tolerance, 1e-12))
+    assert found.status.startswith(f"{found.fidelity} rung: ")
+    if found.fidelity == "hertz":
+        assert f"% from contact, within {100 * tolerance:g} %" in found.status
+    assert tolerance > 1e-6 or found.fidelity == "contact"
+    assert tolerance < 0.5 or found.fidelity == "hertz"
+
+
+@pytest.mark.parametrize("force", [1e-4, 5e-3])
+def test_a_press_too_light_for_the_mesh_says_so(reference, force):
+    found = press(reference, BLOCK, force=force, fidelity="contact")
+    assert not found.resolved
+    assert found.status.startswith("mesh too coarse for this light press: a contact radius of ")
+    assert "mesh with size_mm <= " in found.status
+    auto = press(reference, BLOCK, force=force)
+    assert auto.fidelity == "hertz" and auto.force == force
+    assert "the contact is smaller than this mesh resolves" in auto.status
+    assert auto.sd == press(reference, BLOCK, force=force, fidelity="hertz").sd
+
+
+def test_auto_keeps_an_indentation_too_light_for_the_mesh(reference):
+    found = press(reference, BLOCK, indentation=0.01)
+    assert found.fidelity == "hertz" and found.indentation == pytest.approx(0.01, rel=1e-12)
+
+
+def test_auto_does_not_trust_hertz_where_nothing_vouches_for_it(coarse):
+    """On a mesh that resolves no press at all there is nothing to measure the hertz rung against."""
+    found = press(coarse, BLOCK, force=0.3)
+    assert found.fidelity == "contact" and not found.resolved
+    assert found.status.startswith("mesh too coarse")
+
+
+def test_hertz_is_near_contact_where_contact_is_light(reference):
+    """Within 1.5 % in S_d from 10 to 20 gf, where the contact is small against the layers."""
+    for force_gf in (10, 14, 20):
+        hertz, truth = (
+            press(reference, BLOCK, force=gf_to_newton(force_gf), fidelity=rung) for rung in ("hertz", "contact")
+        )
+        assert hertz.sd == pytest.approx(truth.sd, rel=0.015)
+        assert hertz.indentation == pytest.approx(truth.indentation, rel=0.015)
+
+
+def test_a_hard_ball_on_a_small_one_stays_resolved_or_says_so(reference):
+    found = press(reference, Sphere(5.0, 1.0), force=0.02, fidelity="contact")
+    assert not found.resolved and found.status.startswith("mesh too coarse")
+
+
+# ---- Refusals
+
+
+@pytest.mark.parametrize(
+    "values, message",
+    [
+        ({"force": 0.0}, r"force \(N\) must be greater than 0, got 0"),
+        ({"force": -1.0}, r"force \(N\) must be greater than 0, got -1"),
+        ({"force": np.nan}, r"force \(N\) must be finite, got nan"),
+        ({"force": "0.1"}, r"force \(N\) must be a number, got '0.1'"),
+        ({"indentation": 0}, r"indentation \(mm\) must be greater than 0, got 0"),
+        ({"indentation": np.inf}, r"indentation \(mm\) must be finite, got inf"),
+        ({}, "give exactly one of force and indentation"),
+        ({"force": 1.0, "indentation": 1.0}, "give exactly one of force and indentation"),
+        ({"force": 1.0, "fidelity": "finest"}, "fidelity must be one of hertz, contact or auto, got 'finest'"),
+        ({"force": 1.0, "tolerance": 0}, "tolerance must be greater than 0, got 0"),
+        ({"force": 1.0, "tolerance": np.nan}, "tolerance must be finite, got nan"),
+    ],
+)
+def test_unusable_values(reference, values, message):
+    with pytest.raises(InputError, match=message):
+        press(reference, BLOCK, **values)
+
+
+@pytest.mark.parametrize("specimen, name", [(Grating(1.0, 1.0, 0.5), "Grating"), (0.51, "float"), (None, "NoneType")])
+def test_a_specimen_that_cannot_be_pressed(reference, specimen, name):
+    with pytest.raises(InputError, match=f"a press takes a HalfSpace, Block or Sphere, got {name}"):
+        press(reference, specimen, force=0.1)
+
+
+@pytest.mark.parametrize("fidelity", ["auto", "contact"])
+def test_a_contact_that_reaches_the_rim_is_refused(reference, fidelity):
+    with pytest.raises(ContactRangeError, match="the contact reaches the rim of its patch, 1[0-5].* mm from"):
+        press(reference, HalfSpace(0.02), force=4.0, fidelity=fidelity)
+
+
+def test_half_of_the_tissue_is_too_deep(reference):
+    with pytest.raises(ContactRangeError, match="mm into a finger with 14 mm of soft tissue: more than 50 % is beyond"):
+        press(reference, Sphere(1e3, 3.0), indentation=8.0, fidelity="contact")
+
+
+def test_half_of_a_block_is_too_deep(reference):
+    with pytest.raises(ContactRangeError, match="mm off a block of 1 mm: more than 50 % is beyond the model"):
+        press(reference, Block(0.005, 1.0, 0.3), force=0.3, fidelity="contact")
+
+
+# ---- The result
+
+
+def test_json_holds_the_documented_keys(reference):
+    found = press(reference, BLOCK, force=0.3)
+    values = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert set(values) == {
+        *("force_N", "modulus_MPa", "fidelity", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa"),
+        *("gauge_strain", "reading_microstrain", "sd_microstrain", "force_balance", "status", "seconds"),
+    }
+    assert values["force_N"] == 0.3 and values["modulus_MPa"] == 0.51
+    assert values["gauge_strain"] == found.strain.tolist() and len(values["reading_microstrain"]) == 5
+    assert values["seconds"] > 0
+
+
+# ---- Slow: other meshes
+
+
+@pytest.mark.slow
+def test_sd_against_a_finer_mesh(reference, tmp_path, monkeypatch):
+    """Element size halved: S_d within 1 % (3 % at 5 gf), indentation 0.5 %, area and peak pressure 7 %."""
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
+    finger = Finger.default()
+    fine = FingerModel(finger, build(finger, size_mm=0.35)).reduce()
+    assert len(fine.patch.xy) > 2.5 * len(reference.patch.xy)
+    for force_gf in (5, 10, 20, 30, 60, 100):
+        for modulus in (0.089, 0.51):
+            coarse, truth = (
+                press(which, Block(modulus, 10), force=gf_to_newton(force_gf), fidelity="contact")
+                for which in (reference, fine)
+            )
+            assert truth.resolved
+            where = f"{force_gf} gf, {modulus} MPa"
+            assert coarse.sd == pytest.approx(truth.sd, rel=0.03 if force_gf == 5 else 0.01), where
+            assert coarse.indentation == pytest.approx(truth.indentation, rel=0.005), where
+            assert coarse.contact_area == pytest.approx(truth.contact_area, rel=0.07), where
+            assert coarse.peak_pressure == pytest.approx(truth.peak_pressure, rel=0.07), where
+
+
+@pytest.mark.slow
+def test_a_slab_is_pressed_along_a_line(tmp_path, monkeypatch):
+    """Its skin is flat along y: the hertz rung refuses, `auto` answers by contact and keeps what was asked."""
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
+    slab = Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 10.0)
+    finger = dataclasses.replace(Finger.default(), shape=slab)
+    reduced = FingerModel(finger, build(finger, size_mm=1.4)).reduce()
+    with pytest.raises(ContactRangeError, match="rung hertz needs a "):
+        press(reduced, BLOCK, force=0.3, fidelity="hertz")
+    found = press(reduced, BLOCK, force=0.3)
+    assert found.fidelity == "contact" and found.resolved and found.force_balance <= 1e-9
+    assert found.reading[:2] == pytest.approx(found.reading[:2:-1], rel=1e-10)
+    light = press(reduced, BLOCK, indentation=0.05)
+    assert light.fidelity == "contact" and light.indentation == 0.05 and not light.resolved

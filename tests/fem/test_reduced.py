@@ -1,0 +1,103 @@
+"""`ReducedFinger` on disk: bit for bit, whole or not at all, and nothing else accepted."""
+
+import json
+import warnings
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from papilla.errors import FileAccessError, FileFormatError
+from papilla.fem import ReducedFinger, press
+from papilla.fem.patch import Patch
+from papilla.specimen import Block
+
+
+@pytest.fixture
+def saved(coarse, tmp_path):
+    """The coarse finger in a file."""
+    coarse.save(tmp_path / "finger.npz")
+    return tmp_path / "finger.npz"
+
+
+def test_saved_and_loaded_is_the_same_to_the_bit(coarse, saved):
+    loaded = ReducedFinger.load(saved)
+    for item in fields(ReducedFinger):
+        if item.name == "patch":
+            continue
+        before, after = getattr(coarse, item.name), getattr(loaded, item.name)
+        assert type(before) is type(after) and np.array_equal(before, after), item.name
+    for item in fields(Patch):
+        before, after = getattr(coarse.patch, item.name), getattr(loaded.patch, item.name)
+        assert before.dtype == after.dtype and np.array_equal(before, after), item.name
+    first, second = (press(which, Block(0.5, 10), force=0.3) for which in (coarse, loaded))
+    assert (first.reading == second.reading).all() and first.indentation == second.indentation
+
+
+def test_the_file_holds_no_pickle(saved):
+    with np.load(saved, allow_pickle=False) as arrays:
+        assert all(arrays[name].dtype != object for name in arrays.files)
+        assert json.loads(str(arrays["meta"]))["schema"] == "papilla.reduced/1"
+
+
+def test_a_save_leaves_one_file_and_replaces_the_old_one(coarse, tmp_path):
+    path = tmp_path / "finger.npz"
+    path.write_text("before")
+    coarse.save(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["finger.npz"]
+    ReducedFinger.load(path)
+
+
+def refused(path, error, message):
+    with warnings.catch_warnings(), pytest.raises(error, match=message) as caught:
+        warnings.simplefilter("error")
+        ReducedFinger.load(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("keep", [0, 10, 0.5, 0.99])
+def test_a_truncated_file_is_refused(saved, keep):
+    content = saved.read_bytes()
+    saved.write_bytes(content[: keep if isinstance(keep, int) else int(keep * len(content))])
+    refused(saved, FileFormatError, "finger.npz is not a reduced finger")
+
+
+def test_a_flipped_byte_is_refused(saved):
+    content = bytearray(saved.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    saved.write_bytes(content)
+    refused(saved, FileFormatError, "finger.npz is not a reduced finger")
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"\x80\x04]\x94.", b"PK\x03\x04 not a zip"])
+def test_a_foreign_file_is_refused(tmp_path, content):
+    path = tmp_path / "finger.npz"
+    path.write_bytes(content)
+    refused(path, FileFormatError, "finger.npz is not a reduced finger")
+
+
+def test_an_npz_of_something_else_is_refused(tmp_path, coarse):
+    path = tmp_path / "finger.npz"
+    np.savez(path, x=np.arange(3))
+    refused(path, FileFormatError, "not a complete file")
+    arrays = coarse.to_arrays()
+    np.savez(path, **{name: array for name, array in arrays.items() if name != "compliance"})
+    refused(path, FileFormatError, "not a complete file.*compliance")
+    for meta in ({"schema": "papilla.reduced/99"}, {"schema": "papilla.reduced/1"}, {"name": 1}):
+        np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
+        refused(path, FileFormatError, "the schema is not papilla.reduced/1|not a complete file")
+    np.savez(path, **{**arrays, "meta": np.array("{")})
+    refused(path, FileFormatError, "not a complete file")
+    np.save(tmp_path / "plain.npy", np.arange(3))
+    refused(tmp_path / "plain.npy", FileFormatError, "not a reduced finger")
+
+
+def test_a_missing_file_or_folder_is_named(tmp_path, coarse):
+    refused(tmp_path / "nowhere.npz", FileAccessError, "cannot read reduced finger .*nowhere.npz: No such file")
+    refused(tmp_path, FileAccessError, "cannot read reduced finger .*: Is a directory")
+    with pytest.raises(FileAccessError, match="cannot write .*missing.*: No such file"):
+        coarse.save(tmp_path / "missing" / "finger.npz")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileAccessError, match="cannot write .*: Not a directory"):
+        coarse.save(tmp_path / "file" / "finger.npz")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file"]

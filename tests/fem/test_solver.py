@@ -1,0 +1,131 @@
+"""The factorisation: both engines, their checks, and the incompressible limit."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from papilla.errors import SolverError
+from papilla.fem import FingerModel, press, solver
+from papilla.fem.solver import ENGINES, factorise
+from papilla.finger import Finger, Layer
+from papilla.mesh.layered import INNER, OUTER
+from papilla.specimen import Block
+
+
+@pytest.fixture(scope="module")
+def system(box_space):
+    """A clamped box: lower triangle and number of pressures."""
+    matrix = box_space.matrix({OUTER: Layer(0.136, 0.4999), INNER: Layer(0.034, 0.4999)})
+    free = box_space.free((1, 1), ())
+    return matrix.tocsr()[free][:, free].tocsc(), box_space.pressures
+
+
+def relative_residual(matrix, x, b):
+    full = matrix + sp.tril(matrix, -1).T
+    return np.linalg.norm(full @ x - b) / np.linalg.norm(b)
+
+
+def test_engines_agree_and_keep_the_residual(system):
+    matrix, negative = system
+    b = np.random.default_rng(1).standard_normal((matrix.shape[0], 7))
+    found = {name: factorise(matrix, negative, engine=name) for name in ENGINES}
+    x = {name: factor.solve(b) for name, factor in found.items()}
+    assert np.linalg.norm(x["rslab"] - x["superlu"]) <= 1e-9 * np.linalg.norm(x["superlu"])
+    for name in ENGINES:
+        assert found[name].engine == name
+        assert relative_residual(matrix, x[name], b) <= 1e-10
+        assert found[name].nonzeros > matrix.nnz / 2
+    assert found["rslab"].inertia == (matrix.shape[0] - negative, negative, 0)
+
+
+def test_an_empty_load_has_no_answer_but_zero(system):
+    matrix, negative = system
+    assert not factorise(matrix, negative).solve(np.zeros((matrix.shape[0], 2))).any()
+
+
+def test_the_columns_of_a_block_do_not_mix(system):
+    """Loads 1e12 apart: the small one is solved as well as the large."""
+    matrix, negative = system
+    b = np.random.default_rng(2).standard_normal((matrix.shape[0], 2)) * [1.0, 1e-12]
+    x = factorise(matrix, negative).solve(b)
+    assert relative_residual(matrix, x[:, 1:], b[:, 1:]) <= 1e-9
+
+
+def test_wrong_inertia_is_not_accepted(system):
+    """An extra negative eigenvalue is what a negative stiffness would show."""
+    matrix, negative = system
+    with pytest.warns(UserWarning, match=r"rslab did not factor the matrix \(inertia .* where .* was expected"):
+        factor = factorise(matrix, negative + 1)
+    assert factor.engine == "superlu"
+
+
+def test_a_missing_engine_falls_back_with_a_warning(system, monkeypatch):
+    def missing(*_):
+        raise ImportError("no such wheel")
+
+    monkeypatch.setattr(solver, "_factor_rslab", missing)
+    with pytest.warns(UserWarning, match="no such wheel.*using SuperLU"):
+        factor = factorise(*system)
+    b = np.ones((system[0].shape[0], 1))
+    assert factor.engine == "superlu" and relative_residual(system[0], factor.solve(b), b) <= 1e-10
+
+
+def test_the_environment_names_the_engine(system, monkeypatch):
+    monkeypatch.setenv("PAPILLA_SOLVER", "superlu")
+    assert factorise(*system).engine == "superlu"
+    assert factorise(*system, engine="rslab").engine == "rslab", "an argument outranks the environment"
+    monkeypatch.setenv("PAPILLA_SOLVER", "")
+    assert factorise(*system).engine == "rslab"
+
+
+def test_an_unknown_engine_is_refused(system, monkeypatch):
+    with pytest.raises(SolverError, match="solver must be one of rslab, superlu, got 'pardiso'"):
+        factorise(*system, engine="pardiso")
+    monkeypatch.setenv("PAPILLA_SOLVER", "Pardiso")
+    with pytest.raises(SolverError, match="got 'Pardiso'"):
+        factorise(*system)
+
+
+def test_a_singular_matrix_is_an_error():
+    matrix = sp.csc_matrix(np.diag([1.0, 0.0, 2.0]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(SolverError, match="SuperLU could not factor the matrix"):
+            factorise(matrix, 0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_refinement_reaches_the_true_matrix_from_a_stabilised_one(system, engine):
+    matrix, negative = system
+    near = (matrix + 1e-4 * sp.diags(matrix.diagonal())).tocsc()
+    factor = factorise(matrix, negative, stabilised=near, engine=engine)
+    b = np.random.default_rng(3).standard_normal((matrix.shape[0], 2))
+    assert relative_residual(matrix, factor.solve(b), b) <= 1e-10
+
+
+def test_a_stabilised_matrix_too_far_away_is_an_error_not_an_answer(system):
+    matrix, negative = system
+    factor = factorise(matrix, negative, stabilised=(0.3 * matrix).tocsc())
+    with pytest.raises(SolverError, match="left a relative residual of .*, more than 1e-10"):
+        factor.solve(np.ones((matrix.shape[0], 1)))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_nu_one_half_is_solved_and_is_the_limit(dome, engine, monkeypatch):
+    """The pressure block is empty then: a stabilised matrix is factored, the true one is solved."""
+    monkeypatch.setenv("PAPILLA_SOLVER", engine)
+    mesh, readings = dome(Finger.default(), 5), {}
+    for nu in (0.4999999, 0.5):
+        base = Finger.default()
+        finger = dataclasses.replace(base, outer=Layer(0.136, nu), inner=Layer(0.034, nu))
+        model = FingerModel(finger, mesh)
+        readings[nu] = press(model.reduce(), Block(0.5, 10), force=0.3, fidelity="contact").reading
+        factor = model.factor()[1]
+        assert factor.engine == engine
+        b = np.random.default_rng(4).standard_normal((factor.matrix.shape[0], 3))
+        b[-model.space.pressures :] = 0
+        assert relative_residual(factor.matrix, factor.solve(b), b) <= 1e-10
+    assert readings[0.5] == pytest.approx(readings[0.4999999], rel=1e-4)

@@ -1,0 +1,59 @@
+"""Validation at the boundary: what passes, what does not, and the one line that says so."""
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from papilla import checks
+from papilla.errors import InputError
+
+
+@pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.int64(2), np.array(2.0), Fraction(4, 2), Decimal(2)])
+def test_numbers_of_any_kind_become_floats(value):
+    for found in (checks.finite("x", value), checks.positive("x", value), checks.within("x", value, 0, 2)):
+        assert type(found) is float and found == 2.0
+
+
+@pytest.mark.parametrize("value", ["2", "", None, True, False, [1.0], {}, object(), 1j, np.array([1.0, 2.0])], ids=repr)
+@pytest.mark.parametrize("check", [checks.finite, checks.positive, checks.poisson])
+def test_what_is_no_number_is_refused(check, value):
+    with pytest.raises(InputError, match="^the modulus must be a number, got ") as caught:
+        check("the modulus", value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])
+@pytest.mark.parametrize("check", [checks.finite, checks.positive, checks.poisson])
+def test_what_is_not_finite_is_refused(check, value):
+    with pytest.raises(InputError, match=f"^x must be finite, got {value}$"):
+        check("x", value)
+
+
+def test_a_whole_number_too_large_for_a_float_is_refused():
+    with pytest.raises(InputError, match="^x must be a number, got 1000"):
+        checks.finite("x", 10**400)
+
+
+@pytest.mark.parametrize("value, shown", [(0, "0"), (0.0, "0"), (-0.0, "-0"), (-1e-300, "-1e-300"), (-3, "-3")])
+def test_positive_means_more_than_zero(value, shown):
+    with pytest.raises(InputError, match=f"^x must be greater than 0, got {shown}$"):
+        checks.positive("x", value)
+    assert checks.finite("x", value) == value
+    assert checks.positive("x", 5e-324) > 0
+
+
+def test_intervals_are_closed():
+    assert checks.within("x", 1, 1, 2) == 1 and checks.within("x", 2, 1, 2) == 2
+    for value in (np.nextafter(1, 0), np.nextafter(2, 3)):
+        with pytest.raises(InputError, match="^x must lie between 1 and 2, got "):
+            checks.within("x", value, 1, 2)
+
+
+@pytest.mark.parametrize("nu", [-1e-9, 0.5000001, 1])
+def test_poissons_ratio_ends_at_one_half(nu):
+    assert checks.poisson("nu", 0) == 0 and checks.poisson("nu", 0.5) == 0.5
+    with pytest.raises(InputError, match="^nu must lie between 0 and 0.5, got "):
+        checks.poisson("nu", nu)

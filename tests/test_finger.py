@@ -1,0 +1,289 @@
+"""The finger and its design file: what loads, what its hashes follow, and one clear line for everything else."""
+
+import dataclasses
+import json
+import re
+import tomllib
+
+import pytest
+
+from papilla.errors import FileAccessError, FileFormatError, InputError, PapillaError
+from papilla.finger import DEFAULT_FINGER, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+
+TEXT = DEFAULT_FINGER.read_text()
+SLAB = """
+name = "slab"
+[shape]
+kind = "slab"
+outer_mm = [24, 20]
+interface_mm = [21, 17]
+bone_mm = [10, 6]
+depth_mm = 12.5
+[outer]
+modulus_MPa = 0.2
+[inner]
+modulus_MPa = 0.05
+nu = 0.5
+[bone]
+modulus_MPa = 3000
+nu = 0.35
+[[gauges]]
+name = "left"
+x_mm = -3
+y_mm = 2
+direction_deg = 90
+length_mm = 1
+backing_mm = [3, 1.5]
+membrane_gain = 0.5
+lever_mm = -0.04
+"""
+SURFACES = """
+name = "scan"
+[shape]
+kind = "surfaces"
+outer_file = "skin.stl"
+interface_file = "sub/interface.ply"
+bone_file = "bone.vtp"
+[outer]
+modulus_MPa = 0.2
+[inner]
+modulus_MPa = 0.05
+[[gauges]]
+name = "g1"
+x_mm = 0
+"""
+
+
+@pytest.fixture
+def load(tmp_path):
+    """Load a finger from the text of a file."""
+
+    def read(text: str) -> Finger:
+        path = tmp_path / "finger.toml"
+        path.write_text(text, encoding="utf-8")
+        return Finger.load(path)
+
+    return read
+
+
+def edit(old: str, new: str, count: int = 1) -> str:
+    """The default file with `old`, which must occur, replaced."""
+    assert old in TEXT
+    return TEXT.replace(old, new, count)
+
+
+# ---- What loads
+
+
+def test_the_default_finger_is_the_documented_one():
+    finger = Finger.default()
+    assert finger.shape == Dome((24, 30, 20), (21, 27, 17), (10, 16, 6))
+    assert finger.outer == Layer(0.136, 0.4999) and finger.inner == Layer(0.034, 0.4999) and finger.bone is None
+    assert [gauge.name for gauge in finger.gauges] == ["g1", "g2", "g3", "g4", "g5"]
+    assert [gauge.angle_deg for gauge in finger.gauges] == [-40, -20, 0, 20, 40]
+    assert all(gauge.length_mm == 2.4 and gauge.backing_mm == (4.8, 2.0) for gauge in finger.gauges)
+    assert all((gauge.membrane_gain, gauge.lever_mm, gauge.y_mm) == (1, 0, 0) for gauge in finger.gauges)
+    assert finger.patch_radius == 15 and finger.ridges == Ridges(1.2, 0.6, 0.3)
+
+
+def test_the_default_file_lists_its_assumptions():
+    comments = [line for line in TEXT.splitlines() if line.startswith("#")]
+    assert sum("[A]" in line for line in comments) >= 6, "assumed"
+    for topic in ("moduli", "nu", "gauge", "bone", "pitch"):
+        assert any(topic in line for line in comments)
+
+
+def test_slab_and_all_keys_of_a_gauge(load):
+    finger = load(SLAB)
+    assert finger.shape == Slab((24, 20), (21, 17), (10, 6), 12.5)
+    assert finger.outer == Layer(0.2, 0.4999) and finger.inner == Layer(0.05, 0.5) and finger.bone == Layer(3000, 0.35)
+    assert finger.gauges == (
+        Gauge(
+            "left", None, -3, 2, direction_deg=90, length_mm=1, backing_mm=(3, 1.5), membrane_gain=0.5, lever_mm=-0.04
+        ),
+    )
+    assert finger.patch_radius == 15 and finger.ridges is None
+    assert load(SLAB.replace("depth_mm = 12.5\n", "")).shape.depth == 10, "as published"
+
+
+def test_surface_files_are_found_beside_the_design_file(load, tmp_path):
+    shape = load(SURFACES).shape
+    assert shape == Surfaces(*(str(tmp_path / name) for name in ("skin.stl", "sub/interface.ply", "bone.vtp")))
+
+
+def test_fingers_are_values_and_describe_themselves_in_json(load):
+    for finger in (Finger.default(), load(SLAB), load(SURFACES)):
+        described = json.loads(json.dumps(finger.describe(), allow_nan=False))
+        assert described["name"] == finger.name
+        assert described["shape"]["kind"] == type(finger.shape).__name__.lower()
+        assert [gauge["name"] for gauge in described["gauges"]] == [gauge.name for gauge in finger.gauges]
+        assert finger == dataclasses.replace(finger)
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            finger.name = "other"
+
+
+# ---- Hashes
+
+
+@pytest.mark.parametrize(
+    "old, new, geometry",
+    [
+        ("modulus_MPa = 0.136", "modulus_MPa = 0.137", False),
+        ("\nnu = 0.4999", "\nnu = 0.5", False),
+        ('name = "g1"', 'name = "first"', False),
+        ("angle_deg = -40.0", "angle_deg = -41.0", False),
+        ("height_mm = 0.3", "height_mm = 0.4", False),
+        ("interface_mm = [21.0", "interface_mm = [20.5", True),
+        ("patch_radius_mm = 15.0", "patch_radius_mm = 14.0", True),
+        ("[ridges]", "[bone]\nmodulus_MPa = 3000\n[ridges]", True),
+    ],
+)
+def test_hashes_follow_the_content(load, old, new, geometry):
+    before, after = Finger.default(), load(edit(old, new))
+    assert before.sha256 != after.sha256
+    assert (before.geometry_sha256 != after.geometry_sha256) == geometry
+
+
+def test_hashes_do_not_follow_spelling(load):
+    respelt = load("# a comment\n" + edit("0.136", "136e-3").replace("24.0, 30.0, 20.0", "24, 30, 20"))
+    assert respelt.sha256 == load(TEXT).sha256 == Finger.default().sha256
+    assert respelt.geometry_sha256 == Finger.default().geometry_sha256
+    assert len(respelt.sha256) == 64
+
+
+def test_hashes_of_surface_files_follow_their_bytes(load, tmp_path):
+    (tmp_path / "sub").mkdir()
+    for name in ("skin.stl", "sub/interface.ply", "bone.vtp", "copy.stl"):
+        (tmp_path / name).write_bytes(name.encode() if name != "copy.stl" else b"skin.stl")
+    first = load(SURFACES)
+    geometry = first.geometry_sha256
+    copied = load(SURFACES.replace("skin.stl", "copy.stl"))
+    assert first.sha256 == copied.sha256, "the same bytes under another name"
+    (tmp_path / "skin.stl").write_bytes(b"changed")
+    assert load(SURFACES).sha256 != first.sha256 and load(SURFACES).geometry_sha256 != geometry
+    (tmp_path / "skin.stl").unlink()
+    with pytest.raises(FileAccessError, match="cannot read surface file .*skin.stl: No such file"):
+        _ = load(SURFACES).sha256
+
+
+# ---- What does not load: one line that names the file and the key
+
+
+def refusal(load, text: str) -> str:
+    with pytest.raises(FileFormatError) as caught:
+        load(text)
+    message = str(caught.value)
+    assert isinstance(caught.value, PapillaError) and isinstance(caught.value, ValueError)
+    assert "\n" not in message and "finger.toml" in message, message
+    return message
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("modulus_MPa = 0.136", "modulus_MPa = -0.136", "outer.*modulus.* must be greater than 0, got -0.136"),
+        ("modulus_MPa = 0.034", "modulus_MPa = 0", "inner.*modulus.* must be greater than 0, got 0"),
+        ("modulus_MPa = 0.136", "modulus_MPa = nan", "outer.modulus_MPa.*finite.*nan"),
+        ("modulus_MPa = 0.136", "modulus_MPa = inf", "outer.modulus_MPa.*finite.*inf"),
+        ("modulus_MPa = 0.136", 'modulus_MPa = "hard"', "outer.modulus_MPa.*number.*'hard'"),
+        ("modulus_MPa = 0.136\n", "", "key outer.modulus_MPa is missing"),
+        ("\nnu = 0.4999", "\nnu = 0.51", "outer.*nu must lie between 0 and 0.5, got 0.51"),
+        ("\nnu = 0.4999", "\nnu = -0.1", "outer.*nu must lie between 0 and 0.5, got -0.1"),
+        ("\nnu = 0.4999", "\nnu = nan", "outer.nu.*finite.*nan"),
+        ("\nnu = 0.4999", "\npoisson = 0.5", "unknown key outer.poisson"),
+        ("patch_radius_mm = 15.0", "patch_radius_mm = 0", r"patch_radius \(mm\) must be greater than 0"),
+        ("patch_radius_mm = 15.0", "patch_radius = 15.0", "unknown key patch_radius"),
+        ('name = "human', 'title = "human', "key name is missing"),
+        ('name = "human-finger-mimetic sensor"', "name = 3", "name.*string.*3"),
+        ('name = "human-finger-mimetic sensor"', 'name = ""', "name.*at least 1 character"),
+        (
+            "interface_mm = [21.0, 27.0, 17.0]",
+            "interface_mm = [21.0, 27.0, 20.0]",
+            "interface semi-axis z 20 mm must be",
+        ),
+        ("bone_mm = [10.0, 16.0, 6.0]", "bone_mm = [10.0, 28.0, 6.0]", "bone semi-axis y 28 mm must be smaller than"),
+        (
+            "bone_mm = [10.0, 16.0, 6.0]",
+            "bone_mm = [10.0, 16.0, -6.0]",
+            r"bone semi-axis z \(mm\) must be greater than 0",
+        ),
+        ("outer_mm = [24.0, 30.0, 20.0]", "outer_mm = [24.0, 30.0]", "key shape.outer_mm.2 is missing"),
+        ("outer_mm = [24.0, 30.0, 20.0]", 'outer_mm = ["a", 30.0, 20.0]', "shape.outer_mm.0.*number.*'a'"),
+        ("outer_mm = [24.0, 30.0, 20.0]", "outer_mm = 24.0", "shape.outer_mm.*24.0"),
+        ('kind = "dome"', 'kind = "cube"', "shape.*'cube'"),
+        ('kind = "dome"\n', "", "shape.*kind"),
+        ('kind = "dome"', 'kind = "dome"\ndepth_mm = 3', "unknown key shape.depth_mm"),
+        ("width_mm = 0.6", "width_mm = 1.2", "ridge width 1.2 mm must be smaller than the pitch 1.2 mm"),
+        ("height_mm = 0.3", "height_mm = -0.3", r"ridge height \(mm\) must be greater than 0"),
+        ('name = "g2"', 'name = "g1"', "gauge names must differ, got g1, g1, g3, g4, g5"),
+        ("angle_deg = -40.0", "angle_deg = -90.0", "gauge g1 lies outside the interface: angle_deg -90"),
+        ("angle_deg = -40.0", "x_mm = -21.0", r"gauge g1 lies outside the interface: \|x_mm\| 21 >= 21"),
+        ("angle_deg = -40.0", "x_mm = -20.0\ny_mm = 15", r"gauge g1 lies outside the interface: \|x_mm\| 20 >= 17.46"),
+        ("angle_deg = -40.0", "angle_deg = 0\ny_mm = 27", r"gauge g1 lies outside the interface: \|y_mm\| 27 >= 27"),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nx_mm = 1", "gauge g1: give exactly one of angle_deg and x_mm"),
+        ("angle_deg = -40.0\n", "", "gauge g1: give exactly one of angle_deg and x_mm"),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nlength_mm = 0", "gauge g1 length_mm must be greater than 0, got 0"),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nbacking_mm = [4, 0]", "gauge g1 backing_mm must be greater than 0"),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nbacking_mm = [4]", "key gauges.0.backing_mm.1 is missing"),
+        ("angle_deg = -40.0", "angle_deg = true", "gauges.0.angle_deg.*(number|float).*True"),
+        ("angle_deg = -40.0", 'angle_deg = "-40.0"', "gauges.0.angle_deg.*(number|float).*'-40.0'"),
+        ("angle_deg = -40.0", "angle = -40.0", "unknown key gauges.0.angle"),
+        ('name = "g1"\n', "", "key gauges.0.name is missing"),
+    ],
+)
+def test_unusable_values(load, old, new, message):
+    found = refusal(load, edit(old, new))
+    assert re.search(message, found, re.IGNORECASE), found
+
+
+def test_missing_tables(load):
+    table = TEXT.split("[inner]")
+    assert "key inner is missing" in refusal(load, table[0] + "[ridges]" + table[1].split("[ridges]")[1])
+    assert "key gauges is missing" in refusal(load, TEXT.split("[[gauges]]")[0])
+    assert "gauges" in refusal(load, TEXT.split("[[gauges]]")[0].replace("name =", "gauges = []\nname =", 1))
+    assert "key name is missing" in refusal(load, "")
+
+
+def test_slab_gauges_stay_inside_its_depth(load):
+    assert "gauge left lies outside the interface: |y_mm| 6.25 >= 6.25" in refusal(
+        load, SLAB.replace("y_mm = 2", "y_mm = 6.25")
+    )
+    assert "slab depth (mm) must be greater than 0" in refusal(load, SLAB.replace("12.5", "-1"))
+
+
+def test_surface_fingers_need_gauges_by_x(load):
+    assert "gauge g1: a finger from surface files needs x_mm" in refusal(
+        load, SURFACES.replace("x_mm = 0", "angle_deg = 0")
+    )
+    assert "key shape.bone_file is missing" in refusal(load, SURFACES.replace('bone_file = "bone.vtp"\n', ""))
+
+
+@pytest.mark.parametrize("text", ["name = [", "= 3", "[shape\n", 'name = "a"\nname = "b"'])
+def test_malformed_toml(load, text):
+    assert "is not valid TOML: " in refusal(load, text)
+    with pytest.raises(tomllib.TOMLDecodeError):
+        tomllib.loads(text)
+
+
+def test_files_that_are_no_text_or_not_there(tmp_path):
+    path = tmp_path / "finger.toml"
+    with pytest.raises(FileAccessError, match="cannot read finger file .*finger.toml: No such file"):
+        Finger.load(path)
+    with pytest.raises(FileAccessError, match="cannot read finger file .*: Is a directory"):
+        Finger.load(tmp_path)
+    path.write_bytes(b"\xff\xfe\x00name")
+    with pytest.raises(FileFormatError, match="finger.toml is not a text file in UTF-8"):
+        Finger.load(path)
+    path.write_bytes(b"\xef\xbb\xbf" + TEXT.encode())
+    with pytest.raises(FileFormatError, match="finger.toml is not valid TOML"):
+        Finger.load(path)
+
+
+def test_a_finger_built_in_python_is_checked_alike():
+    finger = Finger.default()
+    with pytest.raises(InputError, match="a finger needs at least one gauge"):
+        dataclasses.replace(finger, gauges=())
+    with pytest.raises(InputError, match="layer modulus"):
+        Layer("0.1")
+    with pytest.raises(InputError, match="gauge a y_mm must be finite, got nan"):
+        Gauge("a", angle_deg=0.0, y_mm=float("nan"))
