@@ -97,7 +97,8 @@ def read_design(path: Path) -> dict:
 
 def _first_problem(error: ValidationError) -> str:
     """The first problem of a validation as one line: key, message, value."""
-    problem = error.errors()[0]
+    # A misspelt key is both unknown and missing: the unknown one tells more
+    problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in problem["loc"] if part not in ("dome", "slab", "surfaces"))
     if problem["type"] == "extra_forbidden":
         return f"unknown key {key}"

@@ -1,0 +1,39 @@
+"""`papilla view`: pictures that are written, and options that do not go together."""
+
+import json
+
+import pytest
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize("what", ["strain", "contact", "receptive"])
+def test_each_picture_is_written_and_reported(papilla, tmp_path, what):
+    answer = papilla("view", what, "--screenshot", "shown.png", "--json")
+    assert answer.code == 0, answer.err
+    facts = json.loads(answer.out)
+    assert (facts["picture"], facts["screenshot"]) == (what, "shown.png")
+    content = (tmp_path / "shown.png").read_bytes()
+    assert content.startswith(PNG) and len(content) > 20_000
+
+
+def test_strain_is_the_default_and_names_its_file(papilla, tmp_path):
+    answer = papilla("view", "--modulus", 0.1, "--force", 0.2)
+    assert answer.code == 0, answer.err
+    assert answer.out.split() == ["Wrote", "strain.png"]
+    assert (tmp_path / "strain.png").read_bytes().startswith(PNG)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("skin",), "'skin' is not one of"),
+        (("strain", "--gauge", "g1"), "--gauge goes with a receptive field, not with strain"),
+        (("receptive", "--force", "1"), "a receptive field has no press"),
+        (("receptive", "--gauge", "g9"), "has no gauge 'g9'; its gauges are g1, g2, g3, g4, g5"),
+        (("strain", "--modulus", "-1"), "specimen modulus (MPa) must be greater than 0, got -1"),
+        (("contact", "--radius", "3"), "--radius is for a sphere, not for a block"),
+    ],
+)
+def test_bad_input_is_one_line(refused, arguments, message):
+    assert message in refused("view", *arguments)
