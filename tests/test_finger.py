@@ -193,7 +193,7 @@ def refusal(load, text: str) -> str:
         ("\nnu = 0.4999", "\npoisson = 0.5", "unknown key outer.poisson"),
         ("patch_radius_mm = 15.0", "patch_radius_mm = 0", r"patch_radius \(mm\) must be greater than 0"),
         ("patch_radius_mm = 15.0", "patch_radius = 15.0", "unknown key patch_radius"),
-        ('name = "human', 'title = "human', "key name is missing"),
+        ('name = "human', 'title = "human', "unknown key title"),
         ('name = "human-finger-mimetic sensor"', "name = 3", "name.*string.*3"),
         ('name = "human-finger-mimetic sensor"', 'name = ""', "name.*at least 1 character"),
         (
