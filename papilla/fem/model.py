@@ -98,7 +98,7 @@ class FingerModel:
         }
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
-        """Free unknowns (mask) and factorised matrix for fields of one parity; made once and kept."""
+        """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""
         if parity not in self._factors:
             free = self.space.free(parity, self.mesh.mirrors)
             matrix = _restrict(self._matrix, free)
@@ -107,25 +107,38 @@ class FingerModel:
         return self._factors[parity]
 
     @cached_property
+    def _scale(self) -> np.ndarray:
+        """Factors (unknowns,) that rid the matrix of units, or its residual would depend on them.
+
+        Blocks of the matrix go with mu L, L^2 and L^3 / mu. Powers of 2, so that scaling rounds nothing.
+        """
+        size = float(np.ptp(self.mesh.points, axis=0).max())
+        mu, length = (4.0 ** np.round(np.log2(x) / 2) for x in (max(lame(x)[0] for x in self.layers.values()), size))
+        return np.repeat([(mu * length) ** -0.5, (mu / length**3) ** 0.5], [3 * self.space.nodes, self.space.pressures])
+
+    @cached_property
     def _matrix(self) -> sp.csc_matrix:
-        return self.space.matrix(self.layers)
+        return self._scaled(self.space.matrix(self.layers))
+
+    def _scaled(self, matrix: sp.csc_matrix) -> sp.csc_matrix:
+        return (sp.diags(self._scale) @ matrix @ sp.diags(self._scale)).tocsc()
 
     def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
         """The matrix with some pressure mass added where a layer is so incompressible that it has next to none."""
         empty = [number for number, layer in self.layers.items() if _compressibility_ratio(layer) < INCOMPRESSIBLE]
         for number in empty:
             mu = lame(self.layers[number])[0]
-            matrix = matrix - STABILISATION / mu * _restrict(self.space.parts["mass", number], free)
+            matrix = matrix - STABILISATION / mu * _restrict(self._scaled(self.space.parts["mass", number]), free)
         return matrix.tocsc() if empty else None
 
     def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
         """Displacement (3 * nodes, k) under displacement loads (3 * nodes, k)."""
         free, factor = self.factor(parity)
-        size = 3 * self.space.nodes
+        size, scale = 3 * self.space.nodes, self._scale[0]
         rhs = np.zeros((int(free.sum()), load.shape[1]))
-        rhs[: int(free[:size].sum())] = load[free[:size]]
+        rhs[: int(free[:size].sum())] = load[free[:size]] * scale
         solution = np.zeros_like(load)
-        solution[free[:size]] = factor.solve(rhs)[: int(free[:size].sum())]
+        solution[free[:size]] = factor.solve(rhs)[: int(free[:size].sum())] * scale
         return solution
 
     def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:

@@ -93,6 +93,16 @@ def test_directions_turn_from_x_towards_y():
         assert np.linalg.norm(along(17, angle)) == pytest.approx(1)
 
 
+@each_gauge
+def test_frames_are_right_handed_and_point_out(gauge):
+    frame = gauge_frame(FINGER, gauge, INTERFACE)
+    assert np.cross(frame.along, frame.across) == pytest.approx(frame.normal, abs=1e-14)
+    assert frame.normal == pytest.approx(INTERFACE.normal(frame.site[None])[0])
+    # Flattened: the middle sinks, the ends stay, and the outward displacement curves upwards
+    functional = curvature_functional(gauge, frame, INTERFACE)
+    assert value(functional, lambda x: ((x - frame.site) ** 2).sum(axis=1)[:, None] * frame.normal) > 0
+
+
 def test_sites_follow_the_ellipse_parameter():
     for gauge in FINGER.gauges:
         site = gauge_site(FINGER, gauge, INTERFACE)

@@ -1,6 +1,7 @@
 """`press` on the reference finger: symmetry, balance, specimens, fidelity, refusals, and pinned numbers."""
 
 import dataclasses
+import importlib
 import json
 
 import numpy as np
@@ -10,6 +11,7 @@ from papilla.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press
 from papilla.finger import Finger, Slab
 from papilla.mesh import build
+from papilla.references import finite_sphere_factor, hertz_sphere_at
 from papilla.specimen import Block, Grating, HalfSpace, Sphere
 from papilla.units import gf_to_newton
 
@@ -100,6 +102,15 @@ def test_a_press_twice_is_the_same_press(reference):
     assert (first.reading == second.reading).all() and first.sd == second.sd
 
 
+@pytest.mark.parametrize("indentation", [0.5, 1.2])
+def test_a_ball_is_a_sphere_and_not_a_paraboloid(disc, stand_in, indentation):
+    """A hard ball of 6 mm on a flat half-space: Hertz's force is 1 and 2 % too large, the exact sphere's is met."""
+    flat = stand_in(disc(4.0, 24), 0.2)
+    found = press(flat, Sphere(1e6, 6.0), indentation=indentation, fidelity="contact")
+    exact = hertz_sphere_at(indentation, 6.0, 0.2).force * finite_sphere_factor(indentation, 6.0)
+    assert found.force == pytest.approx(exact, rel=0.003)
+
+
 # ---- Fidelity
 
 
@@ -118,6 +129,17 @@ def test_auto_keeps_its_tolerance_and_says_why(reference, modulus, force, tolera
         assert f"% from contact, within {100 * tolerance:g} %" in found.status
     assert tolerance > 1e-6 or found.fidelity == "contact"
     assert tolerance < 0.5 or found.fidelity == "hertz"
+
+
+def test_auto_takes_the_worse_of_the_measured_forces_around_a_press(reference, monkeypatch):
+    module = importlib.import_module("papilla.fem.press")
+    for measured in ([0.5, 0.5, 0.001, 0.03, 0.5, 0.5], [0.5, 0.5, 0.03, 0.001, 0.5, 0.5]):
+        monkeypatch.setattr(module, "_probe_hertz", lambda *_, measured=measured: np.array(measured))
+        force = np.sqrt(module.PROBE_FORCES[2] * module.PROBE_FORCES[3])
+        assert press(reference, BLOCK, force=force, tolerance=0.02).fidelity == "contact"
+        found = press(reference, BLOCK, force=force, tolerance=0.04)
+        assert found.fidelity == "hertz" and "3.0 % from contact" in found.status
+    assert press(reference, BLOCK, force=1.5, tolerance=0.9).fidelity == "contact", "nothing is measured there"
 
 
 @pytest.mark.parametrize("force", [1e-4, 5e-3])

@@ -83,7 +83,12 @@ def test_an_npz_of_something_else_is_refused(tmp_path, coarse):
     arrays = coarse.to_arrays()
     np.savez(path, **{name: array for name, array in arrays.items() if name != "compliance"})
     refused(path, FileFormatError, "not a complete file.*compliance")
-    for meta in ({"schema": "papilla.reduced/99"}, {"schema": "papilla.reduced/1"}, {"name": 1}):
+    meta = json.loads(str(arrays["meta"])) | {"schema": "papilla.reduced/2"}
+    np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
+    refused(path, FileFormatError, "the schema is not papilla.reduced/1")
+    np.savez(path, **{**arrays, "gains": np.array([1.0, None, 1.0, 1.0, 1.0], dtype=object)})
+    refused(path, FileFormatError, "finger.npz is not a reduced finger: .*allow_pickle=False")
+    for meta in ({"schema": "papilla.reduced/1"}, {"name": 1}):
         np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
         refused(path, FileFormatError, "the schema is not papilla.reduced/1|not a complete file")
     np.savez(path, **{**arrays, "meta": np.array("{")})

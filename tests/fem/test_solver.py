@@ -54,6 +54,26 @@ def test_the_columns_of_a_block_do_not_mix(system):
     assert relative_residual(matrix, x[:, 1:], b[:, 1:]) <= 1e-9
 
 
+class LosesSmallColumns:
+    """An engine that answers a load by nothing where it is small."""
+
+    def __init__(self, good):
+        self.good = good
+
+    def solve_many(self, b):
+        return self.good.solve(b) * (np.linalg.norm(b, axis=0) > 1e-6)
+
+
+def test_a_wrong_column_shows_beside_a_large_one(system):
+    """The probe weighs columns alike, however far apart their sizes are."""
+    matrix, negative = system
+    factor = solver.Factor(matrix, "lossy", None, 0, LosesSmallColumns(factorise(matrix, negative)))
+    b = np.random.default_rng(2).standard_normal((matrix.shape[0], 2))
+    factor.solve(b)
+    with pytest.raises(SolverError, match="lossy left a relative residual"):
+        factor.solve(b * [1.0, 1e-12])
+
+
 def test_wrong_inertia_is_not_accepted(system):
     """An extra negative eigenvalue is what a negative stiffness would show."""
     matrix, negative = system
@@ -125,7 +145,7 @@ def test_nu_one_half_is_solved_and_is_the_limit(dome, engine, monkeypatch):
         readings[nu] = press(model.reduce(), Block(0.5, 10), force=0.3, fidelity="contact").reading
         factor = model.factor()[1]
         assert factor.engine == engine
-        b = np.random.default_rng(4).standard_normal((factor.matrix.shape[0], 3))
+        b = np.random.default_rng(4).standard_normal((factor.matrix.shape[0], 1))
         b[-model.space.pressures :] = 0
         assert relative_residual(factor.matrix, factor.solve(b), b) <= 1e-10
     assert readings[0.5] == pytest.approx(readings[0.4999999], rel=1e-4)

@@ -1,0 +1,94 @@
+"""Materials: closed forms against their own energies, small-strain limits, clear refusals."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.materials import (
+    MATERIALS,
+    MODES,
+    FirstInvariantMaterial,
+    NeoHookean,
+    Ogden,
+    Yeoh,
+    material,
+    parameters_of,
+    principal_pair,
+)
+
+CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)]
+
+
+def _energy(card, stretch, mode):
+    driven, free = principal_pair(stretch, mode)
+    third = {"uniaxial": free, "equibiaxial": driven, "pure_shear": np.ones_like(driven)}[mode]
+    stretches = np.stack([driven, third, free], axis=-1)
+    return card.energy((stretches**2).sum(axis=-1) if isinstance(card, FirstInvariantMaterial) else stretches)
+
+
+def test_every_kind_of_material_is_tested_here():
+    assert {type(card) for card in CARDS} == set(MATERIALS.values())
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("card", CARDS, ids=repr)
+def test_nominal_stress_is_the_slope_of_the_energy(card, mode):
+    stretch, h = np.array([0.5, 0.9, 1.0, 1.3, 2.0]), 1e-5
+    slope = (_energy(card, stretch + h, mode) - _energy(card, stretch - h, mode)) / (2 * h)
+    sides = 2 if mode == "equibiaxial" else 1
+    assert card.nominal_stress(stretch, mode) == pytest.approx(slope / sides, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("mode, factor", [("uniaxial", 3), ("equibiaxial", 6), ("pure_shear", 4)])
+@pytest.mark.parametrize("card", CARDS, ids=repr)
+def test_small_strain_stiffness_is_that_of_the_shear_modulus(card, mode, factor):
+    strain = 1e-6
+    assert card.nominal_stress(1 + strain, mode) / strain == pytest.approx(factor * card.shear_modulus, rel=1e-5)
+    assert card.modulus == 3 * card.shear_modulus
+
+
+def test_a_yeoh_material_with_one_term_and_an_ogden_with_alpha_two_are_neo_hookean():
+    stretch = np.linspace(0.5, 2, 7)
+    for mode in MODES:
+        expected = NeoHookean(0.4).nominal_stress(stretch, mode)
+        assert Yeoh(0.2).nominal_stress(stretch, mode) == pytest.approx(expected, rel=1e-14)
+        assert Ogden(0.4, 2).nominal_stress(stretch, mode) == pytest.approx(expected, rel=1e-13, abs=1e-15)
+
+
+def test_the_ogden_tension_is_the_published_form():
+    stretch, mu, alpha = np.array([0.7, 1.5, 2.0]), 0.1119, 3.30
+    expected = 2 * mu / alpha * (stretch ** (alpha - 1) - stretch ** (-alpha / 2 - 1))
+    assert Ogden(mu, alpha).nominal_stress(stretch, "uniaxial") == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("card", [card for card in CARDS if isinstance(card, FirstInvariantMaterial)], ids=repr)
+def test_slopes_are_the_derivatives_of_the_energy(card):
+    i1, h = np.array([3.0, 3.5, 6.0]), 1e-4
+    first, second = card.slopes(i1)
+    assert first == pytest.approx((card.energy(i1 + h) - card.energy(i1 - h)) / (2 * h), rel=1e-7)
+    assert second == pytest.approx((card.slopes(i1 + h)[0] - card.slopes(i1 - h)[0]) / (2 * h), rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize("card", CARDS, ids=repr)
+def test_a_material_is_rebuilt_from_its_description(card):
+    described = card.describe()
+    assert material(described.pop("kind"), *described.values()) == card
+    assert parameters_of(card) == tuple(described.values())
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: NeoHookean(0), r"neo-Hookean mu \(MPa\) must be greater than 0, got 0"),
+        (lambda: Yeoh(-1), r"Yeoh c1 \(MPa\) must be greater than 0"),
+        (lambda: Yeoh(1, float("nan")), r"Yeoh c2 \(MPa\) must be finite"),
+        (lambda: Ogden(1, 0), "Ogden alpha must not be 0"),
+        (lambda: material("mooney", 1), "material must be one of neo-hookean, yeoh, ogden, got 'mooney'"),
+        (lambda: NeoHookean(1).nominal_stress(1.1, "shear"), "test mode must be one of uniaxial, equibiaxial"),
+        (lambda: NeoHookean(1).nominal_stress([1.1, -0.5], "uniaxial"), r"stretch must be .* greater than 0, got -0.5"),
+        (lambda: NeoHookean(1).nominal_stress(np.inf, "uniaxial"), "stretch must be finite .* got inf"),
+    ],
+)
+def test_refusals_name_what_is_wrong(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
