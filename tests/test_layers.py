@@ -11,7 +11,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "papilla"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
-L0 = frozenset(path.stem for path in PACKAGE.glob("*.py") if not path.stem.startswith("__")) | {"calibration", "references"}
+TOP = frozenset(path.stem for path in PACKAGE.glob("*.py") if not path.stem.startswith("__"))
+L0 = TOP | {"calibration", "references"}
 MAY_IMPORT = {
     **{name: L0 for name in L0},
     "mesh": L0 | {"mesh"},

@@ -79,11 +79,12 @@ def factorise(
     Parameters
     ----------
     matrix : (n, n) lower triangle.
-    negative : how many negative eigenvalues it must have (the pressures); checked where the method tells.
+    negative : how many negative eigenvalues it must have (the pressures). rslab tells, and is not trusted where it
+        finds another number; SuperLU does not, so there the residual of each solve is the only check.
     stabilised : a nearby matrix to factor instead; solves are then refined against `matrix`.
     engine : "rslab" or "superlu"; by default the environment's PAPILLA_SOLVER, else rslab with SuperLU behind it.
 
-    Raises `SolverError` where no engine factors the matrix with the right inertia.
+    Raises `SolverError` where no engine factors the matrix, warns where SuperLU had to.
     """
     wanted = engine or os.environ.get("PAPILLA_SOLVER") or ENGINES[0]
     if wanted not in ENGINES:
@@ -104,7 +105,7 @@ def _factor_rslab(matrix, to_factor, negative) -> Factor:
     inertia = tuple(int(count) for count in solver.inertia)
     expected = (matrix.shape[0] - negative, negative, 0)
     if inertia != expected:
-        raise SolverError(f"inertia {inertia} where {expected} was expected: the model is not stable")
+        raise SolverError(f"inertia {inertia} where {expected} was expected")
     return Factor(matrix, "rslab", inertia, int(solver.factor_nnz), solver)
 
 
