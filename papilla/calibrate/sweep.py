@@ -3,7 +3,7 @@
 import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
-from papilla.specimen import Block, Specimen
+from papilla.specimen import Block, HalfSpace, Specimen, Sphere
 from papilla.tables import read_table, write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
@@ -129,7 +129,7 @@ def sweep(
     reduced: ReducedFinger,
     moduli: Sequence[float] = DEFAULT_MODULI,
     forces: Sequence[float] = DEFAULT_FORCES,
-    specimen: Callable[[float], Specimen] = default_specimen,
+    specimen: Specimen | Callable[[float], Specimen] = default_specimen,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
     """Press specimens of each modulus (MPa) at each force (N).
@@ -139,15 +139,16 @@ def sweep(
 
     Parameters
     ----------
-    specimen : makes the specimen of a modulus.
+    specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`.
     progress : called with (presses done, presses in all).
 
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
     moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
+    make = _maker(specimen)
     rows: list[tuple] = []
     for modulus in moduli:
-        touched, start = specimen(modulus), None
+        touched, start = make(modulus), None
         for force in forces:
             try:
                 found = press(reduced, touched, force=force, fidelity="contact", start=start)
@@ -172,7 +173,7 @@ def sweep(
         resolved=np.array(resolved),
         status=status,
         gauge_names=reduced.gauge_names,
-        specimen=_in_words(specimen, moduli[0]),
+        specimen=_in_words(make(moduli[0])),
         finger_name=reduced.finger_name,
         finger_sha256=reduced.finger_sha256,
         mesh_sha256=reduced.mesh_sha256,
@@ -190,8 +191,14 @@ def _rising(name: str, values: Sequence[float]) -> list[float]:
     return numbers
 
 
-def _in_words(specimen: Callable[[float], Specimen], modulus: float) -> str:
+def _maker(specimen: Specimen | Callable[[float], Specimen]) -> Callable[[float], Specimen]:
+    """Specimen of a modulus."""
+    if isinstance(specimen, HalfSpace | Block | Sphere):
+        return lambda modulus: replace(specimen, modulus=modulus)
+    return specimen
+
+
+def _in_words(touched: Specimen) -> str:
     """The specimen without its modulus, such as "Block(thickness=10.0, nu=0.495)"."""
-    touched = specimen(modulus)
     others = [f"{item.name}={getattr(touched, item.name)}" for item in fields(touched) if item.name != "modulus"]
     return f"{type(touched).__name__}({', '.join(others)})"

@@ -62,6 +62,14 @@ def test_presses_are_on_one_rung_and_start_from_the_lighter_one(pressed):
     assert all(isinstance(specimen, HalfSpace) for specimen, *_ in pressed)
 
 
+def test_a_specimen_stands_for_its_kind_with_every_modulus(pressed):
+    of_kind = sweep(REDUCED, [0.2, 0.4], [0.1, 0.3], HalfSpace(1.0, nu=0.4))
+    made = sweep(REDUCED, [0.2, 0.4], [0.1, 0.3], lambda modulus: HalfSpace(modulus, nu=0.4))
+    assert [call[0] for call in pressed[:4]] == [HalfSpace(0.2, 0.4)] * 2 + [HalfSpace(0.4, 0.4)] * 2
+    assert of_kind.specimen == made.specimen == "HalfSpace(nu=0.4)"
+    np.testing.assert_array_equal(of_kind.reading, made.reading)
+
+
 @pytest.mark.parametrize(
     "moduli, forces, message",
     [
