@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 DEFAULT_THICKNESS_MM = 10.0
 
 SpecimenKind = Literal["half-space", "block", "sphere"]
-Fidelity = Literal["auto", "hertz", "contact"]
+Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
 
 def press(
@@ -27,7 +27,9 @@ def press(
     thickness: Annotated[float | None, typer.Option(help="Thickness of a block, mm.  [default: 10]")] = None,
     radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
     at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
-    fidelity: Annotated[Fidelity, typer.Option(help="auto: the cheapest rung within 2 %.")] = "auto",
+    fidelity: Annotated[
+        Fidelity, typer.Option(help="auto: the cheapest linear rung within 2 %; finite: large strain, seconds.")
+    ] = "auto",
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -48,11 +50,18 @@ def press(
     from papilla import fem
     from papilla.fem.prepare import prepare
     from papilla.finger import Finger
+    from papilla.mesh import build
 
     design = Finger.load(finger) if finger else Finger.default()
     with progress() as shown:
-        reduced = prepare(design, at=at, progress=shown.line)
-        found = fem.press(reduced, touched, force=force, indentation=indentation, fidelity=fidelity)
+        if fidelity == "finite":
+            mesh = build(design, progress=shown.line)
+            found = fem.press_finite(
+                design, mesh, touched, force=force, indentation=indentation, at=at, progress=shown.line
+            )
+        else:
+            reduced = prepare(design, at=at, progress=shown.line)
+            found = fem.press(reduced, touched, force=force, indentation=indentation, fidelity=fidelity)
     named = {"finger": design.name, "specimen": describe(touched), "at_mm": list(at)}
     if as_json:
         print_json({**found.to_json(), **named})

@@ -72,7 +72,12 @@ def _solve_active(compliance, mass, gap, active, force, indentation) -> tuple[np
     if not active.any():
         return pressure, float(indentation)
     index = np.flatnonzero(active)
-    factor = cho_factor(compliance[np.ix_(index, index)], lower=True, overwrite_a=True, check_finite=False)
+    try:
+        factor = cho_factor(compliance[np.ix_(index, index)], lower=True, overwrite_a=True, check_finite=False)
+    except np.linalg.LinAlgError as error:
+        raise SolverError(
+            "the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen"
+        ) from error
     both = np.column_stack([mass[index], gap[index]])
     per_depth, offset = cho_solve(factor, both, check_finite=False).T
     depth = indentation if force is None else (force + mass[index] @ offset) / (mass[index] @ per_depth)

@@ -68,7 +68,7 @@ class TaylorHood:
         return Basis(self.skmesh, ElementTetP2(), intorder=QUADRATURE_ORDER)
 
     @cached_property
-    def _pressure_dofs(self) -> np.ndarray:
+    def pressure_dofs(self) -> np.ndarray:
         """(m, 4) pressure numbers of each cell: one for each pair of vertex and layer."""
         key = self.mesh.tets * 4 + self.mesh.layer[:, None]
         return np.unique(key, return_inverse=True)[1].reshape(key.shape)
@@ -81,7 +81,7 @@ class TaylorHood:
     @cached_property
     def pressures(self) -> int:
         """Number of pressure unknowns."""
-        return int(self._pressure_dofs.max()) + 1
+        return int(self.pressure_dofs.max()) + 1
 
     @property
     def unknowns(self) -> int:
@@ -98,7 +98,7 @@ class TaylorHood:
         divergence = -np.matmul((values * weights).transpose(1, 0, 2), gradients.transpose(0, 2, 1))
         mass = np.einsum("aeq,beq,eq->eab", values, values, weights, optimize=True)
         rows = (3 * self.displacement.element_dofs.T[:, :, None] + np.arange(3)).reshape(-1, 30)
-        pressure = 3 * self.nodes + self._pressure_dofs
+        pressure = 3 * self.nodes + self.pressure_dofs
         parts = {("divergence", -1): self._assemble(divergence, pressure, rows)}
         for layer in np.unique(self.mesh.layer):
             cells = self.mesh.layer == layer
@@ -129,7 +129,7 @@ class TaylorHood:
             if parity[axis] < 0:
                 # A pressure that changes sign in the plane and is continuous there vanishes there
                 on_plane = self.mesh.points[self.mesh.tets, axis] == 0
-                free[3 * self.nodes + self._pressure_dofs[on_plane]] = False
+                free[3 * self.nodes + self.pressure_dofs[on_plane]] = False
         return free
 
     def p2_nodes(self, triangles: np.ndarray) -> np.ndarray:

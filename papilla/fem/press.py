@@ -54,6 +54,8 @@ def press(
     force = None if force is None else checks.positive("force (N)", force)
     indentation = None if indentation is None else checks.positive("indentation (mm)", indentation)
     checks.positive("tolerance", tolerance)
+    if fidelity == "finite":
+        raise InputError("rung finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
     if fidelity not in (*RUNGS, "auto"):
         raise InputError(f"fidelity must be one of {', '.join(RUNGS)} or auto, got {fidelity!r}")
     if fidelity == "hertz":

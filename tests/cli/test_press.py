@@ -94,3 +94,14 @@ def test_a_press_beyond_the_model_is_refused(papilla):
     answer = papilla("press", "--modulus", 0.5, "--indentation", 12, "--json")
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.splitlines()[-1].startswith("papilla: ")
+
+
+@pytest.mark.slow
+def test_the_finite_rung_is_a_choice(papilla):
+    answer = papilla("press", "--modulus", 0.51, "--force", 0.01, "--fidelity", "finite", "--json")
+    assert answer.code == 0, answer.err
+    facts = json.loads(answer.out)
+    linear = json.loads(papilla("press", "--modulus", 0.51, "--force", 0.01, "--fidelity", "contact", "--json").out)
+    assert facts["fidelity"] == "finite"
+    assert facts["sd_microstrain"] == pytest.approx(linear["sd_microstrain"], rel=0.02)
+    assert facts["sd_microstrain"] != linear["sd_microstrain"]

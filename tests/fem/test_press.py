@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError, InputError
+from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.finger import Finger, Slab
 from papilla.mesh import build
@@ -280,3 +280,13 @@ def test_a_slab_is_pressed_along_a_line(tmp_path, monkeypatch):
     assert found.reading[:2] == pytest.approx(found.reading[:2:-1], rel=1e-10)
     light = press(reduced, BLOCK, indentation=0.05)
     assert light.fidelity == "contact" and light.indentation == 0.05 and not light.resolved
+
+
+def test_the_finite_rung_is_sent_where_the_mesh_is(reference):
+    with pytest.raises(InputError, match="press_finite"):
+        press(reference, Block(0.51, 10), force=0.1, fidelity="finite")
+
+
+def test_a_block_thinner_than_the_mesh_resolves_is_refused(coarse):
+    with pytest.raises(SolverError, match="a mesh too coarse for the specimen"):
+        press(coarse, Block(0.001, 1), force=0.05, fidelity="contact")

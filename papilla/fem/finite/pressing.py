@@ -1,0 +1,219 @@
+"""The `finite` rung: one press at finite strain, its load raised in steps that are cut back where Newton fails."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import ContactRangeError, InputError, SolverError
+from papilla.fem.contact_rung import DEEPEST, RESOLVED_RADIUS
+from papilla.fem.elasticity import SYMMETRIC, TaylorHood, lame
+from papilla.fem.ellipse import contact_shape
+from papilla.fem.finite.body import Body, Card
+from papilla.fem.finite.newton import Balance, State, solve_level
+from papilla.fem.finite.readout import gauge_values
+from papilla.fem.finite.touching import Touching
+from papilla.fem.patch import Frame, build_patch
+from papilla.fem.scene import Press
+from papilla.finger import Finger
+from papilla.materials import Material, NeoHookean, Ogden, Yeoh
+from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.surfaces import Surface, surfaces_of
+from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.units import to_microstrain
+
+SMALLEST_STEP = 1 / 64
+"""Share of the load below which a step is not cut back any more."""
+
+LAYER_NUMBERS = {"outer": OUTER, "inner": INNER, "bone": BONE}
+
+
+def press_finite(
+    finger: Finger,
+    mesh: LayeredMesh,
+    specimen: Specimen,
+    *,
+    force: float | None = None,
+    indentation: float | None = None,
+    materials: Mapping[str, Material] | None = None,
+    at: tuple[float, float] = (0.0, 0.0),
+    progress: Callable[[str], None] | None = None,
+) -> Press:
+    """Press a specimen on the finger at finite strain, by a force (N) or an indentation (mm).
+
+    Parameters
+    ----------
+    mesh : of `finger`; its mirror planes through the touch-down point are used, so the apex costs a quarter.
+    materials : "outer", "inner", "bone" -> `NeoHookean`, `Yeoh` or `Ogden`; a layer that is not named is neo-Hookean
+        with its own small-strain modulus. Poisson's ratio is always the layer's.
+    at : (x, y) in mm where the specimen touches down, along the skin's inward normal.
+    progress : called with a line for each load step.
+
+    The `Press` has fidelity "finite", pressure per reference area projected on the contact plane, and peak pressure and
+    contact area as they are in the deformed state. Raises `InputError` for unusable values, `ContactRangeError` where
+    the press leaves what the model covers, `SolverError` where no equilibrium is found.
+    """
+    began = perf_counter()
+    force, indentation = _check_scene(specimen, force, indentation)
+    scene = Scene.of(finger, mesh, specimen, materials or {}, at)
+    share = None if force is None else force / len(scene.touching.patch.images)
+    state, steps, balance = raise_load(scene, share, indentation, progress)
+    _refuse(scene.touching, state)
+    return _result(scene, state, force, _sentence(steps, balance), began)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and where its gauges are."""
+
+    finger: Finger
+    interface: Surface
+    mirrors: tuple[str, ...]
+    body: Body
+    touching: Touching
+
+    @classmethod
+    def of(cls, finger: Finger, mesh: LayeredMesh, specimen: Specimen, materials, at) -> "Scene":
+        """The scene of `press_finite`'s arguments, on the part of the mesh that its mirrors through `at` leave."""
+        cards = _cards(finger, mesh, materials)
+        x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+        surfaces = surfaces_of(finger)
+        frame = Frame.at(surfaces["skin"], x, y)
+        mesh = replace(mesh, mirrors=tuple(axis for axis in mesh.mirrors if frame.origin["xyz".index(axis)] == 0))
+        space = TaylorHood(mesh.cell())
+        loaded = build_patch(space, mesh, surfaces["skin"], frame, finger.patch_radius, bool(mesh.mirrors))
+        body = Body(space, cards, space.free(SYMMETRIC, mesh.mirrors))
+        return cls(finger, surfaces["interface"], mesh.mirrors, body, Touching(loaded, specimen))
+
+    @property
+    def at_rest(self) -> State:
+        """The undeformed state."""
+        nodes, space = len(self.touching.patch.xy), self.body.space
+        return State(
+            np.zeros((space.nodes, 3)), np.zeros(space.pressures), np.zeros(nodes), np.zeros(nodes, dtype=bool), 0.0
+        )
+
+
+def _check_scene(specimen, force, indentation) -> tuple[float | None, float | None]:
+    if not isinstance(specimen, HalfSpace | Block | Sphere):
+        raise InputError(f"a press takes a HalfSpace, Block or Sphere, got {type(specimen).__name__}")
+    if (force is None) == (indentation is None):
+        raise InputError("give exactly one of force and indentation")
+    if force is not None:
+        return checks.positive("force (N)", force), None
+    return None, checks.positive("indentation (mm)", indentation)
+
+
+def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material]) -> dict[int, Card]:
+    """A material card for each layer number of the mesh."""
+    layers = {"outer": finger.outer, "inner": finger.inner}
+    if finger.bone is not None:
+        layers["bone"] = finger.bone
+    if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
+        raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
+    cards = {name: Card(NeoHookean(lame(layer)[0]), layer.nu) for name, layer in layers.items()}
+    for name, material in materials.items():
+        if name not in layers:
+            raise InputError(f"materials are for {', '.join(layers)}, got {name!r}")
+        if not isinstance(material, NeoHookean | Yeoh | Ogden):
+            raise InputError(f"material of {name} must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
+        cards[name] = Card(material, layers[name].nu)
+    return {LAYER_NUMBERS[name]: card for name, card in cards.items()}
+
+
+def raise_load(
+    scene: Scene, force: float | None, indentation: float | None, progress: Callable[[str], None] | None = None
+) -> tuple[State, list[int], Balance]:
+    """The state at a force on the patch (N) or an indentation (mm), the Newton steps of each load step, and residuals.
+
+    The load starts in one step; one that fails is halved, one that succeeds is followed by one twice as large. Raises
+    `SolverError` where `SMALLEST_STEP` fails, `ContactRangeError` where an indentation makes no contact.
+    """
+    state, reached, step, steps = scene.at_rest, 0.0, 1.0, []
+    while reached < 1:
+        target = min(1.0, reached + step)
+        try:
+            state, count, balance = solve_level(
+                scene.body,
+                scene.touching,
+                state,
+                force=None if force is None else target * force,
+                indentation=None if indentation is None else target * indentation,
+            )
+        except ContactRangeError:
+            if target == 1:
+                raise
+            # A cut step may fall short of the mesh's first vertex, and is then no step at all
+            reached = target
+            continue
+        except SolverError as error:
+            step /= 2
+            if step < SMALLEST_STEP:
+                raise SolverError(f"the finite rung stops at {100 * reached:.3g} % of the load: {error}") from error
+            if progress is not None:
+                progress(f"load step cut to {100 * step:.3g} % of the load: {error}")
+            continue
+        reached = target
+        steps.append(count)
+        step *= 2
+        if progress is not None:
+            progress(f"{100 * reached:.3g} % of the load in {count} Newton steps")
+    return state, steps, balance
+
+
+def _refuse(touching: Touching, state: State) -> None:
+    """Refuse contact at the rim of its patch, and more taken off a block than linear theory of it can mean."""
+    patch, specimen = touching.patch, touching.specimen
+    if (state.active & patch.rim).any():
+        radius = float(np.hypot(*patch.xy[patch.rim].T).min())
+        raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
+    if isinstance(specimen, Block):
+        taken = float((touching.at(state.displacement).compliance @ state.contact / patch.mass).max())
+        if taken > DEEPEST * specimen.thickness:
+            raise ContactRangeError(
+                f"the press takes {taken:.3g} mm off a block of {specimen.thickness:g} mm: "
+                f"more than {100 * DEEPEST:g} % is beyond the model"
+            )
+
+
+def _sentence(steps: list[int], balance: Balance) -> str:
+    loads = f"{len(steps)} load step{'s' if len(steps) > 1 else ''}"
+    return f"finite rung: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
+
+
+def _result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
+    finger, patch = scene.finger, scene.touching.patch
+    current = scene.touching.current_patch(state.displacement)
+    total = float(len(patch.images) * patch.mass @ state.contact)
+    shape = contact_shape(current, state.contact * patch.mass / current.mass)
+    radius, edge = float(np.sqrt(shape.area / np.pi)), float(current.edge_length[state.active].mean())
+    resolved = radius >= RESOLVED_RADIUS * edge
+    if not resolved:
+        sentence += (
+            f"; mesh too coarse for this light press: a contact radius of {radius:.2g} mm on {edge:.2g} mm elements, "
+            f"S_d may be off by more than 3 %; mesh with size_mm <= {radius / RESOLVED_RADIUS:.2g}"
+        )
+    strain, curvature = gauge_values(finger, scene.interface, scene.body.space, scene.mirrors, state.displacement)
+    gains = np.array([gauge.membrane_gain for gauge in finger.gauges])
+    levers = np.array([gauge.lever_mm for gauge in finger.gauges])
+    reading = to_microstrain(gains * strain + levers * curvature)
+    return Press(
+        force=total if force is None else force,
+        modulus=scene.touching.specimen.modulus,
+        fidelity="finite",
+        indentation=state.indentation,
+        contact_area=shape.area,
+        peak_pressure=shape.peak_pressure,
+        strain=strain,
+        curvature=curvature,
+        reading=reading,
+        sd=float(reading.std()),
+        force_balance=0.0 if force is None else abs(total - force) / force,
+        status=sentence,
+        resolved=resolved,
+        seconds=perf_counter() - began,
+        pressure=state.contact,
+        active=state.active,
+    )

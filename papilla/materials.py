@@ -1,0 +1,188 @@
+"""Hyperelastic rubbers: energy, derivatives and closed forms of the three classical tests, in MPa.
+
+Each material gives the energy per reference volume of an isochoric deformation. Its volume change is not its business:
+the finger's layer has the Poisson's ratio.
+"""
+
+from dataclasses import astuple, dataclass, fields
+from typing import ClassVar
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+
+MODES = ("uniaxial", "equibiaxial", "pure_shear")
+"""The tests with a closed form; stretch below 1 in `uniaxial` is compression."""
+
+_FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
+"""The stress-free principal stretch is stretch ** exponent."""
+
+
+class _Material:
+    kind: ClassVar[str]
+
+    @property
+    def shear_modulus(self) -> float:
+        """Small-strain shear modulus, MPa."""
+        raise NotImplementedError
+
+    @property
+    def modulus(self) -> float:
+        """Small-strain Young's modulus of the incompressible material, MPa."""
+        return 3 * self.shear_modulus
+
+    def nominal_stress(self, stretch, mode: str) -> np.ndarray:
+        """Force per reference area (MPa), of the shape of `stretch` (> 0), in a test of the incompressible material.
+
+        P = dW/dl1 - (l3/l1) dW/dl3 with l3 the stress-free principal stretch (Ogden 1997, Non-Linear Elastic
+        Deformations, section 4.4). Raises `InputError` for a mode not in `MODES` or a stretch that is not positive.
+        """
+        stretch, free = principal_pair(stretch, mode)
+        return self._stretch_slope(stretch, stretch, free, mode) - free / stretch * self._stretch_slope(
+            free, stretch, free, mode
+        )
+
+    def _stretch_slope(self, at, stretch, free, mode):
+        """dW/dl at the principal stretch `at`, for a test with principal stretches `stretch` and `free`."""
+        raise NotImplementedError
+
+    def describe(self) -> dict:
+        """Kind and parameters as plain values."""
+        return {"kind": self.kind, **{item.name: getattr(self, item.name) for item in fields(self)}}  # type: ignore[arg-type]
+
+
+class FirstInvariantMaterial(_Material):
+    """A material whose energy depends on I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation alone."""
+
+    def energy(self, i1) -> np.ndarray:
+        """W (MPa) of the isochoric first invariant, any shape."""
+        raise NotImplementedError
+
+    def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
+        """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
+        raise NotImplementedError
+
+    def _stretch_slope(self, at, stretch, free, mode):
+        third = {"uniaxial": free, "equibiaxial": stretch, "pure_shear": np.ones_like(stretch)}[mode]
+        return 2 * at * self.slopes(stretch**2 + third**2 + free**2)[0]
+
+
+@dataclass(frozen=True)
+class NeoHookean(FirstInvariantMaterial):
+    """W = mu/2 (I1 - 3), `mu` in MPa, > 0 (Treloar 1943, doi:10.1039/TF9433900241)."""
+
+    mu: float
+    kind: ClassVar[str] = "neo-hookean"
+
+    def __post_init__(self):
+        checks.positive("neo-Hookean mu (MPa)", self.mu)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Small-strain shear modulus, MPa."""
+        return self.mu
+
+    def energy(self, i1) -> np.ndarray:
+        """W (MPa) of the isochoric first invariant, any shape."""
+        return self.mu / 2 * (np.asarray(i1) - 3)
+
+    def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
+        """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
+        return np.full(np.shape(i1), self.mu / 2), np.zeros(np.shape(i1))
+
+
+@dataclass(frozen=True)
+class Yeoh(FirstInvariantMaterial):
+    """W = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3 in MPa, c1 > 0 (Yeoh 1993, doi:10.5254/1.3538343)."""
+
+    c1: float
+    c2: float = 0.0
+    c3: float = 0.0
+    kind: ClassVar[str] = "yeoh"
+
+    def __post_init__(self):
+        checks.positive("Yeoh c1 (MPa)", self.c1)
+        checks.finite("Yeoh c2 (MPa)", self.c2)
+        checks.finite("Yeoh c3 (MPa)", self.c3)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Small-strain shear modulus, MPa."""
+        return 2 * self.c1
+
+    def energy(self, i1) -> np.ndarray:
+        """W (MPa) of the isochoric first invariant, any shape."""
+        x = np.asarray(i1) - 3
+        return x * (self.c1 + x * (self.c2 + x * self.c3))
+
+    def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
+        """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
+        x = np.asarray(i1) - 3
+        return self.c1 + x * (2 * self.c2 + 3 * self.c3 * x), 2 * self.c2 + 6 * self.c3 * x
+
+
+@dataclass(frozen=True)
+class Ogden(_Material):
+    """W = 2 mu/alpha^2 (l1^alpha + l2^alpha + l3^alpha - 3), `mu` in MPa, > 0, `alpha` not 0.
+
+    One term of Ogden (1972, doi:10.1098/rspa.1972.0026), written so that mu is the small-strain shear modulus.
+    """
+
+    mu: float
+    alpha: float
+    kind: ClassVar[str] = "ogden"
+
+    def __post_init__(self):
+        checks.positive("Ogden mu (MPa)", self.mu)
+        if checks.finite("Ogden alpha", self.alpha) == 0:
+            raise InputError("Ogden alpha must not be 0")
+
+    @property
+    def shear_modulus(self) -> float:
+        """Small-strain shear modulus, MPa."""
+        return self.mu
+
+    def energy(self, stretches) -> np.ndarray:
+        """W (MPa), shape (...), of isochoric principal stretches (..., 3)."""
+        return 2 * self.mu / self.alpha**2 * (np.asarray(stretches) ** self.alpha - 1).sum(axis=-1)
+
+    def _stretch_slope(self, at, stretch, free, mode):
+        return 2 * self.mu / self.alpha * at ** (self.alpha - 1)
+
+
+Material = NeoHookean | Yeoh | Ogden
+
+MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
+"""Kind, as a design file names it, -> material."""
+
+
+def material(kind: str, *parameters: float) -> Material:
+    """The material of a kind with its parameters in the order of its fields; raises `InputError` for another kind."""
+    return material_class(kind)(*parameters)
+
+
+def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
+    """The class of a kind; raises `InputError` for one that is not in `MATERIALS`."""
+    if kind not in MATERIALS:
+        raise InputError(f"material must be one of {', '.join(MATERIALS)}, got {kind!r}")
+    return MATERIALS[kind]
+
+
+def parameters_of(card: Material) -> tuple[float, ...]:
+    """The parameters of a material in the order of its fields, in MPa (Ogden's alpha is a number)."""
+    return tuple(float(value) for value in astuple(card))
+
+
+def principal_pair(stretch, mode: str) -> tuple[np.ndarray, np.ndarray]:
+    """The stretch that is driven and the one that is free of stress, in a test of an incompressible material.
+
+    Raises `InputError` for a mode that is not in `MODES` or a stretch that is not finite and positive.
+    """
+    if mode not in _FREE_EXPONENT:
+        raise InputError(f"test mode must be one of {', '.join(MODES)}, got {mode!r}")
+    stretch = np.asarray(stretch, dtype=float)
+    usable = np.isfinite(stretch) & (stretch > 0)
+    if not usable.all():
+        raise InputError(f"stretch must be finite and greater than 0, got {stretch[~usable].ravel()[0]:g}")
+    return stretch, stretch ** _FREE_EXPONENT[mode]

@@ -1,0 +1,258 @@
+"""The `finite` rung: the linear limit, work, units, mirrors, cut-back, and what it refuses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from papilla.errors import ContactRangeError, InputError, SolverError
+from papilla.fem import FingerModel, press
+from papilla.fem.finite import newton, press_finite, pressing
+from papilla.fem.finite.pressing import Scene, raise_load
+from papilla.fem.finite.readout import elongation
+from papilla.finger import Dome, Finger, Layer
+from papilla.materials import NeoHookean, Ogden, Yeoh
+from papilla.mesh.layered import LayeredMesh
+from papilla.specimen import Block, Grating, HalfSpace, Sphere
+
+SPECIMENS = [HalfSpace(0.51), Block(0.51, 10), Sphere(0.51, 20)]
+
+
+@pytest.fixture(scope="module")
+def reduced(coarse):
+    finger, mesh = coarse
+    return FingerModel(finger, mesh).reduce()
+
+
+@pytest.mark.parametrize("specimen", SPECIMENS, ids=repr)
+def test_at_vanishing_load_it_is_the_contact_rung_to_first_order(coarse, reduced, specimen):
+    finger, mesh = coarse
+    differences = []
+    for force in (1e-3, 1e-4, 1e-5):
+        linear = press(reduced, specimen, force=force, fidelity="contact")
+        finite = press_finite(finger, mesh, specimen, force=force)
+        assert np.array_equal(finite.active, linear.active)
+        values = [
+            abs(getattr(finite, name) / getattr(linear, name) - 1)
+            for name in ("sd", "indentation", "contact_area", "peak_pressure")
+        ]
+        differences.append(values)
+    differences = np.array(differences)
+    assert differences[-1].max() < 1e-4
+    orders = np.log10(differences[:-1, 0] / differences[1:, 0])
+    assert orders.min() > 0.9
+
+
+@pytest.mark.parametrize("at", [(3.0, 0.0), (0.0, 4.0), pytest.param((3.0, 2.0), marks=pytest.mark.slow)])
+def test_beside_the_apex_it_uses_the_mirrors_that_remain(coarse, at):
+    finger, mesh = coarse
+    reduced = FingerModel(finger, mesh).reduce(at)
+    linear = press(reduced, HalfSpace(0.51), force=1e-4, fidelity="contact")
+    finite = press_finite(finger, mesh, HalfSpace(0.51), force=1e-4, at=at)
+    assert finite.indentation == pytest.approx(linear.indentation, rel=1e-3)
+    assert finite.reading == pytest.approx(linear.reading, abs=1e-3 * np.abs(linear.reading).max())
+
+
+@pytest.mark.slow
+def test_a_mesh_without_mirrors_gives_the_same_press(coarse):
+    finger, mesh = coarse
+    whole = dataclasses.replace(mesh, mirrors=())
+    quarter, full = (press_finite(finger, m, Block(0.51, 10), force=0.3) for m in (mesh, whole))
+    assert full.sd == pytest.approx(quarter.sd, rel=1e-7)
+    assert full.indentation == pytest.approx(quarter.indentation, rel=1e-8)
+    assert full.peak_pressure == pytest.approx(quarter.peak_pressure, rel=1e-6)
+
+
+def test_force_and_indentation_control_agree_and_repeat(coarse):
+    finger, mesh = coarse
+    by_force = press_finite(finger, mesh, Block(0.51, 10), force=0.5)
+    assert by_force.fidelity == "finite" and by_force.force_balance < 1e-9
+    assert by_force.status.startswith("finite rung: converged in")
+    by_depth = press_finite(finger, mesh, Block(0.51, 10), indentation=by_force.indentation)
+    assert by_depth.force == pytest.approx(0.5, rel=1e-7)
+    again = press_finite(finger, mesh, Block(0.51, 10), force=0.5)
+    assert np.array_equal(again.reading, by_force.reading) or again.reading == pytest.approx(
+        by_force.reading, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("specimen, bound", [(HalfSpace(1e6), 1e-6), (Sphere(1e6, 30), 1e-6)], ids=repr)
+def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, specimen, bound):
+    scene = Scene.of(*coarse, specimen, {}, (0.0, 0.0))
+    energies, forces = [], []
+    for depth in (0.799, 0.8, 0.801):
+        state = raise_load(scene, None, depth)[0]
+        energies.append(scene.body.energy(state.displacement, state.pressure))
+        forces.append(scene.touching.patch.mass @ state.contact)
+    assert (energies[2] - energies[0]) / 0.002 == pytest.approx(forces[1], rel=bound)
+
+
+@pytest.mark.parametrize("stress, length", [(1e6, 1.0), (1e-6, 1.0), (1.0, 1e3), (1e-6, 1e-3)])
+def test_units_do_not_matter(coarse, stress, length):
+    finger, mesh = coarse
+    scaled, scaled_mesh = _rescaled(finger, mesh, stress, length)
+    here = press_finite(finger, mesh, Block(0.51, 10), force=0.4)
+    there = press_finite(scaled, scaled_mesh, Block(0.51 * stress, 10 * length), force=0.4 * stress * length**2)
+    assert there.status.split(", relative")[0] == here.status.split(", relative")[0]
+    assert there.reading == pytest.approx(here.reading, rel=1e-7)
+    assert there.indentation == pytest.approx(here.indentation * length, rel=1e-8)
+    assert there.peak_pressure == pytest.approx(here.peak_pressure * stress, rel=1e-7)
+
+
+def _rescaled(finger: Finger, mesh, stress, length):
+    def layer(one):
+        return Layer(one.modulus * stress, one.nu)
+
+    axes = {key: tuple(length * v for v in value) for key, value in dataclasses.asdict(finger.shape).items()}
+    gauges = tuple(
+        dataclasses.replace(
+            gauge, length_mm=gauge.length_mm * length, backing_mm=tuple(length * v for v in gauge.backing_mm)
+        )
+        for gauge in finger.gauges
+    )
+    scaled = dataclasses.replace(
+        finger,
+        shape=Dome(**axes),
+        outer=layer(finger.outer),
+        inner=layer(finger.inner),
+        gauges=gauges,
+        patch_radius=finger.patch_radius * length,
+    )
+    points = mesh.points * length
+    return scaled, LayeredMesh(points, mesh.tets, mesh.layer, mesh.boundaries, mesh.size_mm * length, mesh.mirrors)
+
+
+def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
+    finger, mesh = coarse
+    direct = press_finite(finger, mesh, Block(0.51, 10), force=0.3)
+    lines = []
+    monkeypatch.setattr(newton, "MAX_STEPS", 3)
+    monkeypatch.setattr(newton, "TOLERANCE", 1e-7)
+    careful = press_finite(finger, mesh, Block(0.51, 10), force=0.3, progress=lines.append)
+    assert lines[0].startswith("load step cut to 50 % of the load: no equilibrium in 3 Newton steps")
+    assert lines[-1].startswith("100 % of the load in")
+    assert "load steps" in careful.status and "1 load step," in direct.status
+    assert careful.reading == pytest.approx(direct.reading, rel=1e-6)
+    assert careful.indentation == pytest.approx(direct.indentation, rel=1e-7)
+
+
+def test_a_load_that_stays_out_of_reach_is_refused_with_how_far_it_came(coarse, monkeypatch):
+    finger, mesh = coarse
+    monkeypatch.setattr(pressing, "SMALLEST_STEP", 0.25)
+    weak = {"outer": Yeoh(0.0227, -0.3), "inner": Yeoh(0.0057, -0.3)}
+    with pytest.raises(SolverError, match=r"the finite rung stops at .* % of the load: "):
+        press_finite(finger, mesh, HalfSpace(10.0), indentation=2.0, materials=weak)
+
+
+def test_a_step_that_shrinks_a_cell_too_far_is_shortened_then_refused(coarse, monkeypatch):
+    finger, mesh = coarse
+    full = press_finite(finger, mesh, HalfSpace(0.51), force=0.5)
+    monkeypatch.setattr(newton, "SHRINK", 0.985)
+    short = press_finite(finger, mesh, HalfSpace(0.51), force=0.5)
+    steps = [int(press.status.split()[4]) for press in (full, short)]
+    assert steps[1] > steps[0] and short.sd == pytest.approx(full.sd, rel=1e-7)
+    monkeypatch.setattr(newton, "SHRINK", 2.0)
+    with pytest.raises(SolverError, match="stops at 0 % of the load: a cell would turn inside out"):
+        press_finite(finger, mesh, HalfSpace(0.51), force=0.5)
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.49, 0.499999, 0.5])
+def test_it_is_smooth_up_to_the_incompressible_limit(coarse, nu):
+    finger, mesh = coarse
+    near = [dataclasses.replace(finger, outer=Layer(0.136, n), inner=Layer(0.034, n)) for n in (nu, nu - 1e-7)]
+    first, second = (press_finite(one, mesh, HalfSpace(0.51), force=0.5) for one in near)
+    assert first.sd == pytest.approx(second.sd, rel=1e-5)
+    assert first.indentation == pytest.approx(second.indentation, rel=1e-5)
+
+
+def test_materials_of_equal_small_strain_stiffness_part_as_the_load_grows(coarse):
+    finger, mesh = coarse
+    mu = 0.136 / (2 * 1.4999)
+    cards = [{}, {"outer": NeoHookean(mu)}, {"outer": Yeoh(mu / 2, 0.02)}, {"outer": Ogden(mu, 6.0)}]
+
+    def depths(force):
+        return np.array(
+            [press_finite(finger, mesh, HalfSpace(10), force=force, materials=card).indentation for card in cards]
+        )
+
+    light, firm = depths(1e-4), depths(2.0)
+    assert light == pytest.approx(light[0], rel=1e-4)
+    assert firm[1] == pytest.approx(firm[0], rel=1e-9), "the default card is neo-Hookean"
+    assert np.abs(firm[2:] / firm[0] - 1).min() > 1e-4
+
+
+def test_a_meshed_bone_takes_a_card_of_its_own(coarse, dome):
+    finger = dataclasses.replace(coarse[0], bone=Layer(3000.0, 0.35))
+    mesh = dome(finger)
+    rigid = press_finite(*coarse, HalfSpace(0.51), force=0.3)
+    stiff = press_finite(finger, mesh, HalfSpace(0.51), force=0.3)
+    soft = press_finite(finger, mesh, HalfSpace(0.51), force=0.3, materials={"bone": NeoHookean(0.01)})
+    assert stiff.indentation == pytest.approx(rigid.indentation, rel=1e-3)
+    assert soft.indentation > 1.05 * rigid.indentation
+
+
+def test_elongation_keeps_the_digits_of_a_small_change():
+    chord = np.array([2.0, 1.0, 0.0])
+    assert elongation(chord, 1e-13 * chord) == pytest.approx(1e-13, rel=1e-9)
+    assert elongation(chord, 0.5 * chord) == pytest.approx(0.5)
+    turned = np.array([0.0, 0.0, np.sqrt(5)])
+    assert elongation(chord, turned - chord) == pytest.approx(0, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    "change, error, message",
+    [
+        ({"specimen": Grating(1, 1, 1)}, InputError, "a press takes a HalfSpace, Block or Sphere, got Grating"),
+        ({"indentation": 1.0}, InputError, "give exactly one of force and indentation"),
+        ({"force": None}, InputError, "give exactly one of force and indentation"),
+        ({"force": -1.0}, InputError, r"force \(N\) must be greater than 0, got -1"),
+        ({"force": None, "indentation": "deep"}, InputError, r"indentation \(mm\) must be a number, got 'deep'"),
+        ({"materials": {"skin": NeoHookean(1)}}, InputError, "materials are for outer, inner, got 'skin'"),
+        ({"materials": {"outer": 0.1}}, InputError, "material of outer must be NeoHookean, Yeoh or Ogden, got float"),
+        ({"at": (40.0, 0.0)}, InputError, "no skin to touch at x 40, y 0 mm"),
+        ({"at": (float("nan"), 0.0)}, InputError, r"at x \(mm\) must be finite"),
+        ({"force": None, "indentation": 1e-9}, ContactRangeError, "an indentation of 1e-09 mm makes no contact"),
+    ],
+)
+def test_refusals_are_one_clear_line(coarse, change, error, message):
+    scene = {"specimen": HalfSpace(0.51), "force": 0.1} | change
+    with pytest.raises(error, match=message):
+        press_finite(*coarse, scene.pop("specimen"), **scene)
+
+
+def test_contact_at_the_rim_of_its_patch_is_refused(coarse):
+    finger, mesh = coarse
+    with pytest.raises(ContactRangeError, match="the contact reaches the rim of its patch"):
+        press_finite(dataclasses.replace(finger, patch_radius=7.0), mesh, HalfSpace(0.51), force=2.0)
+
+
+def test_more_taken_off_a_block_than_linear_theory_of_it_means_is_refused(coarse, monkeypatch):
+    """The bound itself, half of the block, needs a softer and thinner one than this mesh resolves."""
+    monkeypatch.setattr(pressing, "DEEPEST", 0.05)
+    message = r"the press takes 0.\d+ mm off a block of 4 mm: more than 5 % is beyond the model"
+    with pytest.raises(ContactRangeError, match=message):
+        press_finite(*coarse, Block(0.02, 4), force=0.5)
+
+
+def test_a_block_thinner_than_the_mesh_resolves_is_refused(coarse):
+    with pytest.raises(SolverError, match="stops at 0 % of the load: .* a mesh too coarse for the specimen"):
+        press_finite(*coarse, Block(0.001, 1), force=0.05)
+
+
+def test_a_bone_of_the_finger_must_be_meshed(coarse):
+    finger, mesh = coarse
+    with pytest.raises(InputError, match="bone cells and a bone with a modulus go together"):
+        press_finite(dataclasses.replace(finger, bone=Layer(3000.0)), mesh, HalfSpace(0.51), force=0.1)
+
+
+@pytest.mark.slow
+def test_both_solvers_give_the_same_press(coarse, monkeypatch):
+    finger, mesh = coarse
+    results = []
+    for engine in ("rslab", "superlu"):
+        monkeypatch.setenv("PAPILLA_SOLVER", engine)
+        results.append(press_finite(finger, mesh, Block(0.51, 10), force=0.3))
+    first, second = results
+    assert second.reading == pytest.approx(first.reading, rel=1e-9)
+    assert second.indentation == pytest.approx(first.indentation, rel=1e-10)
+    assert second.status.split(", relative")[0] == first.status.split(", relative")[0]
