@@ -18,7 +18,8 @@ RESIDUAL_BOUND = 1e-10
 """Largest accepted relative residual of a solve."""
 
 REFINED = RESIDUAL_BOUND / 10
-"""Residual of the random combination at which refinement ends: a column by itself may be a few times worse."""
+"""Residual of the random combination at which refinement ends, or where it stops falling: a column by itself may be a
+few times worse."""
 
 REFINEMENTS = 20
 """Steps of iterative refinement before a residual above the bound is an error."""
@@ -50,10 +51,13 @@ class Factor:
         """
         rhs = np.ascontiguousarray(rhs, dtype=float)
         solution = self._solver.solve_many(rhs)
+        before = np.inf
         for _ in range(REFINEMENTS):
-            if self._probe(solution, rhs) <= REFINED:
+            residual = self._probe(solution, rhs)
+            if residual <= REFINED or before / 2 < residual <= RESIDUAL_BOUND:
                 return solution
             solution = solution + self._solver.solve_many(rhs - self._apply(solution))
+            before = residual
         residual = self._probe(solution, rhs)
         if residual <= RESIDUAL_BOUND:
             return solution

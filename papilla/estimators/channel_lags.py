@@ -1,0 +1,74 @@
+"""The distance between channels along the movement, from the phase of one line: a cue that needs no velocity."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.lines import TREND, usable
+
+NEIGHBOURS = range(3, 9)
+"""Distances from the line, in resolutions, at which the noise of its phase is taken."""
+_MEDIAN_TO_SIGMA = 1 / np.sqrt(2 * np.log(2))
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelLags:
+    """lag_mm (c,) : how much later along the path each channel shows the line than the reference does, within +- half a
+    wavelength (whole wavelengths cannot be seen). sigma_mm (c,) : its standard deviation, the reference's included.
+
+    reference : number of the channel, from 0, in which the line stands out most. amplitude (c,) : of the line, in
+    units of the readings.
+    """
+
+    lag_mm: np.ndarray
+    sigma_mm: np.ndarray
+    reference: int
+    amplitude: np.ndarray
+
+
+def channel_lags(position_mm, readings, wavelength_mm: float) -> ChannelLags:
+    """Lags of a line between channels of readings (n, c) at positions (n,) in mm.
+
+    Between channels a distance d apart along the movement the phase is 2 pi d / wavelength whatever the velocity
+    (2011 Oddo, equation (4)), so the lag is d. Raises `InputError` for fewer than two usable channels, and for a path
+    shorter than two wavelengths.
+    """
+    wavelength = checks.positive("wavelength_mm", wavelength_mm)
+    position, channels, _, unused = usable(position_mm, readings)
+    if unused or channels.shape[1] < 2:
+        raise InputError("lags need two or more channels, all of them with changing, finite readings")
+    path = float(np.ptp(position))
+    if path < 2 * wavelength:
+        raise InputError(f"lags of {wavelength:g} mm need a path of two wavelengths, got {path:.4g} mm")
+    at_line = phasors(position, channels, wavelength)
+    amplitude = np.abs(at_line)
+    noise = _noise(position, channels, 1 / wavelength, 1 / path)
+    reference = int(np.argmax(amplitude / np.maximum(noise, 1e-12 * amplitude.max())))
+    turns = np.angle(at_line[reference] * np.conj(at_line)) / (2 * np.pi)
+    own = noise / np.maximum(amplitude, 1e-300)
+    sigma = np.hypot(own, own[reference]) / (2 * np.pi)
+    sigma[reference] = 0.0
+    # A phase that is not known at all is spread evenly over one wavelength.
+    return ChannelLags(turns * wavelength, np.minimum(sigma, 1 / np.sqrt(12)) * wavelength, reference, amplitude)
+
+
+def phasors(position: np.ndarray, channels: np.ndarray, wavelength_mm: float) -> np.ndarray:
+    """(c,) complex amplitudes a of Re(a exp(2 pi i x / wavelength)) in channels (n, c), least squares with a trend.
+
+    Samples weigh by the path they stand for and a Hann taper along the log.
+    """
+    at = 2 * (position - position.min()) / np.ptp(position) - 1
+    angle = 2 * np.pi * position / wavelength_mm
+    basis = np.column_stack([np.cos(angle), np.sin(angle), np.polynomial.legendre.legvander(at, TREND)])
+    root = np.sqrt(np.hanning(len(position) + 2)[1:-1] * np.abs(np.gradient(position)))[:, None]
+    solved = np.linalg.lstsq(basis * root, channels * root, rcond=None)[0]
+    return solved[0] - 1j * solved[1]
+
+
+def _noise(position: np.ndarray, channels: np.ndarray, wavenumber: float, resolution: float) -> np.ndarray:
+    """(c,) standard deviation of each quadrature of the amplitude, from wavenumbers next to the line."""
+    around = [wavenumber + side * step * resolution for step in NEIGHBOURS for side in (-1, 1)]
+    sizes = [np.abs(phasors(position, channels, 1 / k)) for k in around if k > 1.5 * resolution]
+    return np.median(sizes, axis=0) * _MEDIAN_TO_SIGMA

@@ -1,0 +1,219 @@
+"""Spectral lines of a whole log in the position domain: the wavelengths of what the finger slid over.
+
+The spectrum is taken over position, not time: a surface has one wavelength whatever the velocity was. Power is pooled
+over the channels; a line is a peak that the background (drift, red noise, white floor) reaches by chance in
+`false_alarm` of all logs at most.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.background import Background, fit_background
+from papilla.estimators.harmonics import Peak, order_of, with_harmonics
+from papilla.estimators.position_spectrum import PositionSpectrum, position_spectrum
+
+FALSE_ALARM = 0.01
+FEWEST_PERIODS = 3.0
+"""A wavelength is searched up to the path divided by this; a taper cannot tell longer ones from drift."""
+FEWEST_STEPS = 2.2
+"""A wavelength is searched down to so many position steps; two are the aliasing limit."""
+TREND = 3
+"""Degree of the polynomial in position that is taken for drift."""
+BEYOND = 4.0
+"""The background is fitted to wavenumbers so many times higher than those searched, where the log shows them."""
+
+
+@dataclass(frozen=True)
+class SpectralLine:
+    """One line.
+
+    wavelength_mm, sigma_mm : and its standard deviation from the noise around the line; an error of the velocity adds
+    to it in full, 1 % for 1 %. A line with harmonics has the wavelength on which it and they agree.
+    amplitude : root mean square over the channels of the amplitude of the sinusoid, in units of the readings.
+    ratio : power over the background; chance : probability of it or more from the background anywhere in the search.
+    harmonic, fundamental_mm : it may be that harmonic of a stronger line of that wavelength, or 1 and its own.
+    """
+
+    wavelength_mm: float
+    sigma_mm: float
+    amplitude: float
+    ratio: float
+    chance: float
+    harmonic: int
+    fundamental_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class LineSpectrum:
+    """The significant lines, greatest amplitude first, and what they were found in.
+
+    searched_mm : shortest and longest wavelength that was looked at: the part of the range asked for which the position
+    step does not alias and of which the path holds three periods.
+    wavenumber_per_mm, power : (n,) pooled spectrum, in units of the mean background of the channels.
+    background : of `power`. unused_samples, unused_channels : how many were left out because they hold no number, or
+    never change.
+    """
+
+    lines: tuple[SpectralLine, ...]
+    searched_mm: tuple[float, float]
+    wavenumber_per_mm: np.ndarray
+    power: np.ndarray
+    background: Background
+    unused_samples: int
+    unused_channels: int
+
+
+def travelled(t_s, velocity_mm_s) -> np.ndarray:
+    """Position in mm (n,) at times (n,), from a velocity in mm/s, scalar or (n,): its trapezoidal integral from 0.
+
+    Raises `InputError` for times that fall or are not finite, and for a velocity that is not finite.
+    """
+    time = np.asarray(t_s, float)
+    velocity = np.broadcast_to(np.asarray(velocity_mm_s, float), time.shape)
+    if time.ndim != 1 or not (np.isfinite(time).all() and np.isfinite(velocity).all()):
+        raise InputError("t_s must be one column, and it and velocity_mm_s must be finite, to integrate a position")
+    steps = np.diff(time)
+    if (steps < 0).any():
+        raise InputError(f"t_s must not fall; it does after row {int(np.argmax(steps < 0))}")
+    return np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * steps)])
+
+
+def find_lines(
+    position_mm, readings, *, wavelength_range_mm: tuple[float, float] | None = None, false_alarm: float = FALSE_ALARM
+) -> LineSpectrum:
+    """All significant lines of readings (n,) or (n, channels) at positions (n,) in mm, greatest amplitude first.
+
+    Positions need be neither even nor rising. Rows and channels without a finite number are left out and counted.
+    Raises `InputError` for unequal lengths, fewer than 16 usable rows, no movement, no usable channel, and a range of
+    which nothing can be searched.
+    """
+    false_alarm = checks.within("false_alarm", false_alarm, 1e-12, 0.5)
+    position, channels, unused_samples, unused_channels = usable(position_mm, readings)
+    shortest = _shortest(position)
+    low, high = _searched(position, shortest, wavelength_range_mm)
+    spectrum = position_spectrum(position, channels, 1 / max(shortest, low / BEYOND), TREND)
+    background, power = _pooled(spectrum)
+    lines = _lines(spectrum, power, background, channels.shape[1], (low, high), false_alarm)
+    inside = (spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low)
+    return LineSpectrum(
+        lines,
+        (low, high),
+        spectrum.wavenumber[inside],
+        power[inside],
+        background,
+        unused_samples,
+        unused_channels,
+    )
+
+
+def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """Positions and readings (n, c) of finite rows and changing channels, and how many of each were left out."""
+    position, table = np.asarray(position_mm, float), np.asarray(readings, float)
+    table = table[:, None] if table.ndim == 1 else table
+    if position.ndim != 1 or table.ndim != 2 or len(table) != len(position):
+        raise InputError(f"position_mm (n,) and readings (n, channels) do not fit: {position.shape}, {table.shape}")
+    # A channel without a number most of the time is dead: it must not take every row with it.
+    alive = np.isfinite(table).mean(axis=0) > 0.5 if len(table) else np.zeros(table.shape[1], bool)
+    rows = np.isfinite(position) & np.isfinite(table[:, alive]).all(axis=1)
+    if rows.sum() < 16:
+        raise InputError(f"a spectrum needs 16 rows with a position and finite readings, got {int(rows.sum())}")
+    kept = table[np.ix_(rows, alive)]
+    changing = np.ptp(kept, axis=0) > 0
+    if not changing.any():
+        raise InputError("no channel has changing, finite readings")
+    kept = kept[:, changing]
+    return position[rows], kept, int((~rows).sum()), table.shape[1] - kept.shape[1]
+
+
+def _shortest(position: np.ndarray) -> float:
+    """Shortest wavelength that the steps of these positions show."""
+    steps = np.abs(np.diff(position))
+    if not steps.any():
+        raise InputError("the position never changes: there is no wavelength without movement")
+    return FEWEST_STEPS * float(np.average(steps, weights=steps))
+
+
+def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] | None) -> tuple[float, float]:
+    """The wavelengths that these positions allow, inside the range asked for."""
+    path = float(np.ptp(position))
+    longest = path / FEWEST_PERIODS
+    low, high = shortest, longest
+    if asked is not None:
+        first, last = (checks.positive("wavelength_range_mm", value) for value in asked)
+        if first >= last:
+            raise InputError(f"wavelength_range_mm must rise, got {first:g} and {last:g}")
+        low, high = max(low, first), min(high, last)
+    if low >= high:
+        wanted = "" if asked is None else f" of the {asked[0]:g} to {asked[1]:g} mm asked for"
+        raise InputError(
+            f"no wavelength{wanted} can be searched: {path:.4g} mm of path in steps of {shortest / FEWEST_STEPS:.3g} "
+            f"mm show {shortest:.3g} to {longest:.3g} mm"
+        )
+    return low, high
+
+
+def _pooled(spectrum: PositionSpectrum) -> tuple[Background, np.ndarray]:
+    """Background of the pooled power, and the power: the mean over the channels, each over its own median."""
+    independent = spectrum.independent()
+    own = np.median(spectrum.power[independent], axis=0)
+    power = spectrum.power @ (1 / np.maximum(own, 1e-12 * own.max())) / len(own)
+    return fit_background(spectrum.wavenumber[independent], power[independent]), power
+
+
+def _lines(spectrum, power, background, channels, searched, false_alarm) -> tuple[SpectralLine, ...]:
+    """Significant lines inside the searched range, greatest amplitude first."""
+    low, high = 1 / searched[1], 1 / searched[0]
+    # A padded spectrum finds the highest point between two independent lines too: twice as many chances.
+    trials = max(2 * (high - low) / spectrum.resolution, 1.0)
+    peaks = _peaks(spectrum, power, background, channels, background.threshold(false_alarm / trials))
+    lines: list[SpectralLine] = []
+    fundamentals: list[tuple[Peak, float]] = []
+    for peak in peaks:
+        if not low <= peak.wavenumber <= high:
+            continue
+        orders = ((order_of(peak, stronger, spectrum.resolution), agreed) for stronger, agreed in fundamentals)
+        order, fundamental = next((found for found in orders if found[0] > 1), (1, 0.0))
+        if order == 1:
+            agreed = with_harmonics(peak, peaks, spectrum.resolution)
+            fundamental = 1 / agreed.wavenumber
+            fundamentals.append((peak, fundamental))
+            peak = agreed
+        chance = float(min(trials * background.chance(peak.ratio), 1.0))
+        wavelength, sigma = 1 / peak.wavenumber, peak.sigma / peak.wavenumber**2
+        lines.append(SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, chance, order, fundamental))
+    return tuple(lines)
+
+
+def _peaks(spectrum, power, background, channels, limit: float) -> list[Peak]:
+    """All peaks of the spectrum over `limit` times the background, greatest amplitude first."""
+    k = spectrum.wavenumber
+    ratio = power / background.power(np.maximum(k, k[1]))
+    tops = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
+    # Channels that share their noise count as often as the freedom of the background says, not as they are many.
+    independent = min(background.freedom / 2, channels)
+    found = []
+    for top in tops[ratio[tops] > limit]:
+        place = float(k[top] + _vertex(np.log(power[top - 1 : top + 2])) * (k[1] - k[0]))
+        if place < spectrum.resolution or _on_a_flank(power, top, spectrum):
+            continue
+        amplitude = float(np.sqrt(np.mean(spectrum.amplitude(top) ** 2)))
+        sigma = spectrum.wavenumber_sigma(float(ratio[top]) * independent)
+        found.append(Peak(place, sigma, amplitude, float(ratio[top])))
+    return sorted(found, key=lambda peak: -peak.amplitude)
+
+
+def _vertex(three: np.ndarray) -> float:
+    """Where the parabola through three values has its vertex, in steps from the middle."""
+    left, middle, right = three
+    curvature = left - 2 * middle + right
+    return float(0.5 * (left - right) / curvature) if curvature < 0 else 0.0
+
+
+def _on_a_flank(power, peak, spectrum) -> bool:
+    """Whether a peak is a side lobe or the shoulder of a stronger one within the width of the taper."""
+    reach = round(2 * spectrum.resolution / (spectrum.wavenumber[1] - spectrum.wavenumber[0]))
+    around = power[max(peak - reach, 0) : peak + reach + 1]
+    return bool(around.max() > power[peak])

@@ -1,0 +1,91 @@
+"""Power over wavenumber of readings at any positions: readings spread on an even grid of position, then transformed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+GRID_PER_PERIOD = 8
+"""Grid points in the shortest wavelength: what lies beyond the grid then folds back weaker than 2 %."""
+PADDING = 8
+
+
+@dataclass(frozen=True, eq=False)
+class PositionSpectrum:
+    """wavenumber (n,) in periods a mm, even from 0; transform (n, channels) complex; power its squared magnitude.
+
+    gain : transform of a unit cosine at its own wavenumber. resolution : one over the path, per mm.
+    spread : standard deviation of the wavenumber of a line times the square root of (line power / background).
+    """
+
+    wavenumber: np.ndarray
+    transform: np.ndarray
+    gain: float
+    resolution: float
+    spread: float
+
+    @property
+    def power(self) -> np.ndarray:
+        """(n, channels) squared magnitude."""
+        return np.abs(self.transform) ** 2
+
+    def amplitude(self, place: int) -> np.ndarray:
+        """(channels,) amplitude of a sinusoid at this index of the wavenumber, in units of the readings."""
+        return np.abs(self.transform[place]) / self.gain
+
+    def independent(self) -> np.ndarray:
+        """Indices of lines one resolution apart, from 1.5 resolutions on."""
+        step = self.wavenumber[1] - self.wavenumber[0]
+        places = np.arange(1.5 * self.resolution, self.wavenumber[-1], self.resolution) / step
+        return np.round(places).astype(int)
+
+    def wavenumber_sigma(self, signal_to_noise: float) -> float:
+        """Standard deviation in 1/mm of the wavenumber of a line whose power is so many times the background."""
+        return self.spread / float(np.sqrt(signal_to_noise))
+
+
+def position_spectrum(
+    position: np.ndarray, channels: np.ndarray, highest_per_mm: float, trend: int
+) -> PositionSpectrum:
+    """Spectrum of channels (n, c) at positions (n,) in mm up to a wavenumber, under a Hann taper along the log.
+
+    A sample weighs as much as the path it stands for, so that standing still adds nothing and uneven steps do not
+    matter. A polynomial of degree `trend` in position is removed first.
+    """
+    path = float(np.ptp(position))
+    weights = np.hanning(len(position) + 2)[1:-1] * np.abs(np.gradient(position))
+    at = (position - position.min()) / path
+    basis = np.polynomial.legendre.legvander(2 * at - 1, trend)
+    root = np.sqrt(weights)[:, None]
+    level = basis @ np.linalg.lstsq(basis * root, channels * root, rcond=None)[0]
+    step = 1 / (GRID_PER_PERIOD * highest_per_mm)
+    grid = _spread_out(at * path / step, weights[:, None] * (channels - level))
+    length = 1 << int(np.ceil(np.log2(PADDING * len(grid))))
+    count = int((highest_per_mm + 3 / path) * length * step) + 1
+    wavenumber = np.arange(count) / (length * step)
+    # One channel at a time: of each padded spectrum only the part below the highest wavenumber is kept.
+    transform = np.stack([np.fft.rfft(column, length)[:count] for column in grid.T], axis=1)
+    # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
+    transform /= np.sinc(wavenumber * step)[:, None] ** 2
+    return PositionSpectrum(wavenumber, transform, 0.5 * float(weights.sum()), 1 / path, _spread(position, weights))
+
+
+def _spread_out(places: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n, c) shared by the two grid points next to each place (n,)."""
+    first = np.floor(places).astype(int)
+    share = (places - first)[:, None]
+    grid = np.zeros((int(first.max()) + 2, values.shape[1]))
+    np.add.at(grid, first, (1 - share) * values)
+    np.add.at(grid, first + 1, share * values)
+    return grid
+
+
+def _spread(position: np.ndarray, weights: np.ndarray) -> float:
+    """Standard deviation of a line's wavenumber at line power = background.
+
+    The maximum of a weighted periodogram has the angular variance W0^2 sum(w^2 x^2) / (2 r sum(w^2) W2^2), with r the
+    power over the background, W0 = sum w, W2 = sum w x^2 and x from the weighted middle.
+    """
+    x = position - float(weights @ position) / float(weights.sum())
+    square = weights**2
+    variance = weights.sum() ** 2 * (square @ x**2) / (2 * square.sum() * (weights @ x**2) ** 2)
+    return float(np.sqrt(variance) / (2 * np.pi))

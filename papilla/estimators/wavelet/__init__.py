@@ -1,0 +1,22 @@
+"""Morlet wavelets of one channel and of pairs: frequency, time and phase of what two channels share (2011 Oddo)."""
+
+from papilla.estimators.wavelet.cross import CrossWavelet, Ridge, Window, cross_wavelet
+from papilla.estimators.wavelet.morlet import Wavelet, morlet, octaves
+from papilla.estimators.wavelet.phase import lag_of_phase, periods_of_phase
+from papilla.estimators.wavelet.significance import cross_threshold, lag_one, red_noise, threshold
+
+__all__ = [
+    "CrossWavelet",
+    "Ridge",
+    "Wavelet",
+    "Window",
+    "cross_threshold",
+    "cross_wavelet",
+    "lag_of_phase",
+    "lag_one",
+    "morlet",
+    "octaves",
+    "periods_of_phase",
+    "red_noise",
+    "threshold",
+]

@@ -1,0 +1,216 @@
+"""The contract of every published estimator: chunks, states, faults, time, refusals."""
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.published import (
+    ImpulseDensity,
+    ImpulseInterval,
+    Okamoto,
+    RoughnessStatus,
+    ShortTimeSpectrum,
+    ZeroCrossing,
+)
+
+CLASSES = (ImpulseDensity, ImpulseInterval, ZeroCrossing, ShortTimeSpectrum, Okamoto)
+every = pytest.mark.parametrize(
+    "make",
+    [lambda cls=cls, variant=variant, **more: cls(variant=variant, **more)
+     for cls in CLASSES for variant in ("as_printed", "corrected")],
+    ids=[f"{cls.__name__}-{variant}" for cls in CLASSES for variant in ("as_printed", "corrected")],
+)  # fmt: skip
+
+
+def same(first, second) -> bool:
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first, second, strict=True))
+
+
+def joined(answers):
+    return [np.concatenate(values) for values in zip(*answers, strict=True)]
+
+
+def spoilt(rows: np.ndarray) -> np.ndarray:
+    """A hard record: NaN bursts, infinities, missing velocities, a step, a still stretch."""
+    rows = rows.copy()
+    rows[300:310, 0] = np.nan
+    rows[500, 0] = np.inf
+    rows[600:620, 1] = np.nan
+    rows[700:, 0] += 40.0
+    rows[900:1150] = rows[900]
+    rows[900:1150, 1] = 0.0
+    return rows
+
+
+@every
+def test_chunks_and_single_samples_change_no_bit(make, grating):
+    rows = spoilt(grating(1.2, "act1", seconds=1.6))
+    whole = make().process(rows)
+    single, chunked = make(), make()
+    assert same(joined([chunked.process(part) for part in np.split(rows, [1, 7, 307, 308, 911])]), whole)
+    one_by_one = [single.update(tuple(row)) for row in rows.tolist()]
+    assert same([np.array(values) for values in zip(*one_by_one, strict=True)], whole)
+
+
+@every
+def test_a_saved_state_goes_on_bit_for_bit_and_reset_forgets(make, grating):
+    rows = spoilt(grating(1.8, seconds=1.6))
+    first, second = make(), make()
+    first.process(rows[:805])
+    second.process(rows[::-1])
+    second.state = pickle.loads(pickle.dumps(first.state))
+    assert second.state == first.state or repr(second.state) == repr(first.state)
+    assert same(first.process(rows[805:]), second.process(rows[805:]))
+    second.reset()
+    assert same(second.process(rows), make().process(rows))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        first.state.last_time_s = 0.0
+
+
+@every
+def test_a_state_of_another_window_is_refused(make):
+    with pytest.raises(InputError, match="window"):
+        make().state = make(window_s=0.123).state
+
+
+@every
+def test_faults_are_answered_with_a_status_and_leave_no_trace(make, grating):
+    rows = grating(1.2, seconds=2.0)
+    clean = make().process(rows)
+    rows[400:410, 0] = np.nan
+    rows[600, 0] = 1e9
+    answer = make(saturation=100.0).process(rows)
+    assert (answer.status[400:410] == RoughnessStatus.MISSING).all()
+    assert answer.status[600] == RoughnessStatus.SATURATED
+    assert np.isnan(answer.wavelength_mm[400:410]).all() and np.isnan(answer.frequency_Hz[600])
+    assert answer.status[411] in (RoughnessStatus.GAP, RoughnessStatus.OK)
+    settled = slice(1200, None)
+    np.testing.assert_allclose(answer.frequency_Hz[settled], clean.frequency_Hz[settled], rtol=0.02)
+    assert (answer.status[settled] == clean.status[settled]).all()
+    assert set(answer.sentence) <= {status.sentence for status in RoughnessStatus}
+
+
+@every
+def test_standstill_unknown_velocity_and_a_dead_gauge(make, grating):
+    rows = grating(1.2, seconds=1.5)
+    unknown = make().process(np.column_stack([rows[:, 0], np.full(len(rows), np.nan)]))
+    assert (unknown.status[-50:] == RoughnessStatus.NO_VELOCITY).all()
+    assert np.isfinite(unknown.frequency_Hz[-50:]).all() and np.isnan(unknown.wavelength_mm).all()
+    still = make().process(np.column_stack([rows[:, 0], np.zeros(len(rows))]))
+    assert (still.status[-50:] == RoughnessStatus.STANDSTILL).all()
+    dead = make().process(np.column_stack([np.full(len(rows), 3.0), rows[:, 1]]))
+    assert (dead.status[-50:] == RoughnessStatus.SILENT).all()
+    assert make().update(rows[0]).status == RoughnessStatus.WARMING_UP
+
+
+@every
+def test_times_make_gaps_and_duplicates_known(make, grating):
+    rows = grating(1.2, seconds=1.5)
+    time = np.arange(len(rows)) / 1000.0
+    timed = np.column_stack([rows, time])
+    jitter = timed.copy()
+    jitter[:, 2] += np.random.default_rng(3).uniform(-2e-4, 2e-4, len(rows))
+    assert same(make().process(jitter), make().process(rows)), "jitter below half a period changes nothing"
+    doubled = np.repeat(timed, 2, axis=0)
+    answer = make().process(doubled)
+    assert (answer.status[1::2] == RoughnessStatus.DUPLICATE).all()
+    assert same([values[0::2] for values in answer], make().process(rows))
+    holed = np.delete(timed, np.arange(700, 720), axis=0)
+    missing = rows.copy()
+    missing[700:720, 0] = np.nan
+    expected = [np.delete(values, np.arange(700, 720)) for values in make().process(missing)]
+    assert same(make().process(holed), expected)
+    parts = make()
+    assert same(joined([parts.process(part) for part in np.split(holed, [333, 700, 701])]), expected)
+
+
+@every
+def test_what_the_sampling_rate_cannot_show_is_refused(make, grating):
+    rows = grating(1.2, seconds=1.5)
+    rows[:, 1] = 300.0
+    fast = make(wavelength_range_mm=(0.4, 6.0)).process(rows)
+    assert (fast.status[-50:] == RoughnessStatus.ALIASED).all() and np.isnan(fast.wavelength_mm).all()
+    flicker = np.column_stack([np.tile([1.0, 1.0, -1.0, -1.0, 1.0, -1.0], 250), np.full(1500, 100.0)])
+    answer = make().process(flicker)
+    assert not (np.isfinite(answer.frequency_Hz) & (answer.frequency_Hz > 500)).any()
+
+
+@every
+def test_other_rates_integer_counts_and_float32(make, grating):
+    rows = grating(2.4, snr_dB=60, seconds=3.0, rate=2500.0)
+    answer = make(sample_rate_Hz=2500.0).process(rows)
+    truth = rows[-1, 1] / 2.4
+    literal = 2 if make().__class__ is ImpulseInterval and make().variant == "as_printed" else 1
+    tolerance = 25.0 if make().__class__ is Okamoto else 8.0
+    assert abs(np.nanmedian(answer.frequency_Hz[-1000:]) - literal * truth) < tolerance
+    counts = np.column_stack([np.round(rows[:, 0] * 400), rows[:, 1]])
+    coarse = make(sample_rate_Hz=2500.0).process(counts.astype(np.float32))
+    assert np.isfinite(coarse.frequency_Hz[-1000:]).mean() > 0.9
+    assert same(coarse, make(sample_rate_Hz=2500.0).process(counts.astype(np.float32).astype(float)))
+    single = make(sample_rate_Hz=2500.0)
+    first = [single.update(row) for row in counts[:600].astype(np.float32)]
+    assert same([np.array(values) for values in zip(*first, strict=True)], [values[:600] for values in coarse])
+
+
+@every
+def test_a_long_stream_leaves_no_rounding_behind(make, grating):
+    """A spike of 1e12 in running sums would be felt forever; a window later nothing may be left of it."""
+    rows = grating(1.2, seconds=2.0)
+    fresh, used = make(), make()
+    spike = rows[:900].copy()
+    spike[::7, 0] = 1e12
+    used.process(spike)
+    still = np.column_stack([np.zeros(1500), np.full(1500, 100.0)])
+    used.process(still)
+    fresh.process(still)
+    a, b = used.process(rows), fresh.process(rows)
+    assert same([values[700:] for values in a], [values[700:] for values in b])
+
+
+@every
+def test_memory_is_constant(make, grating):
+    estimator = make()
+    rows = grating(1.2, seconds=1.0)
+    estimator.process(rows)
+    before = len(pickle.dumps(estimator.state))
+    for _ in range(5):
+        estimator.process(rows)
+    assert abs(len(pickle.dumps(estimator.state)) - before) < 200
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({"variant": "better"}, "variant must be one of as_printed, corrected, got 'better'"),
+        ({"window_s": 0.001}, "window_s must hold at least 8 samples"),
+        ({"sample_rate_Hz": 0}, "sample_rate_Hz must be greater than 0"),
+        ({"wavelength_range_mm": (3, 1)}, "wavelength_range_mm must rise, got 3 and 1"),
+        ({"wavelength_range_mm": 3}, "wavelength_range_mm must be two numbers"),
+        ({"saturation": math.nan}, "saturation .* must be greater than 0"),
+    ],
+)
+@pytest.mark.parametrize("cls", CLASSES)
+def test_unusable_parameters_are_refused(cls, arguments, message):
+    with pytest.raises(InputError, match=message):
+        cls(**arguments)
+
+
+@every
+def test_unusable_blocks_and_samples_are_refused(make):
+    with pytest.raises(InputError, match="n x 2 .* got 4 x 5"):
+        make().process(np.zeros((4, 5)))
+    with pytest.raises(InputError, match="got 1 values"):
+        make().update((1.0,))
+    empty = make().process(np.zeros((0, 2)))
+    assert empty.status.shape == (0,)
+
+
+def test_specific_parameters_are_refused():
+    with pytest.raises(InputError, match="hop_s must be between one sample and window_s, got 0.3 s"):
+        ShortTimeSpectrum(hop_s=0.3)
+    with pytest.raises(InputError, match="high_pass_Hz must be below half of sample_rate_Hz, got 500"):
+        ZeroCrossing(high_pass_Hz=500.0)

@@ -1,0 +1,172 @@
+"""What each published method answers, as printed and corrected, against what is known of it."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.published import (
+    ImpulseDensity,
+    ImpulseInterval,
+    Okamoto,
+    ShortTimeSpectrum,
+    ZeroCrossing,
+    expected_error,
+    fit_amplitude,
+    optimal_period,
+    wavelength_of_optimum,
+)
+from papilla.estimators.published.corpuscle import Corpuscle
+
+WAVELENGTHS = (0.6, 1.2, 1.8, 2.4, 3.0)
+LONGER = WAVELENGTHS[1:]
+
+
+def grooves(speed=60.0, wavelength=3.0, seconds=1.0, rate=1000.0):
+    """The record of the 2006 paper's figure 2 without noise: the reading drops into each groove and rises out of it."""
+    position = speed * np.arange(round(seconds * rate)) / rate + 0.013
+    inside = position % wavelength / wavelength
+    reading = np.interp(inside, [0, 0.04, 0.5, 0.54, 1], [0, -1, -1, 0, 0])
+    return np.column_stack([reading, np.full(len(reading), speed)])
+
+
+def test_two_impulses_a_groove_and_the_printed_example():
+    rows = grooves()
+    impulses, _, _ = Corpuscle(200, np.inf, corrected=False).fire(rows[:, 0].tolist())
+    falling, rising = (np.flatnonzero(np.array(impulses) == edge) for edge in (-1, 1))
+    assert (np.diff(falling[2:]) == 50).all() and (np.diff(rising[2:]) == 50).all(), "0.050 s apart at 60 mm/s"
+    answer = ImpulseDensity().process(rows)
+    assert answer.frequency_Hz[-1] == 20.0 and answer.wavelength_mm[-1] == pytest.approx(3.0)
+
+
+def test_the_interval_read_literally_is_twice_the_frequency_and_corrected_is_it():
+    literal = ImpulseInterval().process(grooves())
+    corrected = ImpulseInterval(variant="corrected").process(grooves())
+    assert np.median(literal.frequency_Hz[300:]) == pytest.approx(40.0, rel=0.03)
+    np.testing.assert_allclose(corrected.frequency_Hz[300:], 20.0)
+    np.testing.assert_allclose(corrected.wavelength_mm[300:], 3.0)
+
+
+def test_density_by_hand():
+    """Equations (1)-(4) written out once more, sample by sample, over a whole record."""
+    rows = np.round(grooves(speed=83.0, wavelength=1.7), 3)
+    x = np.abs(np.diff(rows[:, 0], prepend=np.nan)) * 1000
+    above = np.zeros(len(x), bool)
+    for k in range(1, len(x)):
+        above[k] = x[k] > 1.5 * np.nanmean(x[max(k - 199, 0) : k + 1])
+    pulses = above & ~np.concatenate([[False], above[:-1]])
+    answer = ImpulseDensity().process(rows)
+    for k in range(220, len(x), 37):
+        count = pulses[k - 199 : k + 1].sum()
+        assert answer.frequency_Hz[k] == pytest.approx(count / (2 * 0.2))
+        assert answer.wavelength_mm[k] == pytest.approx(83.0 * 2 * 0.2 / count)
+
+
+def test_the_printed_threshold_loses_the_finest_grating_and_the_corrected_does_not(grating, rms_error):
+    answer = ImpulseDensity().process(grating(0.6, snr_dB=40.0))
+    assert 1.7 < np.nanmedian(answer.wavelength_mm[1000:]) / 0.6 < 2.05
+    assert rms_error(ImpulseDensity, WAVELENGTHS, snr_dB=40.0) > 0.3
+    assert rms_error(lambda: ImpulseDensity(variant="corrected"), WAVELENGTHS, snr_dB=40.0) < 0.04
+    assert rms_error(lambda: ImpulseInterval(variant="corrected"), WAVELENGTHS, snr_dB=40.0) < 0.04
+
+
+def test_the_figures_of_the_docstrings(rms_error):
+    corrected = {"variant": "corrected"}
+    assert rms_error(ZeroCrossing, WAVELENGTHS) == pytest.approx(0.127, abs=0.02)
+    assert rms_error(lambda: ZeroCrossing(**corrected), WAVELENGTHS, "act2") < 0.17 < 0.33
+    assert rms_error(ZeroCrossing, WAVELENGTHS, "act2") > 0.33
+    assert rms_error(ShortTimeSpectrum, WAVELENGTHS) == pytest.approx(0.031, abs=0.01)
+    assert rms_error(lambda: ShortTimeSpectrum(**corrected), WAVELENGTHS) < 0.001
+    assert rms_error(ShortTimeSpectrum, WAVELENGTHS, "act1") > 1.0
+    assert rms_error(Okamoto, WAVELENGTHS) == pytest.approx(0.17, abs=0.03)
+    assert rms_error(lambda: Okamoto(**corrected), WAVELENGTHS) < 0.005
+    assert rms_error(lambda: Okamoto(**corrected), WAVELENGTHS, "act2") < 0.11
+    assert rms_error(Okamoto, WAVELENGTHS, "act2") == pytest.approx(0.20, abs=0.04)
+
+
+def test_okamoto_is_better_below_two_millimetres(rms_error):
+    short = rms_error(Okamoto, (0.6, 1.0, 1.4), "act2", seeds=(0,))
+    long = rms_error(Okamoto, (2.2, 2.6, 3.0), "act2", seeds=(0,))
+    assert short < long
+
+
+@pytest.mark.parametrize("window_s", [0.1, 0.2])
+@pytest.mark.parametrize("variant", ["as_printed", "corrected"])
+def test_power_is_the_spectral_density_of_the_line(variant, window_s):
+    """A sinusoid of amplitude a in a window of T seconds without taper has the density a^2 T / 2 at its line."""
+    time = np.arange(600) / 1000
+    rows = np.column_stack([3.0 * np.sin(2 * np.pi * 50 * time + 0.3), np.full(600, 100.0)])
+    answer = ShortTimeSpectrum(variant=variant, window_s=window_s).process(rows)
+    spread = 1.0 if variant == "as_printed" else 1.5  # equivalent noise bandwidth of the Hann taper
+    assert answer.power[-1] == pytest.approx(0.5 * 9.0 * window_s / spread, rel=0.02)
+    assert answer.frequency_Hz[-1] == pytest.approx(50.0, abs=0.02)
+
+
+def test_matrix_and_transform_are_the_same_spectrum(grating):
+    rows = grating(1.8)
+    by_matrix, by_transform = (ShortTimeSpectrum(variant="corrected", window_s=0.1) for _ in range(2))
+    assert by_matrix._matrix is not None
+    by_transform._matrix = None
+    a, b = by_matrix.process(rows), by_transform.process(rows)
+    np.testing.assert_allclose(a.frequency_Hz, b.frequency_Hz, rtol=1e-9)
+    np.testing.assert_allclose(a.power, b.power, rtol=1e-9)
+
+
+def test_spectra_are_held_between_hops(grating):
+    answer = ShortTimeSpectrum().process(grating(1.8))
+    changes = np.flatnonzero(np.diff(answer.power[250:]) != 0)
+    assert changes.size and (np.diff(changes) % 10 == 0).all()
+
+
+def test_008_s_is_the_optimum_of_three_and_a_half_millimetres_in_natural_touch():
+    assert wavelength_of_optimum(0.08, 100.0, 1.0) == pytest.approx(3.48, abs=0.01)
+    assert optimal_period(wavelength_of_optimum(0.08, 150.0, 0.9), 150.0, 0.9) == pytest.approx(0.08)
+    for wavelength, speed, touch in ((3.48, 100.0, 1.0), (2.0, 200.0, 0.7)):
+        periods = np.linspace(0.02, 0.3, 2801)
+        best = periods[np.argmin(expected_error(periods, wavelength, speed, touch))]
+        assert best == pytest.approx(optimal_period(wavelength, speed, touch), rel=0.02)
+
+
+def test_the_expected_error_is_what_counting_does():
+    """Whole periods counted over A in a sinusoidal touch: two whole cycles, many phases, against the formula."""
+    wavelength, speed, touch, rate = 1.3, 100.0, 1.0, 2000.0
+    time = np.arange(round(3 * rate)) / rate
+    position = speed / (2 * np.pi * touch) * (1 - np.cos(2 * np.pi * touch * time))
+    truth = speed / wavelength * np.sin(2 * np.pi * touch * time)
+    cycles = slice(round(rate), None)
+    for period in (0.06, 0.1, 0.15):
+        width, squares = round(period * rate), []
+        for phase in np.random.default_rng(5).uniform(0, 1, 60):
+            # Signed: a period passed backwards counts back, so that the mean is v / wavelength at reversals too.
+            passed = np.floor(position / wavelength + phase)
+            count = passed - np.roll(passed, width)
+            squares.append(np.mean((count / period - truth)[cycles] ** 2))
+        assert np.sqrt(np.mean(squares)) == pytest.approx(expected_error(period, wavelength, speed, touch), rel=0.03)
+
+
+def test_expected_error_refuses_what_is_not_positive():
+    with pytest.raises(InputError, match="period_s must be positive"):
+        expected_error([0.1, 0.0], 1.0, 100.0, 1.0)
+    with pytest.raises(InputError, match="wavelength_mm must be greater than 0"):
+        optimal_period(0.0, 100.0, 1.0)
+
+
+def test_amplitude_over_wavelength_is_a_quartic():
+    wavelength = np.linspace(0.8, 2.0, 9)
+    truth = np.array([0.7, -4.1, 8.2, -6.4, 1.9])
+    fit = fit_amplitude(wavelength, np.polyval(truth, wavelength))
+    np.testing.assert_allclose(fit.coefficients, truth, rtol=1e-8)
+    assert fit.r_squared == pytest.approx(1.0) and fit.freedom == 4
+    noisy = np.polyval(truth, wavelength) + 0.02 * np.random.default_rng(1).normal(size=9)
+    other = fit_amplitude(wavelength, noisy)
+    assert other.r_squared == pytest.approx(
+        1 - np.sum((noisy - other(wavelength)) ** 2) / np.sum((noisy - noisy.mean()) ** 2)
+    )
+    assert 0.5 < other.r_squared < 1.0
+    with pytest.raises(InputError, match="must lie between 0.8 and 2"):
+        fit(2.1)
+    with pytest.raises(InputError, match="5 different wavelengths, got 4"):
+        fit_amplitude([1, 2, 3, 4, 4], [1, 2, 3, 4, 5])
+    with pytest.raises(InputError, match="two equal columns"):
+        fit_amplitude([1, 2, 3], [1, 2])
+    with pytest.raises(InputError, match="finite"):
+        fit_amplitude([1, 2, 3, 4, np.nan], [1, 2, 3, 4, 5])

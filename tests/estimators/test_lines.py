@@ -1,0 +1,160 @@
+"""Spectral lines of a log in the position domain, their background, their sigma, and lags between channels."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.background import fit_background
+from papilla.estimators.channel_lags import channel_lags
+from papilla.estimators.lines import find_lines, travelled
+
+
+def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
+    """(n, channels) first-order autoregressive noise."""
+    noise = np.random.default_rng(seed).normal(size=(count, channels))
+    for row in range(1, count):
+        noise[row] += correlation * noise[row - 1]
+    return noise
+
+
+def test_a_weak_line_under_drift_and_a_strong_long_line():
+    """The hard case of ridged boards: drift and a long component much stronger than the line that is asked for."""
+    position = np.arange(1080) * 0.14
+    generator = np.random.default_rng(2)
+    line = np.outer(np.cos(2 * np.pi * position / 3.99), generator.uniform(0.5, 1.5, 6))
+    strong = np.outer(np.cos(2 * np.pi * position / 20.3 + 1.0), generator.uniform(10, 20, 6))
+    drift = np.outer(40 * (position / 150) ** 2 - 30 * np.exp(-position / 40), np.ones(6))
+    readings = np.round(line + strong + drift + 100 + generator.normal(0, 1, (1080, 6)))
+    near = find_lines(position, readings, wavelength_range_mm=(1, 8))
+    assert near.lines[0].wavelength_mm == pytest.approx(3.99, rel=2e-3)
+    assert near.lines[0].amplitude == pytest.approx(np.sqrt(np.mean(np.max(np.abs(line), axis=0) ** 2)), rel=0.1)
+    everything = find_lines(position, readings)
+    first, second = everything.lines[:2]
+    assert first.wavelength_mm == pytest.approx(20.3, rel=0.01) and second.wavelength_mm == pytest.approx(
+        3.99, rel=2e-3
+    )
+    sizes = [line.amplitude for line in everything.lines]
+    assert sizes == sorted(sizes, reverse=True)
+    far = find_lines(position, readings, wavelength_range_mm=(10, 40))
+    assert far.lines[0].wavelength_mm == pytest.approx(20.3, rel=0.01)
+
+
+@pytest.mark.parametrize("correlation, channels", [(0.0, 1), (0.9, 2), (1.0, 2)])
+def test_background_alone_gives_no_lines(correlation, channels):
+    """1 % of logs may show a line; of 60 more than 4 would have a chance of 3e-4."""
+    found = [bool(find_lines(np.arange(800) * 0.1, red(800, channels, correlation, seed)).lines) for seed in range(60)]
+    assert sum(found) <= 4
+
+
+def test_sigma_is_true():
+    """RMS of error over stated sigma, 80 seeds, one channel in red noise."""
+    position, ratios = np.arange(1500) * 0.1, []
+    for seed in range(80):
+        phase = np.random.default_rng(seed).uniform(0, 6)
+        readings = red(1500, 1, 0.7, 500 + seed)[:, 0] + 1.2 * np.cos(2 * np.pi * position / 4.0 + phase)
+        line = find_lines(position, readings, wavelength_range_mm=(2, 8)).lines[0]
+        ratios.append((line.wavelength_mm - 4.0) / line.sigma_mm)
+    assert 0.75 < np.sqrt(np.mean(np.square(ratios))) < 1.3
+
+
+def test_the_wavelength_does_not_depend_on_how_the_finger_moved():
+    time = np.arange(4000) / 500
+    for velocity in (
+        10 + 6 * np.sin(2 * np.pi * 0.7 * time),
+        20 * np.sin(2 * np.pi * 0.11 * time),
+        np.full(4000, -9.0),
+    ):
+        position = travelled(time, velocity)
+        readings = np.sin(2 * np.pi * position / 1.7) + np.random.default_rng(1).normal(0, 0.3, 4000)
+        found = find_lines(position, readings)
+        assert found.lines[0].wavelength_mm == pytest.approx(1.7, rel=2e-3)
+
+
+def test_scale_and_offset_change_nothing_but_the_amplitude():
+    position = np.arange(900) * 0.1
+    readings = red(900, 2, 0.5, 1) + 2 * np.cos(2 * np.pi * position / 3)[:, None]
+    one, other = find_lines(position, readings), find_lines(position, 1e-6 * readings - 5e-4)
+    assert len(one.lines) == len(other.lines) > 0
+    for a, b in zip(one.lines, other.lines, strict=True):
+        assert b.wavelength_mm == pytest.approx(a.wavelength_mm, rel=1e-5)
+        assert b.amplitude == pytest.approx(1e-6 * a.amplitude, rel=1e-4)
+
+
+def test_harmonics_are_named():
+    position = np.arange(2000) * 0.1
+    wave = np.cos(2 * np.pi * position / 12) + 0.4 * np.cos(6 * np.pi * position / 12 + 1)
+    lines = find_lines(position, wave + np.random.default_rng(0).normal(0, 0.3, 2000)).lines
+    assert [(round(line.wavelength_mm, 1), line.harmonic) for line in lines[:2]] == [(12.0, 1), (4.0, 3)]
+    assert lines[1].fundamental_mm == lines[0].wavelength_mm
+
+
+def test_faulty_rows_and_channels_are_counted_not_hidden():
+    position = np.arange(900) * 0.1
+    readings = np.column_stack([np.cos(2 * np.pi * position / 3 + k) for k in range(3)])
+    readings = readings + np.random.default_rng(0).normal(0, 0.2, readings.shape)
+    readings[100:120, 1] = np.nan
+    dead, lost = np.full(900, 7.0), np.full(900, np.nan)
+    found = find_lines(position, np.column_stack([readings, dead, lost]))
+    assert (found.unused_samples, found.unused_channels) == (20, 2)
+    assert found.lines[0].wavelength_mm == pytest.approx(3, rel=2e-3)
+
+
+def test_what_can_be_searched_is_stated_and_the_rest_refused():
+    position, readings = np.arange(400) * 0.5, red(400, 1, 0.0, 3)
+    found = find_lines(position, readings, wavelength_range_mm=(0.2, 500))
+    assert found.searched_mm == pytest.approx((1.1, 199.5 / 3))
+    with pytest.raises(InputError, match="no wavelength of the 0.1 to 0.9 mm asked for can be searched"):
+        find_lines(position, readings, wavelength_range_mm=(0.1, 0.9))
+    with pytest.raises(InputError, match="wavelength_range_mm must rise, got 8 and 1"):
+        find_lines(position, readings, wavelength_range_mm=(8, 1))
+    with pytest.raises(InputError, match="the position never changes"):
+        find_lines(np.zeros(400), readings)
+    with pytest.raises(InputError, match="no channel has changing"):
+        find_lines(position, np.ones(400))
+    with pytest.raises(InputError, match="needs 16 rows .* got 3"):
+        find_lines(position[:3], readings[:3])
+    with pytest.raises(InputError, match="do not fit"):
+        find_lines(position, readings[:-1])
+    with pytest.raises(InputError, match="must not fall; it does after row 1"):
+        travelled([0, 1, 0.5], 3.0)
+    with pytest.raises(InputError, match="finite"):
+        travelled([0, 1], [np.nan, 1])
+
+
+def test_the_background_is_found_under_lines():
+    generator = np.random.default_rng(4)
+    k = np.arange(2, 400) / 150
+    truth = 3 * k**-2.0 + 0.5
+    power = truth * generator.chisquare(8, k.size) / 8
+    power[[37, 60, 200]] *= 80
+    found = fit_background(k, power)
+    np.testing.assert_allclose(found.power(k), truth, rtol=0.25)
+    assert 5 < found.freedom < 12
+    assert found.chance(found.threshold(1e-4)) == pytest.approx(1e-4)
+    with pytest.raises(InputError, match="8 lines"):
+        fit_background(k[:5], power[:5])
+    with pytest.raises(InputError, match="positive and finite"):
+        fit_background(k, 0 * power)
+
+
+@pytest.mark.parametrize("speed", [5.0, 20.0])
+def test_lags_are_lengths_at_every_speed(speed):
+    time = np.arange(round(150 / speed * 100)) / 100
+    position = travelled(time, speed)
+    places = np.array([0.0, 0.7, -1.1, 1.4])
+    wave = np.cos(2 * np.pi * (position[:, None] - places) / 4.0) * [1, 2, 0.5, 1]
+    readings = wave + np.random.default_rng(0).normal(0, 0.4, wave.shape)
+    lags = channel_lags(position, readings, 4.0)
+    assert lags.reference == 1
+    off = (lags.lag_mm - (places - places[1]) + 2) % 4 - 2
+    assert np.sqrt(np.mean((off[[0, 2, 3]] / lags.sigma_mm[[0, 2, 3]]) ** 2)) < 2.5
+    assert np.abs(off).max() < 0.1 and lags.sigma_mm.max() < 0.1
+    np.testing.assert_allclose(lags.amplitude, [1, 2, 0.5, 1], atol=0.1)
+
+
+def test_lags_refuse_what_has_none():
+    position = np.arange(400) * 0.1
+    with pytest.raises(InputError, match="two or more channels"):
+        channel_lags(position, red(400, 1, 0, 0), 4.0)
+    with pytest.raises(InputError, match="a path of two wavelengths, got 39.9 mm"):
+        channel_lags(position, red(400, 2, 0, 0), 30.0)

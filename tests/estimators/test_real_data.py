@@ -1,0 +1,97 @@
+"""Real measurements: ridged boards and fabrics under a finger of 16 channels (FabricSlide, Wang et al. 2022).
+
+They are not part of the project: looked for in $PAPILLA_DATA or in ../shared/data beside it, else skipped. The width
+of a board's ridges is read from its file's name only to know what is right, never by an estimator.
+"""
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from papilla.estimators.channel_lags import channel_lags
+from papilla.estimators.lines import find_lines, travelled
+from papilla.estimators.texture import log_band_features, split_by_repetition, windows
+
+DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
+BOARDS = sorted((DATA / "fabricslide_board").glob("*.csv"))
+FABRICS = sorted((DATA / "fabricslide_fabric").glob("*.csv"))
+NAME = re.compile(r"(?P<what>[A-Za-z]+?)(?P<ridge>\d+mm)?_F(?P<press>\d+)_V-(?P<speed>\d+)mmps_(?P<repetition>\d+)")
+TRUTH_MM = {"2mm": 3.99, "10mm": 19.88}
+RANGES_MM = {"2mm": (1.0, 8.0), "10mm": (10.0, 40.0)}
+TOLERANCE = {"2mm": 0.01, "10mm": 0.015}
+
+boards = pytest.mark.skipif(not BOARDS, reason=f"no real measurements of boards in {DATA}")
+fabrics = pytest.mark.skipif(not FABRICS, reason=f"no real measurements of fabrics in {DATA}")
+
+
+def recorded(path: Path):
+    """What the name says, times in s, 16 channels, and the position from the stated speed."""
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    about = NAME.match(path.stem).groupdict()
+    return about, table[:, 3:], travelled(table[:, 0] / 1e3, float(about["speed"]))
+
+
+@boards
+@pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
+def test_with_speed_and_range_every_board_is_right(path):
+    about, channels, position = recorded(path)
+    ridge = about["ridge"]
+    found = find_lines(position, channels, wavelength_range_mm=RANGES_MM[ridge])
+    assert found.lines[0].wavelength_mm == pytest.approx(TRUTH_MM[ridge], rel=TOLERANCE[ridge])
+    assert found.lines[0].chance < 1e-3
+    assert found.unused_channels == found.unused_samples == 0
+
+
+@boards
+@pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
+def test_without_a_range_the_board_is_among_the_lines_strongest_first(path):
+    about, channels, position = recorded(path)
+    ridge = about["ridge"]
+    lines = find_lines(position, channels).lines
+    assert any(abs(line.wavelength_mm / TRUTH_MM[ridge] - 1) < TOLERANCE[ridge] for line in lines)
+    assert any(abs(line.wavelength_mm / 20 - 1) < 0.03 for line in lines), "the 20 mm component is on every board"
+    sizes = [line.amplitude for line in lines]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+@boards
+@pytest.mark.parametrize("ridge", TRUTH_MM)
+def test_lags_between_channels_are_lengths_at_both_speeds(ridge):
+    """Over all runs of a board, lags against a channel that is good in all of them repeat within 0.15 of a wave."""
+    runs = [recorded(path) for path in BOARDS if f"Board{ridge}_" in path.name]
+    assert len({about["speed"] for about, _, _ in runs}) > 1
+    lags = []
+    for _, channels, position in runs:
+        line = find_lines(position, channels, wavelength_range_mm=RANGES_MM[ridge]).lines[0]
+        found = channel_lags(position, channels, line.wavelength_mm)
+        lags.append((found.lag_mm / line.wavelength_mm, found.sigma_mm / line.wavelength_mm))
+    turns, sigma = (np.array(values) for values in zip(*lags, strict=True))
+    known = np.flatnonzero(sigma.max(axis=0) < 0.03)
+    assert len(known) >= 4, "channels in which the line stands out in every run"
+    relative = turns[:, known] - turns[:, known[:1]]
+    centre = np.angle(np.exp(2j * np.pi * relative).mean(axis=0)) / (2 * np.pi)
+    off = (relative - centre + 0.5) % 1 - 0.5
+    assert np.sqrt(np.mean(off**2)) < 0.06 and np.abs(off).max() < 0.15
+
+
+@fabrics
+def test_fabrics_are_told_apart_on_a_repetition_that_was_not_trained_on():
+    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+    runs: dict = {}
+    for path in FABRICS:
+        about, channels, _ = recorded(path)
+        times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0) / 1e3
+        rate = (len(times) - 1) / (times[-1] - times[0])
+        features = [log_band_features(window, rate, 4) for window in windows(channels, 96)]
+        runs.setdefault((about["press"], about["speed"]), []).append((about, features))
+    assert len(runs) >= 3
+    for condition in runs.values():
+        features = np.concatenate([own for _, own in condition])
+        labels = np.concatenate([[about["what"]] * len(own) for about, own in condition])
+        repetitions = np.concatenate([[about["repetition"]] * len(own) for about, own in condition])
+        found = split_by_repetition(features, labels, repetitions, neighbours=3)
+        assert len(found.labels) == 7
+        assert found.accuracy > 0.7 and found.low > 0.6, "chance is 0.14"

@@ -1,0 +1,260 @@
+"""Bands, concordance, outliers, scores, nearest neighbours: against tables, definitions and known signals."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError, MissingExtraError
+from papilla.estimators.texture import (
+    band_amplitudes,
+    best_band,
+    concordance,
+    grubbs_critical,
+    grubbs_outliers,
+    leave_m_out,
+    log_band_features,
+    matching_band,
+    normalised_scores,
+    printed_bands,
+    random_bands,
+    split_by_repetition,
+    windows,
+)
+
+RATE = 2000.0
+LARGE = [494, 395, 516, 434, 476, 557, 413, 442, 650, 433, 417, 656, 267, 478, 178, 423, 427]
+MINI = [512, 430, 520, 428, 500, 600, 364, 380, 658, 445, 432, 626, 260, 477, 259, 350, 451]
+
+
+def shaped(exponent: float, seed: int, count=8000) -> np.ndarray:
+    """Noise whose amplitude spectrum is exactly (1 + f / 60)^-exponent, with random phases."""
+    frequency = np.fft.rfftfreq(count, 1 / RATE)
+    phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, frequency.size)
+    return np.fft.irfft((1 + frequency / 60) ** -exponent * np.exp(1j * phase), count)
+
+
+def test_a_sinusoid_is_counted_in_its_band_with_its_amplitude():
+    time = np.arange(4000) / RATE
+    found = band_amplitudes(5 + 3 * np.sin(2 * np.pi * 40 * time), RATE, [1, 30, 50, 200])
+    np.testing.assert_allclose(found, [0, 3 * 0.5, 0], atol=1e-9)
+    two = band_amplitudes(np.column_stack([np.sin(80 * np.pi * time), np.cos(20 * np.pi * time)]), RATE, [5, 20, 60])
+    np.testing.assert_allclose(two, [[0, 0.5], [0.5, 0]], atol=1e-9)
+    split = band_amplitudes(shaped(0.5, 0), RATE, [10, 33.3, 90])
+    assert split.sum() == pytest.approx(band_amplitudes(shaped(0.5, 0), RATE, [10, 90])[0])
+
+
+def test_18_to_118_hz_is_a_corner_of_the_grid_and_not_of_the_fabric():
+    bands = printed_bands()
+    starts = [low for number, low, _ in bands if number == 7]
+    assert min(starts) == 18 and max(high for _, low, high in bands if low == 18 and high - low <= 100) == 118
+    for exponent in (0.25, 0.5, 1.0, 1.5):
+        for seed in range(3):
+            found = best_band(shaped(exponent, seed), RATE, bands)
+            assert (found.low_Hz, found.high_Hz, found.corner) == (18, 118, True)
+            assert "corner of the search grid" in found.sentence
+    peak = np.sin(2 * np.pi * 200 * np.arange(8000) / RATE) + 1e-4 * shaped(0.0, 1)
+    narrow = best_band(peak, RATE, bands)
+    assert narrow.low_Hz < 200 < narrow.high_Hz and not narrow.corner and "corner" not in narrow.sentence
+
+
+def test_random_search_finds_no_more_than_the_exhaustive_one_and_some_of_its_bands():
+    drawn, every = random_bands(300, seed=4), printed_bands()
+    assert set(drawn) <= set(every) and drawn == random_bands(300, seed=4) != random_bands(300, seed=5)
+    signal = shaped(0.5, 0)
+    assert best_band(signal, RATE, drawn).amplitude <= best_band(signal, RATE, every).amplitude
+    assert {number for number, _, _ in every} == set(range(1, 10))
+    first = [(low, high) for number, low, high in every if number == 1]
+    assert first == [(0, high) for high in range(1, 11)]
+
+
+def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_little():
+    scores = np.array([1.0, 2.0, 3.0, 4.0])
+    time = np.arange(4000) / RATE
+    tones = np.outer(np.sin(2 * np.pi * 70 * time), scores) + 3 * np.sin(2 * np.pi * 5 * time)[:, None]
+    records = tones + 1e-3 * np.random.default_rng(0).normal(size=tones.shape)
+    found = matching_band(records, RATE, scores, printed_bands())
+    assert found.low_Hz < 70 <= found.high_Hz and found.agreement.coefficient > 0.999
+    assert found.tried == len(printed_bands())
+    amplitude = band_amplitudes(records, RATE, [found.low_Hz, found.high_Hz])[0]
+    again = concordance(amplitude / amplitude.max(), scores / 4)
+    assert again.coefficient == pytest.approx(found.agreement.coefficient, abs=1e-6)
+    fixed, searched = [], []
+    frequency = np.fft.rfftfreq(4000, 1 / RATE)
+    for seed in range(20):
+        generator = np.random.default_rng(seed)
+        gains = np.exp(0.2 * generator.normal(size=(51, 4)))
+        level = np.column_stack([np.interp(frequency, np.arange(51) * 20, gain) for gain in gains.T])
+        phases = np.exp(2j * np.pi * generator.uniform(size=level.shape))
+        noise = np.fft.irfft(level * phases / (1 + frequency / 60)[:, None], 4000, axis=0)
+        drawn = generator.uniform(0.3, 1, 4)
+        searched.append(matching_band(noise, RATE, drawn, printed_bands()).agreement.coefficient)
+        fixed.append(matching_band(noise, RATE, drawn, [(7, 18, 118)]).agreement.coefficient)
+    assert np.median(searched) > 0.6 > 0.4 > np.median(fixed), "scores that have nothing to do with the records"
+    with pytest.raises(InputError, match="one for each record of samples"):
+        matching_band(records, RATE, scores[:3], printed_bands())
+    with pytest.raises(InputError, match="no band"):
+        matching_band(records, RATE, scores, [])
+
+
+def test_bands_refuse_what_they_cannot_show():
+    with pytest.raises(InputError, match="a rate of 35.6 Hz cannot show"):
+        best_band(np.ones(100), 35.6, printed_bands())
+    with pytest.raises(InputError, match="rise from 0 or more to at most 1000 Hz"):
+        band_amplitudes(shaped(1, 0), RATE, [10, 1200])
+    with pytest.raises(InputError, match="finite"):
+        band_amplitudes([np.nan] * 10, RATE, [1, 2])
+    with pytest.raises(InputError, match="no band"):
+        best_band(shaped(1, 0), RATE, [])
+    with pytest.raises(InputError, match="draws must be at least 1"):
+        random_bands(0, 1)
+
+
+def test_concordance_of_a_published_comparison():
+    """Peak flow by two meters (Bland and Altman 1986, 17 subjects): 0.943."""
+    found = concordance(LARGE, MINI)
+    assert found.coefficient == pytest.approx(0.943, abs=5e-4)
+    x, y = np.array(LARGE, float), np.array(MINI, float)
+    apart = np.mean((x[:, None] - y[None, :]) ** 2)
+    assert found.coefficient == pytest.approx(1 - np.mean((x - y) ** 2) / apart), "the definition by squared distance"
+    assert found.low < found.coefficient < found.high < 1
+    assert found.coefficient == pytest.approx(found.correlation * found.bias)
+    assert concordance(3 * x + 7, 3 * y + 7).low == pytest.approx(found.low)
+    shifted = concordance(x, y + 100)
+    assert shifted.correlation == pytest.approx(found.correlation) and shifted.coefficient < 0.7
+
+
+@pytest.mark.parametrize("shift, scale, rho", [(0.0, 1.0, 0.9), (0.5, 1.3, 0.8), (0.3, 1.0, 0.0)])
+def test_the_interval_covers_the_truth_as_often_as_it_says(shift, scale, rho):
+    generator, truth = np.random.default_rng(7), 2 * rho * scale / (1 + scale**2 + shift**2)
+    covered = 0
+    for _ in range(400):
+        x, e = generator.normal(size=(2, 40))
+        found = concordance(x, shift + scale * (rho * x + np.sqrt(1 - rho**2) * e))
+        covered += found.low <= truth <= found.high
+    assert 0.90 <= covered / 400 <= 0.985
+
+
+def test_four_fabrics_prove_little():
+    """0.985 of four pairs: the interval goes down to 0.8 even without any shift or difference of scale."""
+    x = np.array([1.0, 2.0, 3.0, 4.0])
+    found = concordance(x, x + np.array([0.19, -0.19, -0.19, 0.19]))
+    assert found.coefficient > 0.98 and found.low < 0.85
+    same = concordance(x, x)
+    assert same.coefficient == pytest.approx(1.0) and same.low == same.coefficient == same.high
+    with pytest.raises(InputError, match="4 or more"):
+        concordance([1, 2, 3], [1, 2, 3])
+    with pytest.raises(InputError, match="does not change"):
+        concordance([1, 1, 1, 1], [1, 2, 3, 4])
+    with pytest.raises(InputError, match="finite"):
+        concordance([1, 2, 3, np.nan], [1, 2, 3, 4])
+
+
+@pytest.mark.parametrize(
+    "count, one_sided, two_sided",
+    [(3, 1.153, 1.155), (4, 1.463, 1.481), (5, 1.672, 1.715), (10, 2.176, 2.290), (20, 2.557, 2.709)],
+)
+def test_critical_values_are_those_of_the_tables(count, one_sided, two_sided):
+    assert grubbs_critical(count, 0.05) == pytest.approx(two_sided, abs=1.1e-3)
+    assert grubbs_critical(count, 0.10) == pytest.approx(one_sided, abs=1.1e-3)
+
+
+def test_outliers_are_rejected_one_by_one_and_seldom_without_cause():
+    # The worked example of the NIST handbook: uranium isotope, 245.57 is an outlier.
+    assert grubbs_outliers([199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.57]).tolist() == [False] * 7 + [
+        True
+    ]
+    two = grubbs_outliers([10, 11, 12, 11, 10, 11, 12, 10, 11, 40, 500])
+    assert two.tolist() == [False] * 9 + [True, True]
+    generator = np.random.default_rng(0)
+    rate = np.mean([grubbs_outliers(generator.normal(size=12)).any() for _ in range(600)])
+    assert rate == pytest.approx(0.05, abs=0.025)
+    assert not grubbs_outliers([2.0, 2.0, 2.0]).any()
+    with pytest.raises(InputError, match="three or more"):
+        grubbs_outliers([1.0, 2.0])
+    with pytest.raises(InputError, match="three values or more, got 2"):
+        grubbs_critical(2)
+
+
+def test_scores_lose_the_scale_of_the_assessor_only():
+    truth = np.array([1.0, 2.0, 4.0, 3.0])
+    found = normalised_scores(np.outer([1.0, 10.0, 0.3], truth))
+    np.testing.assert_allclose(found / found[:, :1], np.tile(truth, (3, 1)))
+    np.testing.assert_allclose(found, found[:1].repeat(3, axis=0))
+    with pytest.raises(InputError, match="positive"):
+        normalised_scores([[1.0, -1.0]])
+
+
+def test_features_do_not_see_offset_or_trend_but_the_spectrum():
+    generator = np.random.default_rng(0)
+    window = generator.normal(size=(128, 3))
+    one = log_band_features(window, 35.6, 4)
+    other = log_band_features(window + 100 + np.linspace(0, 9, 128)[:, None], 35.6, 4)
+    assert one.shape == (12,)
+    np.testing.assert_allclose(one, other, atol=1e-9)
+    np.testing.assert_allclose(log_band_features(2 * window, 35.6, 4) - one, np.log(2))
+    assert [len(part) for part in windows(np.zeros((300, 2)), 128)] == [128, 128]
+    with pytest.raises(InputError, match="fewer than one window of 128"):
+        windows(np.zeros((100, 2)), 128)
+    with pytest.raises(InputError, match="does not change"):
+        log_band_features(np.ones((128, 1)), 35.6, 4)
+
+
+def test_without_scikit_learn_the_extra_is_named(monkeypatch):
+    for name in ("sklearn", "sklearn.neighbors"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(MissingExtraError, match=r"papilla\[texture\]"):
+        leave_m_out(np.arange(6.0)[:, None], [0, 0, 0, 1, 1, 1], 2, seed=0)
+
+
+def gratings(spread: float, seed: int):
+    """f_MP of two channel pairs of 24 runs over three gratings, the speed repeating within `spread`."""
+    generator = np.random.default_rng(seed)
+    labels = np.repeat([400, 440, 480], 8)
+    frequency = 26_000 / labels * (1 + spread * generator.normal(size=24))
+    return frequency[:, None] * (1 + 0.002 * generator.normal(size=(24, 2))), labels
+
+
+def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
+    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+    steady = leave_m_out(*gratings(0.005, 1), 21, seed=3, splits=50)
+    assert steady.accuracy == 1.0 and steady.tests == 50 * 21
+    assert steady.labels == (400, 440, 480) and np.trace(steady.confusion) == 50 * 21
+    worse = [leave_m_out(*gratings(spread, 1), 21, seed=3, splits=100).accuracy for spread in (0.01, 0.03, 0.10)]
+    assert worse == sorted(worse, reverse=True) and worse[-1] < 0.7
+    more = leave_m_out(*gratings(0.03, 1), 3, seed=3, splits=100)
+    assert more.accuracy > worse[1], "more training runs help"
+    again = leave_m_out(*gratings(0.03, 1), 3, seed=3, splits=100)
+    assert np.array_equal(again.confusion, more.confusion)
+
+
+def test_repetitions_are_never_mixed():
+    """Runs that differ by their repetition only: random folds would tell labels apart that a new run does not."""
+    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+    generator = np.random.default_rng(0)
+    labels, runs = np.repeat([0, 1], 40), np.tile(np.repeat([0, 1], 20), 2)
+    mounting = np.array([[0.0, 30.0], [40.0, 10.0]])
+    features = mounting[labels, runs][:, None] + generator.normal(size=(80, 1))
+    honest = split_by_repetition(features, labels, runs)
+    assert leave_m_out(features, labels, 20, seed=0, splits=20).accuracy > 0.95 > honest.accuracy
+    useful = np.column_stack([features, 8.0 * labels + generator.normal(size=80)])
+    assert split_by_repetition(useful[:, 1:], labels, runs).accuracy > 0.95
+
+
+def test_splits_that_cannot_be_are_refused():
+    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+    features, labels = gratings(0.01, 0)
+    with pytest.raises(InputError, match="left_out = 4 of 24 runs does not leave an equal training set"):
+        leave_m_out(features, labels, 4, seed=0)
+    with pytest.raises(InputError, match="left_out = 0"):
+        leave_m_out(features, labels, 0, seed=0)
+    with pytest.raises(InputError, match="3 neighbours need as many"):
+        leave_m_out(features, labels, 21, seed=0, neighbours=3)
+    with pytest.raises(InputError, match="two different labels"):
+        leave_m_out(features, np.zeros(24), 3, seed=0)
+    with pytest.raises(InputError, match="must be finite and fit 24 labels"):
+        leave_m_out(features[:-1], labels, 3, seed=0)
+    with pytest.raises(InputError, match="two different values"):
+        split_by_repetition(features, labels, np.zeros(24))
+    with pytest.raises(InputError, match="every label must occur in two repetitions"):
+        split_by_repetition(features, labels, np.repeat([0, 1, 2], 8))

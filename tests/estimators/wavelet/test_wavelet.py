@@ -1,0 +1,169 @@
+"""Morlet transform, cross-wavelet, significance and phase, against second implementations and known signals."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.wavelet import (
+    cross_threshold,
+    cross_wavelet,
+    lag_of_phase,
+    lag_one,
+    morlet,
+    octaves,
+    periods_of_phase,
+    red_noise,
+    threshold,
+)
+
+RATE = 300.0
+
+
+def by_convolution(samples, rate, frequency):
+    """Second implementation: the Morlet wavelet of unit energy written in time, slid over the record, sum by sum."""
+    scale = (6 + np.sqrt(38)) / (4 * np.pi * frequency)
+    centred = samples - samples.mean()
+    time = np.arange(len(samples)) / rate
+    eta = (time[None, :] - time[:, None]) / scale
+    wavelet = np.pi**-0.25 * np.exp(6j * eta - 0.5 * eta**2) / np.sqrt(scale * rate)
+    return np.conj(wavelet) @ centred
+
+
+def test_transform_equals_a_direct_convolution():
+    samples = np.random.default_rng(0).normal(size=400) + np.sin(2 * np.pi * 21 * np.arange(400) / RATE)
+    frequency = np.array([6.0, 14.0, 21.0, 40.0, 75.0])
+    found = morlet(samples, RATE, frequency)
+    for row, f in enumerate(frequency):
+        np.testing.assert_allclose(found.coefficients[row], by_convolution(samples, RATE, f), atol=2e-8)
+
+
+def test_a_sinusoid_has_its_ridge_at_its_frequency_and_its_phase():
+    time = np.arange(900) / RATE
+    frequency = octaves(8, 60, 100)
+    found = morlet(2 * np.cos(2 * np.pi * 20.8 * time + 0.4), RATE, frequency)
+    middle = found.coefficients[:, 450]
+    best = np.abs(middle).argmax()
+    assert frequency[best] == pytest.approx(20.8, rel=0.004)
+    assert np.angle(middle[best] * np.exp(-2j * np.pi * 20.8 * time[450])) == pytest.approx(0.4, abs=0.01)
+    assert found.inside[best, 450] and not found.inside[best, 0]
+    np.testing.assert_allclose(found.edge_s, np.sqrt(2) * (6 + np.sqrt(38)) / (4 * np.pi * frequency))
+
+
+def test_white_noise_has_unit_power_and_red_noise_its_spectrum():
+    generator, frequency = np.random.default_rng(1), np.array([10.0, 30.0, 70.0])
+    white, red, alpha = np.zeros(3), np.zeros(3), 0.7
+    for _ in range(30):
+        noise = generator.normal(size=1500)
+        walk = noise.copy()
+        for k in range(1, walk.size):
+            walk[k] += alpha * walk[k - 1]
+        for total, signal in ((white, noise), (red, walk * np.sqrt(1 - alpha**2))):
+            wave = morlet(signal, RATE, frequency)
+            total += [power[ok].mean() / 30 for power, ok in zip(wave.power, wave.inside, strict=True)]
+    np.testing.assert_allclose(white, 1.0, rtol=0.1)
+    np.testing.assert_allclose(red, red_noise(frequency, RATE, alpha), rtol=0.15)
+
+
+def test_significance_levels_hold_for_noise():
+    generator, frequency = np.random.default_rng(2), octaves(10, 80, 6)
+    single, cross = [], []
+    for _ in range(25):
+        a, b = generator.normal(size=(2, 1200))
+        wave = morlet(a, RATE, frequency)
+        single.append((wave.power > threshold(a, RATE, frequency)[:, None])[wave.inside].mean())
+        pair = cross_wavelet(a, b, RATE, frequency)
+        cross.append(pair.significant[pair.inside].mean())
+    assert np.mean(single) == pytest.approx(0.05, abs=0.015)
+    assert np.mean(cross) == pytest.approx(0.05, abs=0.02)
+
+
+def test_the_published_quantile_of_the_cross_wavelet():
+    """Z of two chi-squares with two degrees of freedom at 5 % is 3.999."""
+    noise = np.random.default_rng(0).normal(size=4000)
+    noise = (noise - noise.mean()) / noise.std()
+    flat = cross_threshold(noise, noise, RATE, 50.0) / red_noise(50.0, RATE, lag_one(noise))
+    assert 2 * flat == pytest.approx(3.999, abs=0.001)
+
+
+def touch(period_mm, distance_mm=0.6, seed=0):
+    """Two channels a distance apart on a grating under the speed ramp of an active touch, 22 to 31 mm/s."""
+    time = np.arange(600) / RATE
+    speed = np.interp(time, [0, 2], [22.0, 31.0])
+    position = np.cumsum(speed) / RATE
+    envelope = np.exp(-0.5 * ((time - 1.1) / 0.25) ** 2)
+    generator = np.random.default_rng(seed)
+    pair = [
+        envelope * np.cos(2 * np.pi * (position - place) / period_mm) + 0.05 * generator.normal(size=600)
+        for place in (0.0, distance_mm)
+    ]
+    return *pair, speed
+
+
+def test_ridge_follows_the_speed_and_the_window_is_the_printed_one():
+    first, second, speed = touch(0.48)
+    ridge = cross_wavelet(first, second, RATE, octaves(20, 120, 100)).ridge
+    part = slice(250, 400)
+    np.testing.assert_allclose(ridge.frequency_Hz[part], speed[part] / 0.48, rtol=0.03)
+    assert ridge.significant[part].all() and ridge.inside[part].all()
+    assert abs(ridge.strongest - 330) < 40
+    window = ridge.around_strongest()
+    assert (window.first, window.last) == (ridge.strongest - 6, ridge.strongest + 13)
+    inside = ridge.frequency_Hz[window.first : window.last + 1]
+    assert len(inside) == 20
+    assert window.mean_Hz == pytest.approx(inside.mean()) and window.sd_Hz == pytest.approx(inside.std(ddof=1))
+    assert (window.least_Hz, window.greatest_Hz) == (inside.min(), inside.max())
+    with pytest.raises(InputError, match="window from sample 590 to 605 is not inside the record of 600"):
+        ridge.window(590, 605)
+
+
+@pytest.mark.parametrize("period_mm", [0.40, 0.44, 0.48, 1.6])
+def test_the_phase_inverts_to_the_period_whatever_the_speed(period_mm):
+    first, second, speed = touch(period_mm)
+    ridge = cross_wavelet(first, second, RATE, octaves(8, 120, 50)).ridge
+    phase = ridge.mean_phase(250, 400)
+    whole_periods = (lag_of_phase(phase, period_mm) - 0.6) / period_mm
+    assert whole_periods == pytest.approx(round(whole_periods), abs=0.02)
+    found = periods_of_phase(phase, 0.6, (0.3, 2.0))
+    assert np.abs(found / period_mm - 1).min() < 0.02
+    alone = periods_of_phase(phase, 0.6, (1.2, 5.0))
+    assert len(alone) <= 1, "over twice the distance there is one answer"
+
+
+def test_all_periods_of_a_phase_are_listed():
+    found = periods_of_phase(np.pi / 2, 1.0, (0.2, 10.0))
+    np.testing.assert_allclose(found, [4.0, 1 / 1.25, 1 / 2.25, 1 / 3.25, 1 / 4.25])
+    np.testing.assert_allclose(periods_of_phase(-np.pi / 2, 1.0, (0.2, 10.0))[0], 1 / 0.75)
+    assert periods_of_phase(0.0, 1.0, (2.0, 10.0)).size == 0
+
+
+def test_passive_touch_table_of_the_paper():
+    """f = v / period from 13.9 to 25.0 Hz: 0.40, 0.44, 0.48 mm at 6.7 and 10 mm/s, spread within 1.6 % of the mean."""
+    time = np.arange(900) / RATE
+    for period_mm in (0.40, 0.44, 0.48):
+        for speed in (20 / 3, 10.0):
+            generator = np.random.default_rng(3)
+            wave = np.cos(2 * np.pi * speed * time / period_mm)
+            pair = [wave + generator.normal(0, 0.2, 900) for _ in range(2)]
+            window = cross_wavelet(*pair, RATE, octaves(5, 60, 100)).ridge.window(350, 549)
+            assert window.mean_Hz == pytest.approx(speed / period_mm, rel=0.01)
+            assert window.sd_Hz / window.mean_Hz < 0.016
+
+
+def test_unusable_input_is_refused():
+    samples = np.random.default_rng(0).normal(size=100)
+    with pytest.raises(InputError, match="frequency_Hz must lie between 3 .* and below 150"):
+        morlet(samples, RATE, [20.0, 150.0])
+    with pytest.raises(InputError, match="between 3 .* got 2 to 20"):
+        morlet(samples, RATE, [2.0, 20.0])
+    with pytest.raises(InputError, match="8 or more finite samples"):
+        morlet([1.0, np.nan] * 10, RATE, 20.0)
+    with pytest.raises(InputError, match="equally long"):
+        cross_wavelet(samples, samples[:-1], RATE, 20.0)
+    with pytest.raises(InputError, match="low_Hz must be below high_Hz, got 5 and 5"):
+        octaves(5, 5)
+    with pytest.raises(InputError, match="alpha must lie between -1 and 1"):
+        red_noise(10.0, RATE, 1.0)
+    with pytest.raises(InputError, match="never change"):
+        lag_one(np.ones(10))
+    with pytest.raises(InputError, match="high end"):
+        periods_of_phase(1.0, 1.0, (2.0, 1.0))
