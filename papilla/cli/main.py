@@ -10,6 +10,7 @@ import typer
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.press import press
+from papilla.cli.verify import verify
 from papilla.cli.view import view
 from papilla.errors import PapillaError
 
@@ -26,6 +27,7 @@ app.command()(calibrate)
 app.command()(press)
 app.command()(estimate)
 app.command()(view)
+app.command()(verify)
 
 
 def _show_version(wanted: bool) -> None:

@@ -17,6 +17,7 @@ from papilla.fem.compliance import quadrature
 from papilla.fem.reduced import ReducedFinger
 from papilla.fem.scene import Press, press_result
 from papilla.references import hertz_ellipse
+from papilla.references.hertz import MAX_RADIUS_RATIO
 from papilla.specimen import Specimen, Sphere
 
 SMALLEST = 2.0
@@ -200,8 +201,8 @@ def _radii(reduced: ReducedFinger, specimen: Specimen) -> tuple[float, float]:
     curvature_x, curvature_y = np.linalg.lstsq(weak_terms, patch.node_gap[near], rcond=None)[0][:2]
     if isinstance(specimen, Sphere):
         curvature_x, curvature_y = curvature_x + 1 / specimen.radius, curvature_y + 1 / specimen.radius
-    if min(curvature_x, curvature_y) <= 0:
-        raise ContactRangeError("rung hertz needs a skin that is convex where it is touched")
+    if min(curvature_x, curvature_y) <= max(curvature_x, curvature_y) / MAX_RADIUS_RATIO:
+        raise ContactRangeError("rung hertz needs a skin that is convex, in both directions, where it is touched")
     return 1 / curvature_x, 1 / curvature_y
 
 

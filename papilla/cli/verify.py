@@ -1,0 +1,58 @@
+"""`papilla verify`: papilla against exact answers, second methods and hard cases."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from papilla.cli.output import print_json, progress
+
+if TYPE_CHECKING:
+    from papilla.studies.verify import Case
+
+CHECK_FAILED = 1
+
+
+def verify(
+    only: Annotated[list[str] | None, typer.Option(help="Run this family of cases alone (may be repeated).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Check papilla against closed forms, exact solutions, second methods and hard cases.
+
+    Each case has a bound; exit code 1 says that one misses its own.
+    """
+    from papilla.studies import verify as study
+
+    with progress() as shown:
+
+        def show(case: "Case", done: int, total: int) -> None:
+            shown.line(case.name.split(":")[0])
+            shown.steps(done, total)
+
+        cases = study.verify(only or (), progress=show)
+    passed = all(case.passed for case in cases)
+    if as_json:
+        print_json({"passed": passed, "cases": [case.to_json() for case in cases]})
+    else:
+        _print(cases)
+    if not passed:
+        raise typer.Exit(CHECK_FAILED)
+
+
+def _print(cases: "list[Case]") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table()
+    for title in ("case", "measure"):
+        table.add_column(title, overflow="fold")
+    for title in ("error", "bound"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("s", justify="right", no_wrap=True)
+    for case in cases:
+        verdict = "ok" if case.passed else "[bold red]MISSED[/]"
+        table.add_row(case.name, case.measure, f"{case.error:.1e}", f"{case.bound:.0e}", verdict, f"{case.seconds:.1f}")
+    Console().print(table)
+    missed = sum(not case.passed for case in cases)
+    seconds = sum(case.seconds for case in cases)
+    print(f"{len(cases)} cases, {missed} outside their bounds, {seconds:.0f} s")

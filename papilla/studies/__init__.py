@@ -1,0 +1,1 @@
+"""Studies of papilla itself: verification against exact answers and hard cases."""

@@ -1,0 +1,11 @@
+"""`papilla verify`: papilla against closed forms, exact solutions, second methods, and cases that break solvers.
+
+>>> cases = papilla.studies.verify.verify(only=["hertz"])
+>>> all(case.passed for case in cases)
+"""
+
+from papilla.studies.verify.case import Case, Check
+from papilla.studies.verify.registry import FAMILIES
+from papilla.studies.verify.runner import verify
+
+__all__ = ["FAMILIES", "Case", "Check", "verify"]

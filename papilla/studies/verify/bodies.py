@@ -1,0 +1,74 @@
+"""Flat bodies of the contact cases: half-space, bonded layer and stacks, meshed for a contact of radius 1 mm."""
+
+import numpy as np
+
+from papilla.fem import ReducedFinger
+from papilla.fem.compliance import quadrature
+from papilla.finger import Layer
+from papilla.studies.verify.flat import FlatModel
+from papilla.studies.verify.structured import cylinder, growing
+
+BALL_RADIUS = 100.0
+"""Radius (mm) of the ball: large against the contact, so that ball and paraboloid are one."""
+
+RINGS, FINE_ZONE, PATCH = 14, 1.3, 1.7
+"""Rings of equal width up to the fine zone's radius, and the patch's radius, in mm."""
+
+CHORDS = 6
+"""Chords a quarter circle; on the half-space, which ellipses press too, there are more."""
+
+CHORDS_FOR_ELLIPSES = 8
+
+DEEP = 600.0
+"""Width and depth (mm) of what stands for a half-space: its clamped boundary costs 0.2 % of the force."""
+
+
+def half_space(layer: Layer, gauge_sites: tuple[float, ...], gauge_depth: float) -> FlatModel:
+    """A graded block of `DEEP` contact radii, with gauges of 0.5 mm at a depth (mm) below the surface."""
+    mesh = cylinder(_radii(DEEP, 1.6), growing(FINE_ZONE / RINGS, 1.5, DEEP), 3, CHORDS_FOR_ELLIPSES)
+    return FlatModel(mesh, layer, layer, PATCH, interface=gauge_depth, gauge_sites=gauge_sites, gauge_length=0.5)
+
+
+def bonded_layer(
+    layer: Layer, thickness: float, lower: Layer | None = None, gauge_sites: tuple[float, ...] = (0.0,)
+) -> FlatModel:
+    """A layer of `thickness` mm on a rigid table, eight times as wide; its lower half may be of another material."""
+    depths = growing(FINE_ZONE / RINGS, 1.45, thickness)
+    mesh = cylinder(_radii(8 * thickness, 1.45), depths, len(depths) // 2, CHORDS)
+    return FlatModel(mesh, layer, lower or layer, PATCH, interface=thickness / 2, gauge_sites=gauge_sites)
+
+
+def coated(
+    coat: Layer, substrate: Layer, thickness: float, *, depth: float, width: float, ratio: float = 1.6
+) -> FlatModel:
+    """A coat of `thickness` mm on a substrate that reaches `depth` mm further down to a rigid table.
+
+    Elements grow by `ratio` outwards and downwards; a hard coat bends over many thicknesses, and needs a small one.
+    """
+    top = growing(FINE_ZONE / RINGS, 1.35, thickness)
+    below = thickness + growing(0.2 * thickness, ratio, depth)[1:]
+    mesh = cylinder(_radii(width, ratio), np.append(top, below), len(top) - 1, CHORDS)
+    return FlatModel(mesh, coat, substrate, PATCH, interface=thickness)
+
+
+def contact_radius(area: float) -> float:
+    """Radius (mm) of a circle of an area (mm2)."""
+    return float(np.sqrt(area / np.pi))
+
+
+def off(found: float, exact: float) -> float:
+    """Relative error."""
+    return abs(float(found) / float(exact) - 1)
+
+
+def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points (k, 2) in mm and forces (k,) in N that stand for a nodal pressure on the whole patch."""
+    points, weights, hats = quadrature(reduced.patch, subdivisions=2)
+    force = weights * (hats @ pressure)
+    images = reduced.patch.images
+    return np.concatenate([points * image for image in images]), np.tile(force, len(images))
+
+
+def _radii(width: float, ratio: float) -> np.ndarray:
+    fine = np.linspace(0, FINE_ZONE, RINGS + 1)
+    return np.append(fine, FINE_ZONE + growing(ratio * fine[1], ratio, width)[1:])

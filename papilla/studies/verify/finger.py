@@ -1,0 +1,54 @@
+"""The default finger on the meshes that ship with the package: what the families on real meshes share."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from papilla.fem import FingerModel, Press, ReducedFinger
+from papilla.fem.compliance import quadrature
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.specimen import Block, Specimen, Sphere
+from papilla.units import GRAM_FORCE_N
+
+BLOCK = Block(0.51, 10.0)
+"""The specimen of a sweep, of the middle published modulus."""
+
+FORCES_GF = (5, 10, 30, 60, 100)
+"""From a light press to the heaviest published one."""
+
+
+@lru_cache(maxsize=1)
+def default_model() -> FingerModel:
+    """The default finger on its default mesh, with the factors that were made of it so far."""
+    finger = Finger.default()
+    return FingerModel(finger, build(finger))
+
+
+@lru_cache(maxsize=1)
+def default_reduced() -> ReducedFinger:
+    """The default finger condensed at its apex."""
+    return default_model().reduce()
+
+
+def newton(force_gf: float) -> float:
+    """Force in N of a force in gf."""
+    return force_gf * GRAM_FORCE_N
+
+
+def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press) -> tuple[float, float, float]:
+    """How far a press is from p >= 0, w >= 0 and p w = 0, in peak pressures, indentations, and products of both.
+
+    w = (A p + g) / m - delta is the mean gap at each node; recomputed here from the compliance alone. A ball must be
+    larger than the patch.
+    """
+    patch, pressure = reduced.patch, pressed.pressure
+    compliance = reduced.compliance + reduced.specimen_compliance(specimen)
+    skin = patch.gap
+    if isinstance(specimen, Sphere):
+        points, weights, hats = quadrature(patch)
+        skin = skin + hats.T @ (weights * (specimen.radius - np.sqrt(specimen.radius**2 - (points**2).sum(axis=1))))
+    gap = (compliance @ pressure + skin) / patch.mass - pressed.indentation
+    peak, depth = float(pressure.max()), pressed.indentation
+    product = float(np.abs(pressure * gap).max()) / (peak * depth)
+    return max(0.0, -float(pressure.min())) / peak, max(0.0, -float(gap.min())) / depth, product

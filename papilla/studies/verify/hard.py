@@ -1,0 +1,208 @@
+"""Hard cases: an answer within its stated error, or a clear refusal; never a quiet wrong number."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from papilla.errors import ContactRangeError, MeshError
+from papilla.fem import FingerModel, Press, ReducedFinger, press
+from papilla.fem.contact_rung import OFF_APEX
+from papilla.finger import Dome, Finger, Layer
+from papilla.mesh import build
+from papilla.mesh.builder import refuse_unusable
+from papilla.mesh.cell_quality import mean_ratio
+from papilla.mesh.layered import LayeredMesh
+from papilla.mesh.mirroring import mirrored
+from papilla.mesh.topology import paired_faces, volumes
+from papilla.references import StackLayer
+from papilla.specimen import HalfSpace, Specimen, Sphere
+from papilla.studies.verify.bodies import BALL_RADIUS, coated, contact_radius, off
+from papilla.studies.verify.case import Check
+from papilla.studies.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, newton
+from papilla.studies.verify.incompressible import residual
+from papilla.studies.verify.spectral import stack_sphere
+from papilla.units import to_microstrain
+
+CONTRASTS = (1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3)
+
+STATED = 0.03
+"""What a press that says it is resolved claims of its S_d (docs/adr/0005)."""
+
+FORCE_BOUND, AREA_BOUND, COMPLEMENTARITY, RESIDUAL_BOUND = 0.01, 0.02, 1e-9, 1e-10
+
+MODULI = (1e-3, 1e-2, 1e-1, 1e0, 1e2, 1e6)
+"""Specimens from 1 kPa to rigid, MPa."""
+
+SLIVERS = 200
+
+PLACES = ((4.0, 0.0), (0.0, 12.0), (12.0, 10.0), (20.0, 0.0), (23.0, 0.0), (0.0, 29.5))
+"""Touch-down points (mm) from near the apex to half a millimetre from the rim."""
+
+LIGHT_BOUND = 0.07
+"""What `auto` states of the Hertz rung at 0.1 gf on the default mesh."""
+
+LOADS_GF = (0.1, 0.5, 2, 5, 20, 100, 300, 1000)
+"""From the lightest press to beyond what the finger stands."""
+
+
+def contrast() -> Iterator[Check]:
+    """Sphere on a layer on a layer on a rigid table, the upper from 1000 times softer to 1000 times harder."""
+    thickness, depth, nu = 1.0, 8.0, 0.4999
+    for ratio in CONTRASTS:
+        lower = 1 / ratio
+        stack = [StackLayer(thickness, 1.0, nu), StackLayer(depth, lower, nu)]
+        exact = stack_sphere(1.0, BALL_RADIUS, stack, None)
+        growth = 1.6 if ratio <= 1 else 1.35
+        model = coated(Layer(1.0, nu), Layer(lower, nu), thickness, depth=depth, width=60.0, ratio=growth)
+        found = press(model.reduce(), Sphere(1e9, BALL_RADIUS), indentation=exact.indentation, fidelity="contact")
+        name, against = (
+            f"modulus contrast {ratio:g}",
+            "at given indentation, against integral transforms (second method)",
+        )
+        yield Check(f"{name}, force", f"force {against}", off(found.force, exact.force), FORCE_BOUND)
+        area = off(contact_radius(found.contact_area) ** 2, exact.contact_radius**2)
+        yield Check(f"{name}, area", f"contact area {against}", area, AREA_BOUND)
+        yield Check(f"{name}, residual", "residual of a solve over its load", residual(model), RESIDUAL_BOUND)
+
+
+def loads() -> Iterator[Check]:
+    """Specimens from 1 kPa to rigid, 0.1 gf to what the finger stands: the default mesh against another of the five."""
+    finger, reduced = Finger.default(), default_reduced()
+    other = FingerModel(finger, build(finger, variant=1)).reduce()
+    for modulus in MODULI:
+        specimen = HalfSpace(modulus)
+        scenes = _scenes(reduced, specimen)
+        answers = [one for one in scenes if one is not None]
+        pairs = [(one, two) for one, two in zip(scenes, _scenes(other, specimen), strict=True) if one and two]
+        resolved = [(one, two) for one, two in pairs if one.resolved]
+        name = f"half-space of {modulus:g} MPa, {LOADS_GF[0]:g} to {LOADS_GF[-1]:g} gf"
+        counts = (
+            f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {len(scenes) - len(answers)} refused"
+        )
+        away = max((off(one.sd, two.sd) for one, two in resolved), default=np.inf)
+        yield Check(f"{name}, S_d", f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)", away, STATED)
+        broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
+        yield Check(f"{name}, complementarity", "worst of pressure, gap, product (exactly 0)", broken, COMPLEMENTARITY)
+    light = press(reduced, BLOCK, force=newton(0.1))
+    measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
+    yield Check("0.1 gf, S_d per newton", measure, off(light.sd / light.force, _point_load_sd(reduced)), LIGHT_BOUND)
+
+
+def places() -> Iterator[Check]:
+    """Presses off the middle up to the rim, each on two meshes; what is refused or warned of says so."""
+    finger = replace(Finger.default(), patch_radius=6.0)
+    models = [FingerModel(finger, build(Finger.default(), variant=variant)) for variant in (0, 1)]
+    for at in PLACES:
+        name = f"5 gf at ({at[0]:g}, {at[1]:g}) mm"
+        reduced = [model.reduce(at) for model in models]
+        try:
+            found, other = (press(one, BLOCK, force=newton(5), fidelity="contact") for one in reduced)
+        except ContactRangeError as error:
+            yield Check(name, f"refused: {error}", 0.0, 0.0)
+            continue
+        broken = max(*contact_residuals(reduced[0], BLOCK, found), found.force_balance)
+        yield Check(f"{name}, balance", "worst of pressure, gap, product, force (exactly 0)", broken, COMPLEMENTARITY)
+        away = float(np.abs(found.reading - other.reading).max() / np.abs(found.reading).max())
+        said = "resolved" if found.resolved else "warned"
+        measure = f"worst reading on another mesh, over the largest ({said}; the status states {100 * OFF_APEX:g} %)"
+        yield Check(f"{name}, readings", measure, away, OFF_APEX)
+
+
+def thin_layer() -> Iterator[Check]:
+    """An outer layer of 0.3 mm, thinner than an element: with equal moduli it must not be felt at all."""
+    base = default_model().finger
+    shape = base.shape
+    assert isinstance(shape, Dome)
+    interface = (shape.outer[0] - 0.3, shape.outer[1] - 0.3, shape.outer[2] - 0.3)
+    thin = replace(base, shape=replace(shape, interface=interface))
+    mesh = build(thin, cache=False)
+    quality = float(mean_ratio(mesh.points, mesh.tets).min())
+    found, expected = (
+        press(FingerModel(replace(finger, outer=base.inner), on).reduce(), BLOCK, force=newton(30), fidelity="contact")
+        for finger, on in ((thin, mesh), (base, default_model().mesh))
+    )
+    name = f"outer layer of 0.3 mm (worst cell of mean ratio {quality:.2g})"
+    for key, bound in (("indentation", 0.005), ("contact_area", 0.02), ("peak_pressure", 0.03)):
+        word = key.replace("_", " ")
+        measure = f"{word} at 30 gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
+        yield Check(f"{name}, {word}", measure, off(getattr(found, key), getattr(expected, key)), bound)
+    model = FingerModel(thin, mesh)
+    yield Check(f"{name}, residual", "residual of a solve over its load", residual(model), RESIDUAL_BOUND)
+
+
+def slivers() -> Iterator[Check]:
+    """The default mesh with crushed cells, and one with a flat cell."""
+    base = default_model()
+    ruined = crushed(base.mesh.cell(), SLIVERS)
+    ratio = mean_ratio(ruined.points, ruined.tets)
+    model = FingerModel(base.finger, mirrored(ruined, base.mesh.mirrors))
+    found = press(model.reduce(), BLOCK, force=newton(30), fidelity="contact")
+    sound = press(default_reduced(), BLOCK, force=newton(30), fidelity="contact")
+    name = f"{int((ratio < 0.05).sum())} slivers down to mean ratio {ratio.min():.1g}"
+    yield Check(f"{name}, S_d", "S_d at 30 gf, against the sound mesh (stated: 3 %)", off(found.sd, sound.sd), STATED)
+    away = off(found.indentation, sound.indentation)
+    yield Check(f"{name}, indentation", "indentation at 30 gf, against the sound mesh", away, 0.005)
+    yield Check(f"{name}, residual", "residual of a solve over its load", residual(model), RESIDUAL_BOUND)
+    yield Check("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
+
+
+def crushed(cell: LayeredMesh, count: int) -> LayeredMesh:
+    """The cell with up to `count` vertices moved to a thousandth of their height over one opposite face.
+
+    Only vertices inside a layer move, no two of one cell, and none that would invert a cell.
+    """
+    points = cell.points.copy()
+    faces, owners = paired_faces(cell.tets)
+    fixed = np.unique(np.concatenate([faces[owners[:, 1] < 0].ravel(), cell.boundaries["interface"].ravel()]))
+    movable = np.setdiff1d(np.arange(len(points)), fixed)
+    taken = np.zeros(len(points), dtype=bool)
+    for vertex in np.random.default_rng(1).permutation(movable):
+        around = cell.tets[(cell.tets == vertex).any(axis=1)]
+        if taken[around].any():
+            continue
+        face = points[around[0][around[0] != vertex]]
+        normal = np.cross(face[1] - face[0], face[2] - face[0])
+        normal /= np.linalg.norm(normal)
+        before = points[vertex].copy()
+        points[vertex] -= (1 - 1e-3) * ((before - face[0]) @ normal) * normal
+        if (volumes(points, around) > 0).all():
+            taken[around] = True
+            count -= 1
+        else:
+            points[vertex] = before
+        if count == 0:
+            break
+    return replace(cell, points=points)
+
+
+def _refuses_flat_cell(mesh: LayeredMesh) -> bool:
+    points = mesh.points.copy()
+    a, b, c, d = mesh.tets[len(mesh.tets) // 2]
+    points[d] = (points[a] + points[b] + points[c]) / 3
+    try:
+        refuse_unusable(replace(mesh, points=points))
+    except MeshError:
+        return True
+    return False
+
+
+def _scenes(reduced: ReducedFinger, specimen: Specimen) -> list[Press | None]:
+    """A press by each of `LOADS_GF`, None where it is refused."""
+    found: list[Press | None] = []
+    for force in LOADS_GF:
+        try:
+            found.append(press(reduced, specimen, force=newton(force), fidelity="contact"))
+        except ContactRangeError:
+            found.append(None)
+    return found
+
+
+def _point_load_sd(reduced: ReducedFinger) -> float:
+    """S_d (microstrain) per newton of a point force at the apex, by one adjoint solve a gauge."""
+    model = default_model()
+    apex = int(
+        np.argmin(np.linalg.norm(model.space.displacement.doflocs.T - [0, 0, model.mesh.points[:, 2].max()], axis=1))
+    )
+    downwards = sum(-solution[apex, 2] for solution in model.gauge_adjoints().values())
+    return float(to_microstrain(reduced.gains * downwards).std())

@@ -1,0 +1,86 @@
+"""Up to nu = 0.5 exactly: no locking, no loss of digits, and a limit that is reached smoothly."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from papilla.fem import FingerModel, press
+from papilla.finger import Layer
+from papilla.references import bonded_layer_sphere
+from papilla.specimen import Sphere
+from papilla.studies.verify.bodies import BALL_RADIUS, bonded_layer, off
+from papilla.studies.verify.case import Check
+from papilla.studies.verify.finger import BLOCK, default_model, newton
+
+POISSONS = (0.49, 0.499, 0.4999, 0.49999, 0.499999, 0.5)
+
+FORCE_BOUND, RESIDUAL_BOUND = 0.01, 1e-10
+
+EVEN_BOUND = 1e-3
+"""On how much stiffer than exact a layer becomes towards nu = 0.5, where a locking element's stiffness has no end."""
+
+SMOOTH_BOUND = 1e-4
+"""On how far a quantity is from its limit plus a term in proportion to 1 - 2 nu."""
+
+BALL = Sphere(1e9, BALL_RADIUS)
+
+
+def incompressible() -> Iterator[Check]:
+    """A bonded layer against its exact solution, and the default finger against its own limit."""
+    yield from _bonded_layer()
+    yield from _finger()
+
+
+def _bonded_layer() -> Iterator[Check]:
+    """Confined between ball and table, a layer feels nu most."""
+    chi, modulus = 0.75, 1.0
+    unit = bonded_layer_sphere(1 / BALL_RADIUS, BALL_RADIUS, 1 / chi, modulus, 0.5)
+    thickness, indentation = 1 / (chi * unit.contact_radius), 1 / (BALL_RADIUS * unit.contact_radius**2)
+    ratios = []
+    for nu in POISSONS:
+        model = bonded_layer(Layer(modulus, nu), thickness)
+        found = press(model.reduce(), BALL, indentation=indentation, fidelity="contact")
+        exact = bonded_layer_sphere(indentation, BALL_RADIUS, thickness, modulus, nu)
+        ratios.append(found.force / exact.force)
+        name = f"bonded layer, nu {nu:g}"
+        measure = "force at given indentation, against the dual integral equation (exact solution)"
+        yield Check(f"{name}, force", measure, off(found.force, exact.force), FORCE_BOUND)
+        yield Check(f"{name}, residual", "residual of a solve over its load", residual(model), RESIDUAL_BOUND)
+    stiffening = max(ratios) / ratios[0] - 1
+    yield Check("bonded layer, locking", "rise of force over exact force above that at nu 0.49", stiffening, EVEN_BOUND)
+
+
+def _finger() -> Iterator[Check]:
+    readings = []
+    base = default_model()
+    for nu in POISSONS:
+        finger = replace(base.finger, outer=replace(base.finger.outer, nu=nu), inner=replace(base.finger.inner, nu=nu))
+        model = FingerModel(finger, base.mesh)
+        found = press(model.reduce(), BLOCK, force=newton(50), fidelity="contact")
+        readings.append((found.sd, found.indentation))
+        yield Check(
+            f"finger, nu {nu:g}, residual", "residual of a solve over its load", residual(model), RESIDUAL_BOUND
+        )
+    compressibility = 1 - 2 * np.array(POISSONS)
+    # From nu = 0.4999 on, where the term in (1 - 2 nu)^2 is gone
+    changes = np.array(readings) / readings[-1] - 1
+    slope = changes[2] / compressibility[2]
+    for column, name in enumerate(("S_d", "indentation")):
+        away = float(np.abs(changes[2:, column] - slope[column] * compressibility[2:]).max())
+        measure = f"{name} at 50 gf from nu 0.4999 on, against its limit plus a term in 1 - 2 nu"
+        yield Check(f"finger, {name} smooth in nu", measure, away, SMOOTH_BOUND)
+        kept = float(np.abs(changes[2, column]))
+        yield Check(f"finger, {name} at nu 0.4999", f"{name} at 50 gf, against nu = 0.5", kept, EVEN_BOUND)
+
+
+def residual(model: FingerModel, columns: int = 4) -> float:
+    """Largest relative residual over random displacement loads, with the true matrix, each column by itself."""
+    free, factor = model.factor()
+    loaded = int(free[: 3 * model.space.nodes].sum())
+    rhs = np.zeros((len(np.flatnonzero(free)), columns))
+    rhs[:loaded] = np.random.default_rng(3).standard_normal((loaded, columns))
+    solution = factor.solve(rhs)
+    full = factor.matrix + sp.tril(factor.matrix, -1).T
+    return float((np.linalg.norm(full @ solution - rhs, axis=0) / np.linalg.norm(rhs, axis=0)).max())

@@ -1,0 +1,203 @@
+"""What must hold on any mesh: reciprocity, energy, complementarity, mirror images, units."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from papilla.fem import FingerModel, ReducedFinger, press
+from papilla.fem.contact import solve_contact
+from papilla.fem.elasticity import SYMMETRIC, lame
+from papilla.fem.patch import Frame, build_patch
+from papilla.finger import Dome, Gauge, Layer
+from papilla.mesh.layered import LayeredMesh
+from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.studies.verify.bodies import BALL_RADIUS, bonded_layer
+from papilla.studies.verify.case import Check
+from papilla.studies.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, newton
+from papilla.studies.verify.flat import FlatModel
+
+TIGHT, BALANCE, MIRROR = 1e-10, 1e-9, 1e-9
+
+WORK_BOUND = 1e-3
+"""On the work of a press, integrated over 100 steps by the trapezoidal rule."""
+
+SMALL_PATCH = 8.0
+"""Patch radius (mm) that a press of 20 gf stays inside of."""
+
+LEANING = ((17.0, 4.0, 30.0), (-33.0, -6.0, 0.0), (5.0, 0.0, 90.0))
+"""Angle, y (mm) and direction of the gauges of a design without symmetry."""
+
+
+def invariance() -> Iterator[Check]:
+    """Identities that no mesh and no material may break."""
+    yield from _reciprocity()
+    yield from _energy()
+    yield from _complementarity()
+    yield from _mirrors()
+    yield from _units()
+
+
+def _reciprocity() -> Iterator[Check]:
+    """Gauge rows by one adjoint solve a gauge, against the solves of all unit pressures."""
+    model, reduced = default_model(), default_reduced()
+    frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
+    loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
+    adjoints = model.gauge_adjoints()
+    loads = loaded.loads(SYMMETRIC, model.space.nodes)
+    # An apex press is symmetric in both planes: only that part of an adjoint, halved in each, does work with it
+    rows = len(adjoints) * adjoints[SYMMETRIC].reshape(len(loads), -1).T @ loads
+    worst = float(np.abs(rows - reduced.strain_rows).max() / np.abs(reduced.strain_rows).max())
+    yield Check("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, TIGHT)
+
+
+def _energy() -> Iterator[Check]:
+    model, reduced = default_model(), default_reduced()
+    pressed = press(reduced, BLOCK, force=newton(50), fidelity="contact")
+    displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC].ravel()
+    stored = reduced.multiplicity * _strain_energy(model, displacement)
+    work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
+    yield Check("strain energy", "integral over the mesh, against half of pressure times displacement",
+                abs(stored / work - 1), BALANCE)  # fmt: skip
+    depths = np.linspace(0, pressed.indentation, 101)[1:]
+    forces, start = [0.0], None
+    for depth in depths:
+        step = press(reduced, BLOCK, indentation=float(depth), fidelity="contact", start=start)
+        forces.append(step.force)
+        start = step.active
+    own = reduced.compliance + reduced.specimen_compliance(BLOCK)
+    stored = reduced.multiplicity * float(step.pressure @ own @ step.pressure) / 2
+    work = float(np.trapezoid(forces, np.append(0, depths)))
+    yield Check("work of a press", "integral of force over indentation, against stored energy",
+                abs(work / stored - 1), WORK_BOUND)  # fmt: skip
+
+
+def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
+    """Half of 2 mu eps : eps + p^2 / lambda over the cell, the pressure answering to the displacement, in N mm."""
+    space, size = model.space, 3 * model.space.nodes
+    squeeze = (space.parts["divergence", -1][size:, :size] @ displacement)[:, None]
+    compressibility = sp.csc_matrix((space.pressures, space.pressures))
+    energy = 0.0
+    for number, layer in model.layers.items():
+        mu, ratio = lame(layer)
+        shear = space.parts["shear", number][:size, :size]
+        doubled = 2 * displacement @ (shear @ displacement) - displacement @ (shear.diagonal() * displacement)
+        energy += mu * doubled / 2
+        lower = space.parts["mass", number][size:, size:]
+        compressibility = compressibility + ratio * (lower + sp.tril(lower, -1).T)
+    pressure = sp.linalg.spsolve(compressibility.tocsc(), squeeze[:, 0])
+    return float(energy + squeeze[:, 0] @ pressure / 2)
+
+
+def _complementarity() -> Iterator[Check]:
+    """Every scene of a grid of specimens and forces, recomputed from the compliance alone."""
+    reduced = default_reduced()
+    specimens: dict[str, Specimen] = {
+        "block": BLOCK,
+        "half-space of 0.089 MPa": HalfSpace(0.089),
+        "rigid ball of 30 mm": Sphere(1e6, 30.0),
+        "soft thin block": Block(0.05, 3.0, 0.5),
+    }
+    for name, specimen in specimens.items():
+        presses = [press(reduced, specimen, force=newton(gf), fidelity="contact") for gf in (5, 20, 60)]
+        residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
+        measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
+        for measure, error in zip(measures, residuals, strict=True):
+            yield Check(f"complementarity, {name}, {measure}", "largest at 5, 20, 60 gf (exactly 0)", error, BALANCE)
+        balance = max(
+            abs(reduced.multiplicity * float(reduced.patch.mass @ one.pressure) / one.force - 1) for one in presses
+        )
+        yield Check(
+            f"force balance, {name}", "integral of pressure at 5, 20, 60 gf, against the force", balance, BALANCE
+        )
+
+
+def _mirrors() -> Iterator[Check]:
+    """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
+    base = default_model()
+    there = [Gauge(f"a{k}", angle_deg=a, y_mm=y, direction_deg=d) for k, (a, y, d) in enumerate(LEANING)]
+    back = [Gauge(f"b{k}", angle_deg=-a, y_mm=y, direction_deg=-d) for k, (a, y, d) in enumerate(LEANING)]
+    model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=SMALL_PATCH), base.mesh)
+    found = [press(model.reduce((x, 3.0)), BLOCK, force=newton(20), fidelity="contact") for x in (5.0, -5.0)]
+    strain = [one.reading for one in found]
+    count = len(LEANING)
+    away = max(np.abs(strain[0][:count] - strain[1][count:]).max(), np.abs(strain[0][count:] - strain[1][:count]).max())
+    measure = "readings of a design pressed at (5, 3) mm, against its mirror image pressed at (-5, 3) mm"
+    yield Check("mirrored design, readings", measure, float(away / np.abs(strain[0]).max()), MIRROR)
+    depth = abs(found[0].indentation / found[1].indentation - 1)
+    yield Check("mirrored design, indentation", measure.replace("readings", "indentation"), depth, MIRROR)
+    quarter = bonded_layer(Layer(1.0, 0.4999), 0.7, Layer(0.2, 0.4999), gauge_sites=(0.3, -0.8))
+    mesh = quarter.mesh
+    whole = FlatModel(
+        LayeredMesh(mesh.points, mesh.tets, mesh.layer, mesh.boundaries, mesh.size_mm),
+        quarter.finger.outer,
+        quarter.finger.inner,
+        quarter.finger.patch_radius,
+        interface=0.35,
+        gauge_sites=(0.3, -0.8),
+    )
+    ball, depth = Sphere(1e9, BALL_RADIUS), 1 / BALL_RADIUS / 4
+    readings = [
+        press(model.reduce(), ball, indentation=depth, fidelity="contact").reading for model in (quarter, whole)
+    ]
+    away = float(np.abs(readings[0] - readings[1]).max() / np.abs(readings[0]).max())
+    measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
+    yield Check("mirror planes, readings", measure, away, MIRROR)
+
+
+def _units() -> Iterator[Check]:
+    """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
+    reference, steps = _pressed(default_reduced(), 1.0, 1.0)
+    for unit, scales in (("stress", [(1e-6, 1.0), (1e6, 1.0)]), ("length", [(1.0, 1e-6), (1.0, 1e6)])):
+        for stress, length in scales:
+            found, taken = _pressed(_rescaled(stress, length), stress, length)
+            worst = max(
+                float(np.abs(found.strain - reference.strain).max() / np.abs(reference.strain).max()),
+                abs(found.indentation / length / reference.indentation - 1),
+                abs(found.peak_pressure / stress / reference.peak_pressure - 1),
+            )
+            name = f"{unit} rescaled by {stress * length:g}"
+            yield Check(
+                f"{name}, answer", "strain, indentation, peak pressure, against the usual units", worst, BALANCE
+            )
+            measure = f"difference of {taken} from {steps} exchanges of the contact search"
+            yield Check(f"{name}, iterations", measure, float(abs(taken - steps)), 0.0)
+
+
+def _pressed(reduced: ReducedFinger, stress: float, length: float):
+    """A press of 50 gf and the exchanges that contact takes from a cold start, all in the given units."""
+    block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
+    force = newton(50) * stress * length**2
+    found = press(reduced, block, force=force, fidelity="contact")
+    compliance = reduced.compliance + reduced.specimen_compliance(block)
+    patch = reduced.patch
+    cold = solve_contact(compliance, patch.mass, patch.gap, force=force / reduced.multiplicity)
+    return found, cold.iterations
+
+
+def _rescaled(stress: float, length: float) -> ReducedFinger:
+    """The default finger and its mesh in other units, condensed anew."""
+    base = default_model()
+    finger = base.finger
+    shape = finger.shape
+    assert isinstance(shape, Dome)
+    scaled = replace(
+        finger,
+        shape=Dome(_times(length, shape.outer), _times(length, shape.interface), _times(length, shape.bone)),
+        outer=replace(finger.outer, modulus=finger.outer.modulus * stress),
+        inner=replace(finger.inner, modulus=finger.inner.modulus * stress),
+        gauges=tuple(replace(gauge, **_sizes(gauge, length)) for gauge in finger.gauges),
+        patch_radius=finger.patch_radius * length,
+    )
+    return FingerModel(scaled, replace(base.mesh, points=base.mesh.points * length)).reduce()
+
+
+def _times(factor: float, axes: tuple[float, float, float]) -> tuple[float, float, float]:
+    return axes[0] * factor, axes[1] * factor, axes[2] * factor
+
+
+def _sizes(gauge: Gauge, factor: float) -> dict[str, Any]:
+    backing = (gauge.backing_mm[0] * factor, gauge.backing_mm[1] * factor)
+    return {"y_mm": gauge.y_mm * factor, "length_mm": gauge.length_mm * factor, "backing_mm": backing}

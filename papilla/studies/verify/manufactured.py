@@ -1,0 +1,171 @@
+"""Manufactured solutions: the orders of convergence of the elements, apart for flat and for curved boundaries.
+
+u = w + v mu/lambda and p = mu cos(x) sin(y) with the ABC flow w (no divergence, laplace w = -4 w) and
+v = -(sin x sin y, 0, 0), whose divergence is -p/mu: so div u = -p/lambda for any nu, 0.5 included, and the body force
+is f = -mu laplace u + (1 + mu/lambda) grad p.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from papilla.fem.elasticity import lame
+from papilla.finger import Layer
+from papilla.mesh.layered import LayeredMesh
+from papilla.studies.verify.case import Check
+from papilla.studies.verify.elements import Discretisation, VectorField, one_material
+from papilla.studies.verify.structured import cube, shell
+
+MODULUS = 0.1
+
+SHORTFALL = 0.25
+"""How far the measured slope may stay below the order."""
+
+ORDERS = {
+    ("Taylor-Hood", "flat"): (3.0, 2.0),
+    ("P2", "flat"): (3.0, 2.0),
+    ("P1", "flat"): (2.0, 1.0),
+    ("Taylor-Hood", "curved"): (2.0, 1.5),
+    ("P2", "curved"): (2.0, 1.5),
+    ("P1", "curved"): (2.0, 1.0),
+}
+"""In L2 and H1. Flat facets of a curved boundary cost quadratic elements an order and a half of one.
+
+Source: Strang and Berger (1973), doi:10.1090/pspum/023/0337023.
+"""
+
+CAPS = {
+    ("Taylor-Hood", "flat"): (1e-3, 1e-2),
+    ("P2", "flat"): (1e-3, 1e-2),
+    ("P1", "flat"): (1e-2, 1e-1),
+    ("Taylor-Hood", "curved"): (1e-2, 1e-1),
+    ("P2", "curved"): (1e-2, 1e-1),
+    ("P1", "curved"): (1e-2, 1e-1),
+}
+"""Largest relative error on the finer mesh, in L2 and H1."""
+
+RUNS = (("Taylor-Hood", 0.3), ("Taylor-Hood", 0.4999), ("Taylor-Hood", 0.5), ("P2", 0.3), ("P1", 0.3))
+
+
+@dataclass(frozen=True)
+class Manufactured:
+    """The exact solution for one material; points (3, ...) in mm."""
+
+    layer: Layer
+
+    def displacement(self, x: np.ndarray) -> np.ndarray:
+        """u (3, ...) in mm."""
+        return self._flow(x) + self._ratio * self._squeeze(x)
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """du_i/dx_j (3, 3, ...)."""
+        result = np.zeros((3, *x.shape))
+        for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
+            result[i, j] = 2 * np.cos(2 * x[j])
+            result[i, k] = -2 * np.sin(2 * x[k])
+        result[0, 0] -= self._ratio * np.cos(x[0]) * np.sin(x[1])
+        result[0, 1] -= self._ratio * np.sin(x[0]) * np.cos(x[1])
+        return result
+
+    def traction(self, x: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Stress 2 mu eps - p I times a normal (3, ...), in MPa."""
+        mu = lame(self.layer)[0]
+        slope = self.gradient(x)
+        strain = (slope + slope.swapaxes(0, 1)) / 2
+        pressure = mu * np.cos(x[0]) * np.sin(x[1])
+        return 2 * mu * np.einsum("ij...,j...->i...", strain, normal) - pressure * normal
+
+    def body_force(self, x: np.ndarray) -> np.ndarray:
+        """f = -mu laplace u + (1 + mu/lambda) grad p in N/mm3."""
+        mu = lame(self.layer)[0]
+        slope = np.stack([-np.sin(x[0]) * np.sin(x[1]), np.cos(x[0]) * np.cos(x[1]), np.zeros_like(x[0])])
+        return mu * (4 * self._flow(x) + 2 * self._ratio * self._squeeze(x) + (1 + self._ratio) * slope)
+
+    @property
+    def _ratio(self) -> float:
+        return float(np.prod(lame(self.layer)))
+
+    @staticmethod
+    def _flow(x: np.ndarray) -> np.ndarray:
+        return np.stack([np.sin(2 * x[j]) + np.cos(2 * x[k]) for j, k in ((1, 2), (2, 0), (0, 1))])
+
+    @staticmethod
+    def _squeeze(x: np.ndarray) -> np.ndarray:
+        return np.stack([-np.sin(x[0]) * np.sin(x[1]), np.zeros_like(x[0]), np.zeros_like(x[0])])
+
+
+def manufactured() -> Iterator[Check]:
+    """Slopes between two meshes and caps on the finer one, for every element, nu, boundary and norm."""
+    for boundary, solve in (("flat", _solve_flat), ("curved", _solve_curved)):
+        for element, nu in RUNS:
+            errors = np.array([solve(mesh, element, nu) for mesh in _meshes(boundary, element)])
+            slopes = np.log2(errors[0] / errors[1])
+            name = f"{element}, nu {nu:g}, {boundary} boundary"
+            for norm, slope, order in zip(("L2", "H1"), slopes, ORDERS[element, boundary], strict=True):
+                measure = f"shortfall of the slope, {slope:.2f}, from the order {order:g} (exact solution)"
+                yield Check(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), SHORTFALL)
+            for norm, error, cap in zip(("L2", "H1"), errors[1], CAPS[element, boundary], strict=True):
+                yield Check(f"{name}, error in {norm}", f"{norm} norm of the error (exact solution)", float(error), cap)
+
+
+@lru_cache(maxsize=4)
+def _meshes(boundary: str, element: str) -> tuple[LayeredMesh, LayeredMesh]:
+    """A mesh and one of half its element size; P1 takes finer ones."""
+    if boundary == "flat":
+        return cube(4), cube(8)
+    coarse, fine = (12, 24) if element == "P1" else (6, 12)
+    return _shell(coarse), _shell(fine)
+
+
+def _shell(divisions: int) -> LayeredMesh:
+    return shell(np.linspace(1, 2, 1 + divisions // 2), divisions)
+
+
+def _solve_flat(mesh: LayeredMesh, element: str, nu: float) -> tuple[float, float]:
+    """Errors on the cube: displacement given below, exact tractions on the other sides."""
+    exact = Manufactured(Layer(MODULUS, nu))
+    discrete = Discretisation(mesh, element)
+    load = discrete.body_load(exact.body_force)
+    for axis, value in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
+        load += _plane_load(discrete, exact, axis, value)
+    return _errors(discrete, exact, load, discrete.basis.doflocs[2] == 0, exact.displacement)
+
+
+def _solve_curved(mesh: LayeredMesh, element: str, nu: float) -> tuple[float, float]:
+    """Errors on the shell, displacement given on the core and in z = 0, exact tractions elsewhere.
+
+    What is given on a sphere is known on the true sphere alone and taken from there.
+    """
+    exact = Manufactured(Layer(MODULUS, nu))
+    discrete = Discretisation(mesh, element)
+
+    def pull(x):
+        outward = x / np.linalg.norm(x, axis=0)
+        return exact.traction(2 * outward, outward)
+
+    load = discrete.body_load(exact.body_force)
+    load += discrete.surface_load(pull, discrete.space.facets(mesh.boundaries["skin"]))
+    for axis in (0, 1):
+        load += _plane_load(discrete, exact, axis, 0)
+    core = np.zeros(discrete.basis.N, dtype=bool)
+    core[discrete.basis.get_dofs(discrete.space.facets(mesh.boundaries["base"])).flatten()] = True
+
+    def given(x):
+        return exact.displacement(np.where(core, x / np.linalg.norm(x, axis=0), x))
+
+    return _errors(discrete, exact, load, core | (discrete.basis.doflocs[2] == 0), given)
+
+
+def _plane_load(discrete: Discretisation, exact: Manufactured, axis: int, value: float) -> np.ndarray:
+    """The load of the exact traction on the flat side where a coordinate has a value, the smallest or the largest."""
+    normal = np.zeros((3, 1, 1))
+    normal[axis] = 1 if value else -1
+    facets = discrete.space.skmesh.facets_satisfying(lambda x: np.abs(x[axis] - value) < 1e-9)
+    return discrete.surface_load(lambda x: exact.traction(x, normal * np.ones_like(x)), facets)
+
+
+def _errors(discrete: Discretisation, exact: Manufactured, load, held, given: VectorField) -> tuple[float, float]:
+    found = discrete.solve(one_material(exact.layer), load, held, discrete.at_nodes(given))
+    return discrete.errors(found, exact.displacement, exact.gradient)

@@ -1,0 +1,100 @@
+"""Patch test and rigid motions: what every element must reproduce exactly."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from papilla.fem.elasticity import TaylorHood, lame
+from papilla.fem.gauges import curvature_functional, gauge_frame, strain_functional
+from papilla.fem.locate import interpolation
+from papilla.finger import Finger, Layer
+from papilla.mesh import build
+from papilla.mesh.layered import INNER, OUTER, LayeredMesh
+from papilla.mesh.surfaces import surfaces_of
+from papilla.studies.verify.case import Check
+from papilla.studies.verify.elements import ELEMENTS, Discretisation, one_material
+from papilla.studies.verify.structured import cube
+
+BOUND = 1e-10
+
+GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])
+
+POISSONS = (0.3, 0.4999)
+
+
+def patch_test() -> Iterator[Check]:
+    """Constant strain, constant stress across the layers, and rigid motions."""
+    mesh = cube(4, jitter=0.15, split=True)
+    for element in ELEMENTS:
+        for nu in POISSONS:
+            error = _constant_strain(Discretisation(mesh, element), nu)
+            measure = "displacement inside, linear on the boundary (exact solution)"
+            yield Check(f"constant strain, {element}, nu {nu:g}", measure, error, BOUND)
+    for contrast in (1e-3, 1e3):
+        error = _constant_stress(Discretisation(mesh, "Taylor-Hood"), contrast)
+        measure = "displacement that bends on the interface, pressure that jumps there (exact solution)"
+        yield Check(f"constant stress, layer contrast {contrast:g}", measure, error, BOUND)
+    yield from _rigid_motions()
+
+
+def _constant_strain(discrete: Discretisation, nu: float) -> float:
+    return _interior_error(discrete, one_material(Layer(0.2, nu)), lambda x: np.einsum("ij,j...->i...", GRADIENT, x))
+
+
+def _constant_stress(discrete: Discretisation, contrast: float) -> float:
+    """Shear and confined compression by a stress that is the same above and below z = 1/2."""
+    layers = {OUTER: Layer(0.1 * contrast, 0.3), INNER: Layer(0.1, 0.4999)}
+    slopes = {}
+    for number, layer in layers.items():
+        mu, compressibility = lame(layer)
+        slopes[number] = np.array([0.02 / mu, -0.01 / mu, 0.03 / (2 * mu + 1 / compressibility)])
+
+    def field(x):
+        below, above = np.minimum(x[2], 0.5), np.maximum(x[2] - 0.5, 0)
+        return np.multiply.outer(slopes[INNER], below) + np.multiply.outer(slopes[OUTER], above)
+
+    return _interior_error(discrete, layers, field)
+
+
+def _interior_error(discrete: Discretisation, layers: dict[int, Layer], field) -> float:
+    """Largest error in the unknowns inside a cube on whose whole boundary the field is given, over its size."""
+    x, exact = discrete.basis.doflocs, discrete.at_nodes(field)
+    held = ((x == 0) | (x == 1)).any(axis=0)
+    found = discrete.solve(layers, np.zeros(len(exact)), held, exact)
+    return float(np.abs(found - exact).max() / np.abs(exact).max())
+
+
+def _rigid_motions() -> Iterator[Check]:
+    """Strain in the cells and reading of every gauge, under three translations and three rotations of unit size."""
+    finger = Finger.default()
+    pinned = build(finger)
+    # The whole mesh as if it had no mirrors: gauges lie in all its images
+    mesh = LayeredMesh(pinned.points, pinned.tets, pinned.layer, pinned.boundaries, pinned.size_mm)
+    space = TaylorHood(mesh)
+    places = space.displacement.doflocs.T
+    rotations = [np.cross(axis, places) for axis in np.eye(3)]
+    size = np.abs(rotations[0]).max()
+    strain = max(_largest_strain(space, motion) for motion in rotations)
+    yield Check("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, BOUND)
+    motions = np.stack(rotations + [size * np.broadcast_to(axis, places.shape) for axis in np.eye(3)])
+    elongation, bending = 0.0, 0.0
+    interface = surfaces_of(finger)["interface"]
+    for gauge in finger.gauges:
+        frame = gauge_frame(finger, gauge, interface)
+        for make in (strain_functional, curvature_functional):
+            functional = make(gauge, frame, interface)
+            at_points = interpolation(space, functional.points)
+            values = np.stack([at_points @ motion for motion in motions])
+            found = float(np.abs(np.einsum("mkc,kc->m", values, functional.weights)).max())
+            if make is strain_functional:
+                elongation = max(elongation, found)
+            else:
+                bending = max(bending, found)
+    measure = f"largest of 5 gauges and 6 motions of up to {size:.0f} mm (exactly 0)"
+    yield Check("rigid motions, gauge strain", measure, elongation, BOUND)
+    yield Check("rigid motions, gauge curvature", f"{measure}, in 1/mm", bending, BOUND)
+
+
+def _largest_strain(space: TaylorHood, motion: np.ndarray) -> float:
+    gradient = np.stack([space.displacement.interpolate(motion[:, c].copy()).grad for c in range(3)])
+    return float(np.abs(gradient + gradient.swapaxes(0, 1)).max() / 2)

@@ -1,0 +1,42 @@
+"""Mesh scatter: the same presses on five independent meshes of the default finger."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from papilla.fem import FingerModel, press
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.mesh.reference import VARIANTS
+from papilla.studies.verify.case import Check
+from papilla.studies.verify.finger import BLOCK, FORCES_GF, newton
+
+SD_BOUNDS = {5: 0.03, 10: 0.01, 30: 0.01, 60: 0.01, 100: 0.01}
+"""Target for S_d of the default mesh at each force (gf)."""
+
+OTHER_BOUNDS = {"indentation": 0.005, "contact_area": 0.01, "peak_pressure": 0.02}
+"""Targets for what else a press gives, at 50 gf."""
+
+
+def scatter() -> Iterator[Check]:
+    """Standard deviation over the meshes, over the mean; the calibration carries the same into its intervals."""
+    finger = Finger.default()
+    reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(VARIANTS)]
+    for force_gf in FORCES_GF:
+        values = [press(one, BLOCK, force=newton(force_gf), fidelity="contact").sd for one in reduced]
+        yield Check(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), SD_BOUNDS[force_gf])
+    presses = [press(one, BLOCK, force=newton(50), fidelity="contact") for one in reduced]
+    for key, bound in OTHER_BOUNDS.items():
+        name = key.replace("_", " ")
+        yield Check(f"{name} at 50 gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound)
+    highest = float(np.mean([press(one, BLOCK, force=newton(50), fidelity="contact").sd for one in reduced]))
+    worst = max(_spread([one.reading[k] for one in presses], highest) for k in range(len(finger.gauges)))
+    yield Check("readings at 50 gf", "standard deviation of the worst gauge's reading over S_d, 5 meshes", worst, 0.01)
+
+
+def _measure(name: str) -> str:
+    return f"standard deviation of {name} over its mean, {VARIANTS} meshes"
+
+
+def _spread(values, scale: float | None = None) -> float:
+    return float(np.std(values, ddof=1) / abs(np.mean(values) if scale is None else scale))
