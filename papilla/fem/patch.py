@@ -6,6 +6,7 @@ already 2.5 % of the indentation.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -66,12 +67,12 @@ class Patch:
     rim: np.ndarray
     images: np.ndarray
 
-    @property
+    @cached_property
     def node_gap(self) -> np.ndarray:
         """Mean gap (n,) around each node, in mm."""
         return self.gap / self.mass
 
-    @property
+    @cached_property
     def edge_length(self) -> np.ndarray:
         """Mean length (n,) of the triangle edges at each node, in mm."""
         total, count = np.zeros(len(self.xy)), np.zeros(len(self.xy))
@@ -83,7 +84,7 @@ class Patch:
                 np.add.at(count, end, 1)
         return total / count
 
-    @property
+    @cached_property
     def outline(self) -> np.ndarray:
         """Whether each node (n,) lies on the patch's outline; its cuts in mirror planes are not part of it."""
         edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])

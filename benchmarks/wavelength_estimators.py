@@ -1,32 +1,28 @@
-"""`papilla bench --estimators`: the wavelength estimators side by side, against the Cramér-Rao bound."""
+"""The wavelength estimators side by side, against the Cramer-Rao bound, on scenes that tuning never saw.
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+Run with `python benchmarks/wavelength_estimators.py --seeds 6 space bank`: the words select estimators by their names,
+none selects all, which takes long. Scenes, measures and estimators are `papilla.studies.estimators`.
+"""
 
-from papilla.cli.output import print_json, progress
+import argparse
 
-if TYPE_CHECKING:
-    from papilla.studies.estimators.runner import Comparison
+from rich.console import Console
+from rich.table import Table
 
-
-def bench_estimators(only: Sequence[str], seeds: int, as_json: bool) -> None:
-    """Compare the estimators whose names contain one of `only` (all without), over `seeds` held-out seeds; print it."""
-    from papilla.studies.estimators.runner import compare
-
-    with progress() as shown:
-        shown.line("estimators")
-        result = compare(only, seeds=seeds, progress=shown.steps)
-    if as_json:
-        print_json(result.to_json())
-    else:
-        _print(result)
+from papilla.studies.estimators.runner import Comparison, compare
 
 
-def _print(result: "Comparison") -> None:
-    from rich.console import Console
-    from rich.table import Table
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", help="parts of the estimators' names")
+    parser.add_argument("--seeds", type=int, default=2, help="held-out seeds a scene")
+    chosen = parser.parse_args()
+    show(compare(chosen.names, seeds=chosen.seeds))
 
-    console = Console()
+
+def show(result: Comparison) -> None:
+    """Print errors, then step times, sensitivity to late velocity, and cost."""
+    console = Console(width=140)
     table = Table(title="RMS error of the wavelength, held-out seeds")
     for title in ("estimator", "scene"):
         table.add_column(title, overflow="fold")
@@ -50,3 +46,7 @@ def _print(result: "Comparison") -> None:
         texts += [f"{100 * value:.3g}" for value in extra.late.values()]
         costs.add_row(extra.estimator, *texts, *(f"{value:.1f}" for value in extra.cost))
     console.print(costs)
+
+
+if __name__ == "__main__":
+    main()

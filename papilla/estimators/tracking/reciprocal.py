@@ -1,0 +1,126 @@
+"""Reciprocal counting in space: the wavelength is the distance between upward crossings, over their number.
+
+The velocity-aware form of the zero-crossing counter: positions of the crossings are interpolated, so whole numbers of
+samples do not matter. A reversal begins a new count.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.tracking.answer import TrackingStatus, WavelengthEstimate
+from papilla.estimators.tracking.stream import WavelengthStream, frequency_of, pair
+
+_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, _ = map(int, TrackingStatus)
+HYSTERESIS = 0.5
+"""A crossing counts after the signal was this fraction of its rms below the mean."""
+
+
+@dataclass(frozen=True)
+class CrossingState:
+    """mean, power: fading in distance; armed: the signal was low; last: the reading before, less the mean; travel: mm
+    since the stroke began; crossings: their places on this stroke, newest last; sign: of the stroke; answer: the last
+    one."""
+
+    mean: float = math.nan
+    power: float = 0.0
+    armed: bool = False
+    last: float = 0.0
+    travel: float = 0.0
+    crossings: tuple[float, ...] = ()
+    velocity: float = math.nan
+    sign: float = 0.0
+    answer: tuple[float, float] = (math.nan, math.nan)
+
+
+class ReciprocalCounter(WavelengthStream):
+    """Streaming wavelength from zero crossings in space; one sample is (reading, velocity_mm_s).
+
+    Parameters
+    ----------
+    wavelength_range_mm : (shortest, longest); the mean fades over twice the longest, shorter intervals are not counted.
+    sample_rate_Hz : of the samples, evenly spaced.
+    crossings : how many are kept; the memory in wavelengths is one less.
+
+    Raises `InputError` for unusable values.
+    """
+
+    def __init__(
+        self,
+        *,
+        wavelength_range_mm: tuple[float, float] = (0.4, 6.0),
+        sample_rate_Hz: float = 1000.0,
+        crossings: int = 17,
+    ):
+        self._shortest = checks.positive("shortest wavelength (mm)", wavelength_range_mm[0])
+        self._longest = checks.positive("longest wavelength (mm)", wavelength_range_mm[1])
+        if self._longest <= self._shortest:
+            raise InputError(f"wavelength_range_mm must rise, got {self._shortest:g} to {self._longest:g} mm")
+        if crossings < 3:
+            raise InputError(f"crossings must be at least 3, got {crossings}")
+        self._dt = 1 / checks.positive("sample_rate_Hz", sample_rate_Hz)
+        self._kept = int(crossings)
+        self.reset()
+
+    def _fresh(self) -> CrossingState:
+        return CrossingState()
+
+    def update(self, sample) -> WavelengthEstimate:
+        """The estimate after one more sample (reading, velocity_mm_s); raises `InputError` for another length."""
+        reading, velocity = pair(sample)
+        state = self.state
+        if not math.isfinite(velocity):
+            # Without a distance the intervals before and after do not belong together.
+            self.state = replace(state, velocity=math.nan, crossings=(), armed=False)
+            return self._answer(_NO_VELOCITY, velocity)
+        before = velocity if math.isnan(state.velocity) else state.velocity
+        step = 0.5 * (before + velocity) * self._dt
+        if step == 0.0:
+            self.state = replace(state, velocity=velocity)
+            return self._answer(_STANDSTILL, velocity)
+        if abs(step) > 0.5 * self._longest:
+            self.state = replace(state, velocity=velocity, crossings=(), armed=False)
+            return self._answer(_ALIASED, velocity)
+        sign = math.copysign(1.0, step)
+        if sign != state.sign:
+            state = replace(state, sign=sign, travel=0.0, crossings=(), armed=False)
+        travel = state.travel + abs(step)
+        if not math.isfinite(reading):
+            self.state = replace(state, velocity=velocity, travel=travel, crossings=(), armed=False)
+            return self._answer(_MISSING, velocity)
+        self.state = self._counted(state, reading, velocity, travel, abs(step))
+        status = _OK if math.isfinite(self.state.answer[0]) else _SEARCHING
+        return self._answer(status, velocity)
+
+    def _counted(self, state: CrossingState, reading, velocity, travel, step) -> CrossingState:
+        share = -math.expm1(-step / (2 * self._longest))
+        mean = reading if math.isnan(state.mean) else state.mean + share * (reading - state.mean)
+        level = reading - mean
+        power = state.power + share * (level * level - state.power)
+        armed, crossings, answer = state.armed, state.crossings, state.answer
+        if level < -HYSTERESIS * math.sqrt(power):
+            armed = True
+        elif armed and level >= 0.0 > state.last:
+            place = travel - step * level / (level - state.last)
+            if not crossings or place - crossings[-1] >= 0.5 * self._shortest:
+                crossings = (*crossings[-self._kept + 1 :], place)
+                answer = self._measured(crossings) or answer
+            armed = False
+        if travel > 1e6:
+            # Places are differences only: a long stroke must not lose digits.
+            crossings, travel = tuple(place - travel for place in crossings), 0.0
+        return CrossingState(mean, power, armed, level, travel, crossings, velocity, state.sign, answer)
+
+    def _measured(self, crossings: tuple[float, ...]) -> tuple[float, float] | None:
+        count = len(crossings) - 1
+        if count < 2:
+            return None
+        wavelength = (crossings[-1] - crossings[0]) / count
+        residuals = [place - crossings[0] - number * wavelength for number, place in enumerate(crossings)]
+        jitter = sum(value * value for value in residuals) / max(count - 1, 1)
+        return (wavelength, math.sqrt(2 * jitter) / count) if wavelength <= self._longest else None
+
+    def _answer(self, status: int, velocity: float) -> WavelengthEstimate:
+        wavelength, sigma = self.state.answer
+        return WavelengthEstimate(wavelength, sigma, frequency_of(velocity, wavelength), status)

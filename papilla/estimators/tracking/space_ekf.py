@@ -1,0 +1,264 @@
+"""The wavelength in the position domain: an extended Kalman filter guided by a bank of wavenumbers and a supervisor.
+
+The wavelength is a constant of the surface, so with the position known the phase is 2 pi x / lambda and there is
+nothing to lag behind. The filter's memory is declared: its variance is that of the Cramér-Rao bound of a window of
+`memory_s`.
+"""
+
+import math
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.tracking import bank_kernel, phase_kernel, tracker_kernel
+from papilla.estimators.tracking.answer import TrackerState, TrackingStatus, WavelengthEstimate
+from papilla.estimators.tracking.compiled import kernels, numba_available
+
+DEFAULT_RANGE_MM = (0.4, 6.0)
+LOOP_TURNS = 3.24
+"""Loop frequency times memory at which the noise variance of the steady filter is that of a rectangular window:
+K2^2 r / (2 K1) of the gains (sqrt(2) w, w^2) equals 12 r / T^3."""
+HARMONICS = 5
+RESOLUTION = 1.2
+"""Spacing of the bank's wavenumbers times its length, rad: half widths of the fading window's line."""
+PASS_BAND = 0.4
+"""Harmonics above this fraction of the sampling rate are expected to have been removed by anti-aliasing."""
+NO_TEXTURE_NATS = 12.0
+
+_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, _NO_TEXTURE = map(int, TrackingStatus)
+_STATUS = {
+    tracker_kernel.TAKEN: _OK,
+    tracker_kernel.NO_READING: _MISSING,
+    tracker_kernel.NO_VELOCITY: _NO_VELOCITY,
+    tracker_kernel.TOO_FAST: _ALIASED,
+    tracker_kernel.STILL: _STANDSTILL,
+}
+_BY_OUTCOME = np.array([_STATUS[code] for code in range(5)])
+
+
+class SpaceTracker:
+    """Streaming wavelength; one sample is (reading, velocity_mm_s).
+
+    Parameters
+    ----------
+    wavelength_range_mm : (shortest, longest) wavelength that is looked for.
+    sample_rate_Hz : of the samples, which are taken to be evenly spaced.
+    memory_s : declared memory of the wavelength.
+    shear_mm : how far the skin may trail the finger; 0 for a rigid probe.
+    relaxation_mm : distance over which it turns over after a reversal, > 0.
+    saturation : |reading| from which a reading is not one.
+    compiled : run the kernel compiled by numba (extra `fast`); by default where numba is installed. The first use of a
+        process then takes a while to compile.
+
+    Raises `InputError` for unusable values, `MissingExtraError` when compiling is asked for without numba.
+    """
+
+    def __init__(
+        self,
+        *,
+        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
+        sample_rate_Hz: float = 1000.0,
+        memory_s: float = 0.5,
+        shear_mm: float = 0.3,
+        relaxation_mm: float = 0.5,
+        saturation: float = 1e12,
+        compiled: bool | None = None,
+    ):
+        rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
+        memory = checks.positive("memory_s", memory_s)
+        if memory * rate < 50:
+            raise InputError(f"memory_s must be at least 50 samples ({50 / rate:g} s at {rate:g} Hz), got {memory:g}")
+        bank = bank_settings(wavelength_range_mm, rate)
+        phase = _phase_settings(
+            rate,
+            memory,
+            checks.within("shear_mm", shear_mm, 0, 0.5 * bank.length),
+            checks.positive("relaxation_mm", relaxation_mm),
+            1e-6 * bank.length,
+        )
+        guide = _guide_settings(rate, memory, checks.positive("saturation", saturation))
+        self._settings = tracker_kernel.Settings(bank, phase, guide)
+        self._fewest = NO_TEXTURE_NATS / (memory * rate)
+        self._kernels = kernels(tracker_kernel.KERNELS, numba_available() if compiled is None else compiled)
+        self._answer = np.empty((1, 5))
+        self._row = np.empty((1, 2))
+        self.reset()
+
+    @property
+    def memory_s(self) -> float:
+        """The declared memory, s."""
+        return LOOP_TURNS * self._settings.guide.dt / self._settings.phase.loop
+
+    @property
+    def state(self) -> TrackerState:
+        """All that the tracker remembers, to be kept or to be set again."""
+        named = zip(self._memory._fields, self._memory, strict=True)
+        return TrackerState(tuple((name, tuple(array.view(float).ravel().tolist())) for name, array in named))
+
+    @state.setter
+    def state(self, state: TrackerState) -> None:
+        fresh = _memory(self._settings)
+        given = dict(state.arrays)
+        for name, array in zip(fresh._fields, fresh, strict=True):
+            values = given.get(name, ())
+            flat = array.view(float).reshape(-1)
+            if state.arrays and len(values) != flat.size:
+                raise InputError(f"the state holds {len(values)} numbers of {name}, this tracker needs {flat.size}")
+            if state.arrays:
+                flat[:] = values
+        self._memory = fresh
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.state = TrackerState()
+
+    @property
+    def noise_sd(self) -> float:
+        """Standard deviation of a reading's noise as the tracker sees it, in the readings' unit; 0 before a lock."""
+        return math.sqrt(self._memory.track[phase_kernel.NOISE])
+
+    @property
+    def phase_rad(self) -> float:
+        """Phase of the fundamental under the gauge, in [0, 2 pi); NaN without a lock."""
+        locked = self._memory.guide[tracker_kernel.LOCKED] == 1.0
+        return float(self._memory.state[1]) % (2 * math.pi) if locked else math.nan
+
+    @property
+    def phase_sigma_rad(self) -> float:
+        """Standard deviation of `phase_rad`; NaN without a lock."""
+        locked = self._memory.guide[tracker_kernel.LOCKED] == 1.0
+        return math.sqrt(self._memory.track[phase_kernel.TRUE_P]) if locked else math.nan
+
+    def process(self, block) -> WavelengthEstimate:
+        """Estimates after each row of a block (n, 2); bit for bit what `update` gives row by row.
+
+        Raises `InputError` for a block of another shape.
+        """
+        rows = np.ascontiguousarray(block, dtype=float)
+        if rows.ndim != 2 or rows.shape[1] != 2:
+            shape = " x ".join(map(str, rows.shape))
+            raise InputError(f"a block must be n x 2 (reading, velocity_mm_s), got {shape}")
+        answers = np.empty((len(rows), 5))
+        self._kernels.track_block(self._settings, self._memory, rows, answers)
+        wavenumber, spread, outcome, locked, strength = answers.T
+        known = locked == 1.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            wavelength = np.where(known, 2 * math.pi / wavenumber, math.nan)
+            sigma = wavelength * spread / wavenumber
+        status = _BY_OUTCOME[outcome.astype(int)]
+        status = np.where((status == _OK) & ~known, _SEARCHING, status)
+        status = np.where((status == _OK) & (strength < self._fewest), _NO_TEXTURE, status)
+        speed = np.abs(rows[:, 1])
+        return WavelengthEstimate(
+            wavelength, sigma, np.where(status == _NO_VELOCITY, math.nan, speed / wavelength), status
+        )
+
+    def update(self, sample) -> WavelengthEstimate:
+        """The estimate after one more sample (reading, velocity_mm_s).
+
+        Raises `InputError` for a sample of another length.
+        """
+        try:
+            reading, velocity = sample
+        except ValueError as error:
+            raise InputError("a sample must be (reading, velocity_mm_s)") from error
+        row, answer = self._row, self._answer
+        row[0, 0], row[0, 1] = reading, velocity
+        self._kernels.track_block(self._settings, self._memory, row, answer)
+        wavenumber, spread, outcome, locked, strength = answer[0].tolist()
+        status = _STATUS[int(outcome)]
+        if not locked:
+            return WavelengthEstimate(math.nan, math.nan, math.nan, _SEARCHING if status == _OK else status)
+        wavelength = 2 * math.pi / wavenumber
+        if status == _OK and strength < self._fewest:
+            status = _NO_TEXTURE
+        frequency = math.nan if status == _NO_VELOCITY else abs(row[0, 1].item()) / wavelength
+        return WavelengthEstimate(wavelength, wavelength * spread / wavenumber, frequency, status)
+
+
+def bank_settings(wavelength_range_mm: tuple[float, float], rate: float) -> bank_kernel.BankSettings:
+    """The bank for wavelengths from the shortest to the longest (mm); `rate` in Hz.
+
+    Raises `InputError` unless the range spans a factor of 1.5 to 100.
+    """
+    shortest = checks.positive("shortest wavelength (mm)", wavelength_range_mm[0])
+    longest = checks.positive("longest wavelength (mm)", wavelength_range_mm[1])
+    if not 1.5 * shortest <= longest <= 100 * shortest:
+        raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {shortest:g} to {longest:g} mm")
+    step = RESOLUTION / longest
+    top = 2 * math.pi / shortest / step
+    side = math.ceil(math.sqrt(top + 2))
+    return bank_kernel.BankSettings(
+        step=step,
+        side=side,
+        low=max(int(2 * math.pi / longest / step), 1),
+        high=min(side * side - 1, int(top) + 1),
+        length=longest,
+        keep=math.exp(-1 / (0.25 * rate)),
+        period=2 * math.pi / step,
+        second=0.5,
+        third=0.33,
+        harmonics=bank_kernel.FIT,
+    )
+
+
+def _phase_settings(rate, memory, shear, relaxation, still) -> phase_kernel.PhaseSettings:
+    return phase_kernel.PhaseSettings(
+        harmonics=HARMONICS,
+        band=2 * math.pi * PASS_BAND,
+        loop=LOOP_TURNS / (memory * rate),
+        amplitude=0.3 / math.sqrt(rate),
+        offset=2 * math.pi * 2.0 / rate,
+        forget=1 / (0.2 * rate),
+        floor=1e-12,
+        shear=shear,
+        relax=relaxation,
+        still=still,
+    )
+
+
+def _guide_settings(rate, memory, saturation) -> tracker_kernel.GuideSettings:
+    return tracker_kernel.GuideSettings(
+        dt=1 / rate,
+        every=max(round(0.004 * rate), 1),
+        evidence=4.0,
+        alarm=4.0,
+        calm=2.0,
+        inject=0.02 * rate,
+        alarms=2.0,
+        refill=20 / rate,
+        speed=1 / (memory * rate),
+        periods=1.1,
+        settle=0.04 * rate,
+        looks=6.0,
+        clear=4.0,
+        better=1.6,
+        apart=0.5,
+        lost=0.06,
+        wild=8.0,
+        limit=saturation,
+    )
+
+
+def _memory(settings: tracker_kernel.Settings) -> tracker_kernel.Memory:
+    count, size = settings.bank.side**2, 2 * settings.phase.harmonics + 3
+    fit = 2 * settings.bank.harmonics + 1
+    memory = tracker_kernel.Memory(
+        fields=np.zeros((3, count), complex),
+        sums=np.zeros(bank_kernel.SUMS),
+        state=np.zeros(size),
+        cov=np.zeros((size, size)),
+        track=np.zeros(phase_kernel.TRACK),
+        guide=np.zeros(tracker_kernel.GUIDE),
+        nominee=np.zeros(bank_kernel.FOUND),
+        row=np.zeros(size),
+        gram=np.zeros((fit, fit)),
+        right=np.zeros(fit),
+        power=np.zeros(count),
+        average=np.zeros(count),
+        score=np.zeros(settings.bank.high - settings.bank.low),
+    )
+    memory.guide[tracker_kernel.VELOCITY] = math.nan
+    memory.guide[tracker_kernel.TOKENS] = settings.guide.alarms
+    return memory

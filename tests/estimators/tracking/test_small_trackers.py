@@ -1,0 +1,108 @@
+"""The reciprocal counter, the wavenumber bank alone, and several gauges together."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.tracking import FusedTracker, ReciprocalCounter, TrackingStatus, WavenumberBank
+from papilla.studies.estimators.scenes import scene
+
+KINDS = (ReciprocalCounter, WavenumberBank)
+PLACES = (-8.0, -4.0, 0.0, 4.0, 8.0)
+
+
+def same(first, second) -> bool:
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first, second, strict=True))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("wavelength", [0.6, 1.2])
+def test_the_wavelength_is_found(kind, wavelength):
+    made = scene("act1", wavelength, seed=1, seconds=1.5)
+    found = kind().process(made.block())
+    error = (found.wavelength_mm / wavelength - 1)[made.judged()]
+    assert math.sqrt(np.mean(error**2)) < 0.01
+    assert np.all(found.wavelength_sigma_mm[made.judged()] > 0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_chunks_and_state(kind):
+    block = scene("act1", 1.2, seed=1, seconds=0.7).block()
+    block[60, 0], block[200, 1], block[300:310, 1] = np.nan, np.nan, 0.0
+    whole = kind().process(block)
+    cut = kind()
+    first = cut.process(block[:350])
+    other = kind()
+    other.state = cut.state
+    rest = other.process(block[350:])
+    assert same(whole, (np.concatenate(pair) for pair in zip(first, rest, strict=True)))
+    cut.reset()
+    assert same(whole, cut.process(block))
+    assert {0, 1, 2, 3, 4} >= set(whole.status.tolist()) >= {0, 1, 3, 4}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_standstill_and_shapes(kind):
+    estimator = kind()
+    estimator.process(scene("const", 1.2, seed=1, seconds=0.6).block())
+    estimator.update((0.0, 0.0))
+    held = estimator.update((0.0, 0.0))
+    assert held.status == TrackingStatus.STANDSTILL and held.frequency_Hz == 0
+    assert held.wavelength_mm == pytest.approx(1.2, rel=0.02)
+    with pytest.raises(InputError, match="n x 2"):
+        estimator.process(np.zeros(4))
+    with pytest.raises(InputError, match="a sample must be"):
+        estimator.update((1.0,))
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda: ReciprocalCounter(wavelength_range_mm=(2, 1)), "must rise"),
+        (lambda: ReciprocalCounter(crossings=2), "crossings must be at least 3"),
+        (lambda: WavenumberBank(every=0), "every must be at least 1"),
+        (lambda: FusedTracker((1.0,)), "two or more different places"),
+        (lambda: FusedTracker((1.0, 1.0)), "two or more different places"),
+    ],
+)
+def test_unusable_values(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+@pytest.fixture(scope="module")
+def gauges():
+    return scene("const", 2.4, seed=2, seconds=0.9, gauge_positions_mm=PLACES)
+
+
+def test_several_gauges_are_better_than_one_and_show_a_wrong_speed(gauges):
+    rows = gauges.block()
+    fused = FusedTracker(PLACES, compiled=False).process(rows)
+    assert fused.used[-1] == 5
+    assert fused.wavelength_mm[-1] == pytest.approx(2.4, abs=5 * fused.wavelength_sigma_mm[-1])
+    assert fused.wavelength_by_phase_mm[-1] == pytest.approx(2.4, rel=0.002)
+    rows[:, -1] *= 1.05
+    wrong = FusedTracker(PLACES, compiled=False).process(rows)
+    assert wrong.wavelength_mm[-1] == pytest.approx(2.4 * 1.05, rel=0.002)
+    assert wrong.wavelength_by_phase_mm[-1] == pytest.approx(2.4, rel=0.002)
+
+
+def test_dead_and_contradicting_gauges_are_left_out(gauges):
+    rows = gauges.block()
+    rows[:, 1] = 0.0
+    rows[:, 3] = scene("const", 1.0, seed=2, seconds=0.9).readings[:, 0]
+    fused = FusedTracker(PLACES, compiled=False)
+    found = fused.process(rows)
+    assert found.used[-1] == 3
+    assert found.wavelength_mm[-1] == pytest.approx(2.4, rel=0.002)
+    other = FusedTracker(PLACES, compiled=False)
+    other.state = fused.state
+    assert other.update(rows[-1]) == fused.update(rows[-1])
+    with pytest.raises(InputError, match="the state is of 4 gauges"):
+        other.state = fused.state[:4]
+    with pytest.raises(InputError, match="n x 6"):
+        fused.process(rows[:, :3])
+    with pytest.raises(InputError, match="5 readings"):
+        fused.update((1.0, 2.0))
