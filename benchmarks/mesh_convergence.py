@@ -26,6 +26,7 @@ def presses(size_mm: float, variant: int = 0) -> np.ndarray:
 
 
 def main() -> None:
+    """Print the table."""
     fine = presses(DEFAULT_SIZE_MM / 2)
     every = np.array([presses(DEFAULT_SIZE_MM, variant) for variant in range(VARIANTS)])
     off = 100 * (every / fine - 1)

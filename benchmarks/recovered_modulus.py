@@ -16,6 +16,7 @@ SHOWN_MPA = (0.05, 0.089, 0.2, 0.51, 0.72)
 
 
 def main() -> None:
+    """Calibrate, press, invert, and print."""
     finger = Finger.default()
     meshes = [fem.prepare(finger, variant=variant) for variant in range(5)]
     sweeps = [calibrate.sweep(reduced) for reduced in meshes[:4]]

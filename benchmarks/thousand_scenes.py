@@ -17,6 +17,7 @@ FORCES_N = np.linspace(0.05, 1.0, 40)
 
 
 def main() -> None:
+    """Time the set-up and the scenes, and print."""
     finger = Finger.default()
     cached = mesh.build(finger)
     began = perf_counter()

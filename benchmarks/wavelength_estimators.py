@@ -13,6 +13,7 @@ from papilla.studies.estimators.runner import Comparison, compare
 
 
 def main() -> None:
+    """Compare what the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="parts of the estimators' names")
     parser.add_argument("--seeds", type=int, default=2, help="held-out seeds a scene")

@@ -4,6 +4,7 @@ Each material gives the energy per reference volume of an isochoric deformation.
 the finger's layer has the Poisson's ratio.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import astuple, dataclass, fields
 from typing import ClassVar
 
@@ -19,13 +20,13 @@ _FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
 """The stress-free principal stretch is stretch ** exponent."""
 
 
-class _Material:
+class _Material(ABC):
     kind: ClassVar[str]
 
     @property
+    @abstractmethod
     def shear_modulus(self) -> float:
         """Small-strain shear modulus, MPa."""
-        raise NotImplementedError
 
     @property
     def modulus(self) -> float:
@@ -43,9 +44,9 @@ class _Material:
             free, stretch, free, mode
         )
 
-    def _stretch_slope(self, at, stretch, free, mode):
+    @abstractmethod
+    def _stretch_slope(self, at, stretch, free, mode) -> np.ndarray:
         """dW/dl at the principal stretch `at`, for a test with principal stretches `stretch` and `free`."""
-        raise NotImplementedError
 
     def describe(self) -> dict:
         """Kind and parameters as plain values."""
@@ -55,13 +56,13 @@ class _Material:
 class FirstInvariantMaterial(_Material):
     """A material whose energy depends on I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation alone."""
 
+    @abstractmethod
     def energy(self, i1) -> np.ndarray:
         """W (MPa) of the isochoric first invariant, any shape."""
-        raise NotImplementedError
 
+    @abstractmethod
     def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
         """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
-        raise NotImplementedError
 
     def _stretch_slope(self, at, stretch, free, mode):
         third = {"uniaxial": free, "equibiaxial": stretch, "pure_shear": np.ones_like(stretch)}[mode]

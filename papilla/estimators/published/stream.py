@@ -1,6 +1,7 @@
 """What the published roughness estimators share: the sample, the answer with its status, and the keeping of time."""
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
@@ -86,7 +87,7 @@ class StreamState:
     last_time_s: float = _NONE
 
 
-class RoughnessStream:
+class RoughnessStream(ABC):
     """Base of the published estimators; one sample is (reading, velocity_mm_s) or (reading, velocity_mm_s, t_s).
 
     reading is of one gauge, in any unit; velocity_mm_s is that of the finger over the surface, NaN where unknown. With
@@ -120,8 +121,9 @@ class RoughnessStream:
         self._fastest = 0.5 * self.sample_rate_Hz * self._low
         self._time = _NONE
 
+    @abstractmethod
     def _advance(self, readings, velocities) -> Answers:
-        raise NotImplementedError
+        """Answers to lists of readings and velocities that are usable."""
 
     def process(self, block) -> RoughnessEstimate:
         """Estimates after each row of a block (n, 2) or (n, 3); bit for bit what `update` gives row by row.

@@ -43,9 +43,8 @@ class WavenumberBank(WavelengthStream):
         self._settings = bank_settings(wavelength_range_mm, 1 / self._dt)
         self.reset()
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self.state = TrackerState()
+    def _fresh(self) -> TrackerState:
+        return TrackerState()
 
     @property
     def state(self) -> TrackerState:

@@ -1,6 +1,7 @@
 """What the small trackers share: blocks from samples, velocity into distance, a state that is a frozen dataclass."""
 
 import math
+from abc import ABC, abstractmethod
 
 import numpy as np
 
@@ -8,19 +9,20 @@ from papilla.errors import InputError
 from papilla.estimators.tracking.answer import WavelengthEstimate
 
 
-class WavelengthStream:
+class WavelengthStream(ABC):
     """Base of trackers whose state is one frozen dataclass in `self.state`; they define `_fresh()` and `update`."""
 
     def reset(self) -> None:
         """Forget everything."""
         self.state = self._fresh()
 
+    @abstractmethod
     def _fresh(self):
-        raise NotImplementedError
+        """The state of an estimator that knows nothing."""
 
+    @abstractmethod
     def update(self, sample) -> WavelengthEstimate:
         """The estimate after one more sample (reading, velocity_mm_s); raises `InputError` for another length."""
-        raise NotImplementedError
 
     def process(self, block) -> WavelengthEstimate:
         """Estimates after each row of a block (n, 2); bit for bit what `update` gives row by row.

@@ -10,6 +10,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from papilla.errors import InputError
 from papilla.materials import FirstInvariantMaterial, Ogden
 
 _ROWS, _COLUMNS = np.divmod(np.arange(9), 3)
@@ -73,13 +74,13 @@ def energy(material, kinematics: Kinematics, pressure: np.ndarray, compressibili
 @singledispatch
 def isochoric(material, kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray]:
     """dW_iso/dF (..., 3, 3) and d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
-    raise NotImplementedError(f"no stress is known for {type(material).__name__}")
+    raise InputError(f"no stress is known for {type(material).__name__}")
 
 
 @singledispatch
 def isochoric_energy(material, kinematics: Kinematics) -> np.ndarray:
     """W_iso (...) of a material, MPa."""
-    raise NotImplementedError(f"no energy is known for {type(material).__name__}")
+    raise InputError(f"no energy is known for {type(material).__name__}")
 
 
 @isochoric_energy.register
