@@ -86,7 +86,7 @@ class Discretisation:
         found = self.basis.interpolate(solution)
         x = np.asarray(self.basis.global_coordinates())
         exact, slope = field(x), gradient(x)
-        norms = [(found.value - exact, exact), (found.grad - slope, slope)]
+        norms = [(np.asarray(found) - exact, exact), (found.grad - slope, slope)]
         low, high = (np.sqrt((e**2 * self.basis.dx).sum() / (n**2 * self.basis.dx).sum()) for e, n in norms)
         return float(low), float(high)
 
