@@ -10,8 +10,8 @@ from scipy.interpolate import LinearNDInterpolator
 
 from papilla.errors import InputError
 from papilla.fem.ellipse import contact_shape
-from papilla.fem.press import Press
 from papilla.fem.reduced import ReducedFinger
+from papilla.fem.scene import Press
 from papilla.view.style import INK, MUTED, SEQUENTIAL, nice_limit, styled
 
 KPA = 1000.0

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.fem.press import Press
 from papilla.fem.reduced import ReducedFinger
+from papilla.fem.scene import Press
 from papilla.files import replacing
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build, cache

@@ -6,8 +6,8 @@ from scipy.interpolate import LinearNDInterpolator
 
 from papilla.fem.fields import Field
 from papilla.fem.patch import Frame
-from papilla.fem.press import Press
 from papilla.fem.reduced import ReducedFinger
+from papilla.fem.scene import Press
 from papilla.finger import Finger
 from papilla.mesh.surfaces import surfaces_of
 from papilla.specimen import Block, Specimen, Sphere
