@@ -1,4 +1,14 @@
-"""Fit a hyperelastic material to test data by least squares, and confess what the data do not say."""
+"""Fit a hyperelastic material to test data by least squares, and confess what the data do not say.
+
+From stretch and nominal stress (MPa) of a test to the card of a layer:
+
+>>> data = MaterialTests(stretch, stress, "uniaxial")        # several tests: MaterialTests.join([...])
+>>> fitted = fit_material("ogden", data)
+>>> finger = dataclasses.replace(finger, outer=Layer.of(fitted.material))
+
+or, in a design file, `[outer] material = { model = "ogden", mu_MPa = ..., alpha = ... }`. `fitted.notes` says what to
+doubt.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

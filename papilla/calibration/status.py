@@ -18,6 +18,8 @@ class SoftnessStatus(IntEnum):
     NO_CONTACT = 6
     BAD_GAUGE = 7
     BAD_INPUT = 8
+    LEFT_OUT = 9
+    MISFIT = 10
 
     @property
     def sentence(self) -> str:
@@ -35,4 +37,6 @@ _SENTENCES = {
     SoftnessStatus.NO_CONTACT: "no contact",
     SoftnessStatus.BAD_GAUGE: "bad gauge: a reading is missing, saturated or stuck, so there is no S_d",
     SoftnessStatus.BAD_INPUT: "force or S_d is not a positive finite number",
+    SoftnessStatus.LEFT_OUT: "ok without some channels",
+    SoftnessStatus.MISFIT: "the readings fit no modulus and force: a touch off the apex, or several bad channels",
 }

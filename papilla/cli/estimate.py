@@ -1,51 +1,74 @@
 """`papilla estimate`: the estimators over a log, one row of answers per row of the log."""
 
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.output import print_json, print_table, say
+from papilla.cli.output import print_json, progress, say
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
+    from papilla.estimators import Pipeline
     from papilla.logs import TimeLog
-
-UNANSWERED = ("frequency_Hz", "wavelength_mm", "wavelength_sigma_mm", "mu_kinetic", "mu_static")
-"""Documented columns that no estimator of this version fills; they stay empty."""
 
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 """Noise (microstrain, N) that is assumed where a log shows less: a computed log has none."""
+BLOCK = 2000
+"""Rows between two steps of the progress bar."""
 
 
 def estimate(
-    log: Annotated[Path, typer.Argument(help="Time log (CSV): t_s, g1, ..., force_N.", metavar="LOG.csv")],
+    log: Annotated[Path, typer.Argument(help="Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv")],
     out: Annotated[Path, typer.Option(help="Table of estimates to write (CSV).")],
     calibration: Annotated[Path | None, typer.Option(help="Calibration file (JSON); without it no modulus.")] = None,
+    wavelength_range: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            metavar="LO HI",
+            help="Wavelengths (mm) that are looked for; without it 0.4 to 6 row by row, and in the summary all.",
+        ),
+    ] = None,
+    saturation: Annotated[float | None, typer.Option(help="|reading| from which a gauge is saturated.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Estimate the softness of what the finger touches, row by row of a log."""
+    """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
+    from papilla.cli.estimate_output import print_summary, summary_of
     from papilla.files import check_writable
     from papilla.logs import read_time_log
     from papilla.tables import write_table
 
+    wavelengths = _checked_range(wavelength_range)
     recorded = read_time_log(log)
     record = _load(calibration, recorded, log) if calibration else None
+    noise = _noise(recorded)
+    pipeline = _pipeline(recorded, record, noise, wavelengths, saturation)
     check_writable(out.parent)
-    columns, settings = _softness(recorded, record)
-    empty = [float("nan")] * len(recorded)
-    status = columns.pop("status")
-    write_table(out, {"t_s": recorded.t_s, **columns, **dict.fromkeys(UNANSWERED, empty), "status": status})
+    columns = _run(pipeline, recorded)
+    write_table(out, {"t_s": recorded.t_s, **columns})
 
-    summary = _summary(recorded, columns, status) | settings | {"estimates": str(out)}
+    summary = summary_of(recorded, columns, pipeline.messages, wavelengths)
+    used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
+    names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
+    summary |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
     for message in summary["messages"]:
         say(message)
     if as_json:
         print_json(summary)
     else:
-        _print(summary)
+        print_summary(summary)
+
+
+def _checked_range(wavelength_range: tuple[float, float] | None) -> tuple[float, float] | None:
+    from papilla import checks
+
+    if wavelength_range is None:
+        return None
+    low, high = (checks.positive("--wavelength-range (mm)", value) for value in wavelength_range)
+    if low >= high:
+        raise InputError(f"--wavelength-range must rise from LO to HI, got {low:g} and {high:g} mm")
+    return low, high
 
 
 def _load(path: Path, recorded: "TimeLog", log: Path) -> "Calibration":
@@ -59,77 +82,47 @@ def _load(path: Path, recorded: "TimeLog", log: Path) -> "Calibration":
     return record
 
 
-def _softness(recorded: "TimeLog", record: "Calibration | None") -> tuple[dict, dict]:
-    """Columns of modulus, sigma and status; and the noise that was assumed."""
-    if record is None or recorded.force_N is None:
-        missing = "the log has no column force_N" if recorded.force_N is None else "no calibration was given"
-        nothing = [float("nan")] * len(recorded)
-        status = [f"no modulus: {missing}"] * len(recorded)
-        silent = {"gauge_noise_microstrain": None, "force_noise_N": None}
-        return {"modulus_MPa": nothing, "modulus_sigma_MPa": nothing, "status": status}, silent
-
-    import numpy as np
-
-    from papilla.estimators import Softness
+def _noise(recorded: "TimeLog") -> dict[str, float | None]:
+    """Noise of the worst gauge and of the force, as the log shows it."""
     from papilla.logs import white_noise
 
-    gauge_noise = max([white_noise(readings) for readings in recorded.readings.T] + [GAUGE_NOISE_FLOOR])
-    force_noise = max(white_noise(recorded.force_N), FORCE_NOISE_FLOOR_N)
-    estimator = Softness(
-        record, gauge_sigma=gauge_noise, force_sigma_N=force_noise, sample_rate_Hz=recorded.sample_rate_Hz
-    )
-    answer = estimator.process(np.column_stack([recorded.readings, recorded.force_N]))
-    columns = {
-        "modulus_MPa": answer.modulus_MPa,
-        "modulus_sigma_MPa": answer.modulus_sigma_MPa,
-        "status": answer.sentence,
-    }
-    return columns, {"gauge_noise_microstrain": gauge_noise, "force_noise_N": force_noise}
-
-
-def _summary(recorded: "TimeLog", columns: dict, status: list[str]) -> dict:
-    report = recorded.report
-    messages = [f"not estimated by this version: {', '.join(UNANSWERED)}"]
-    messages += [f"ignored columns: {', '.join(report.ignored)}"] if report.ignored else []
-    answered = [row for row, value in enumerate(columns["modulus_MPa"]) if value == value]
-    last = answered[-1] if answered else None
+    gauges = [noise for noise in map(white_noise, recorded.readings.T) if noise == noise]
+    force = float("nan") if recorded.force_N is None else white_noise(recorded.force_N)
     return {
-        "rows": report.rows,
-        "answered_rows": len(answered),
-        "status": dict(Counter(status).most_common()),
-        "last_answer": None
-        if last is None
-        else {
-            "t_s": float(recorded.t_s[last]),
-            "modulus_MPa": float(columns["modulus_MPa"][last]),
-            "modulus_sigma_MPa": float(columns["modulus_sigma_MPa"][last]),
-        },
-        "nan_rows": report.nan_rows,
-        "nan_cells": report.nan_cells,
-        "gaps": report.gaps,
-        "duplicates": report.duplicates,
-        "sample_rate_Hz": recorded.sample_rate_Hz,
-        "messages": messages,
+        "gauge_sigma": max([*gauges, GAUGE_NOISE_FLOOR]),
+        "force_sigma_N": max(force, FORCE_NOISE_FLOOR_N) if force == force else FORCE_NOISE_FLOOR_N,
     }
 
 
-def _print(summary: dict) -> None:
-    last = summary["last_answer"]
-    rows = [
-        ("rows", str(summary["rows"]), ""),
-        *((status, str(count), "rows") for status, count in summary["status"].items()),
-        ("rows without a number in a cell", str(summary["nan_rows"]), ""),
-        ("gaps", str(summary["gaps"]), ""),
-        ("repeated times", str(summary["duplicates"]), ""),
-        ("sampling rate", f"{summary['sample_rate_Hz']:.5g}", "Hz"),
-    ]
-    if summary["force_noise_N"] is not None:
-        rows += [
-            ("noise of a gauge", f"{summary['gauge_noise_microstrain']:.3g}", "µε"),
-            ("noise of the force", f"{summary['force_noise_N']:.2g}", "N"),
-        ]
-    if last is not None:
-        found = f"{last['modulus_MPa']:.4g} ± {last['modulus_sigma_MPa']:.2g}"
-        rows.append((f"modulus at {last['t_s']:.4g} s", found, "MPa"))
-    print_table(rows)
-    print("Wrote", summary["estimates"])
+def _pipeline(recorded: "TimeLog", record, noise, wavelengths, saturation) -> "Pipeline":
+    from papilla.estimators import Pipeline
+    from papilla.logs import TIME_OPTIONAL
+
+    options = {} if wavelengths is None else {"wavelength_range_mm": wavelengths}
+    if saturation is not None:
+        options["saturation"] = saturation
+    return Pipeline(
+        record,
+        gauges=len(recorded.gauge_names),
+        columns=tuple(name for name in TIME_OPTIONAL if getattr(recorded, name) is not None),
+        sample_rate_Hz=recorded.sample_rate_Hz,
+        **noise,
+        **options,
+    )
+
+
+def _run(pipeline: "Pipeline", recorded: "TimeLog") -> dict:
+    """The columns of the pipeline's answers to the whole log."""
+    import numpy as np
+
+    given = pipeline.columns[1 + len(recorded.gauge_names) :]
+    table = np.column_stack([recorded.t_s, recorded.readings, *(getattr(recorded, name) for name in given)])
+    answers = []
+    with progress() as bar:
+        bar.line("estimating")
+        for begin in range(0, len(table), BLOCK):
+            answers.append(pipeline.process(table[begin : begin + BLOCK]))
+            bar.steps(min(begin + BLOCK, len(table)), len(table))
+    names = answers[0]._fields
+    columns = {name: np.concatenate([getattr(answer, name) for answer in answers]) for name in names[:-1]}
+    return columns | {"status": [sentence for answer in answers for sentence in answer.status]}

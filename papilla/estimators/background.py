@@ -9,6 +9,8 @@ from papilla.errors import InputError
 ROUNDS, TRIM = 8, 2.5
 """Most rounds of refitting without the lines, and from how many spreads above the background a point is a line."""
 LEAST_POINTS = 8
+STEEPEST, MOST_STEPS = 8.0, 200
+"""Greatest slope of the background, and most steps of one of its fits."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,6 @@ def fit_background(k, power) -> Background:
     Least squares on the logarithm, repeated without what stands out above (8 points or more must remain).
     Raises `InputError` for fewer than 8 points or power that is not positive.
     """
-    from scipy.optimize import least_squares
     from scipy.special import digamma
 
     k, power = np.asarray(k, float), np.asarray(power, float)
@@ -62,13 +63,8 @@ def fit_background(k, power) -> Background:
     level = float(np.median(seen))
     used = np.ones(k.size, bool)
     values = np.array([level - 1.0, 1.0, level - 1.0])
-    low, high = [level - 60, 0.0, level - 60], [level + 60, 8.0, level + 60]
     for _ in range(ROUNDS):
-
-        def misfit(v, used=used):
-            return (np.logaddexp(v[0] + v[1] * steps, v[2]) - seen)[used]
-
-        values = least_squares(misfit, values, bounds=(low, high), loss="soft_l1").x
+        values = _fitted(steps[used], seen[used], values)
         above = seen - np.logaddexp(values[0] + values[1] * steps, values[2])
         spread = _spread_below(above[used])
         kept = above <= np.median(above[used]) + TRIM * spread
@@ -81,6 +77,43 @@ def fit_background(k, power) -> Background:
     return Background(
         reference, float(np.exp(values[0] + lift)), float(values[1]), float(np.exp(values[2] + lift)), freedom
     )
+
+
+def _fitted(steps: np.ndarray, seen: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """The three values of ln(exp(v0 + v1 steps) + exp(v2)), 0 <= v1 <= `STEEPEST`, nearest to `seen`.
+
+    Levenberg and Marquardt's steps on the loss 2 sqrt(1 + residual^2) - 2, which lets single points go.
+    """
+    values, damping = start, 1.0
+    cost, step, normal = _misfit(steps, seen, values)
+    for _ in range(MOST_STEPS):
+        scaled = normal + damping * np.diag(np.diag(normal) + 1e-12 * np.trace(normal))
+        tried = values + np.linalg.solve(scaled, step)
+        tried[1] = min(max(tried[1], 0.0), STEEPEST)
+        after = _misfit(steps, seen, tried)
+        if not after[0] < cost:
+            damping *= 8
+            if damping > 1e9:
+                break
+            continue
+        gained = cost - after[0]
+        values, damping = tried, damping / 8
+        cost, step, normal = after
+        if gained < 1e-9 * cost:
+            break
+    return values
+
+
+def _misfit(steps: np.ndarray, seen: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """The loss, its steepest descent and the normal matrix of its weighted squares."""
+    red = values[0] + values[1] * steps
+    expected = np.logaddexp(red, values[2])
+    rest = seen - expected
+    root = np.sqrt(1 + rest * rest)
+    share = np.exp(red - expected)
+    slopes = np.stack([share, share * steps, 1 - share])
+    weighted = slopes / root
+    return float(np.sum(root - 1)), weighted @ rest, weighted @ slopes.T
 
 
 def _spread_below(residuals: np.ndarray) -> float:

@@ -36,8 +36,8 @@ def channel_lags(position_mm, readings, wavelength_mm: float) -> ChannelLags:
     shorter than two wavelengths.
     """
     wavelength = checks.positive("wavelength_mm", wavelength_mm)
-    position, channels, _, unused = usable(position_mm, readings)
-    if unused or channels.shape[1] < 2:
+    position, channels, _, used = usable(position_mm, readings)
+    if len(used) < 2 or len(used) < np.shape(readings)[1]:
         raise InputError("lags need two or more channels, all of them with changing, finite readings")
     path = float(np.ptp(position))
     if path < 2 * wavelength:

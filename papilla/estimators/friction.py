@@ -69,8 +69,7 @@ class FrictionEstimate(NamedTuple):
         return FrictionStatus(self.status).sentence
 
 
-@dataclass(frozen=True)
-class Direction:
+class Direction(NamedTuple):
     """Weighted sums over steady sliding one way: weight, normal, tangential force, their squares and product.
 
     breakaway : greatest (tangential towards the movement) and the normal force then, of the last start; NaN before one.
@@ -224,7 +223,7 @@ class Friction:
             if pull > self._peak[0] and self._n > 0:
                 self._peak = (pull, self._n)
             if self._sliding == self._onset:
-                self._ways[way] = _with_breakaway(self._ways[way], self._peak)
+                self._ways[way] = self._ways[way]._replace(breakaway=self._peak)
         if self._sliding > self._settled:
             self._ways[way] = self._learnt(self._ways[way])
             self._solved = self._solve()
@@ -277,10 +276,6 @@ class Friction:
 
 
 _NOTHING_YET = FrictionEstimate(_NONE, _NONE, _NONE, NOT_SLIDING)
-
-
-def _with_breakaway(way: Direction, peak: tuple[float, float]) -> Direction:
-    return Direction(way.weight, way.normal, way.tangential, way.normal2, way.product, peak)
 
 
 def _spread(way: Direction) -> float:

@@ -13,7 +13,7 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.background import Background, fit_background
 from papilla.estimators.harmonics import Peak, order_of, with_harmonics
-from papilla.estimators.position_spectrum import PositionSpectrum, position_spectrum
+from papilla.estimators.position_spectrum import GRID_PER_PERIOD, PositionSpectrum, position_spectrum
 
 FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0
@@ -25,6 +25,9 @@ TREND = 3
 BEYOND = 4.0
 """The background is fitted to wavenumbers so many times higher than those searched, where the log shows them."""
 
+LONGEST_GRID = 2**19
+"""Points of the grid of a spectrum above which `latest_stretch` shortens a log: 4 million padded points a channel."""
+
 
 @dataclass(frozen=True)
 class SpectralLine:
@@ -35,6 +38,7 @@ class SpectralLine:
     amplitude : root mean square over the channels of the amplitude of the sinusoid, in units of the readings.
     ratio : power over the background; chance : probability of it or more from the background anywhere in the search.
     harmonic, fundamental_mm : it may be that harmonic of a stronger line of that wavelength, or 1 and its own.
+    channels : numbers, from 0, of those in which it stands out by itself, as rarely by chance as in all together.
     """
 
     wavelength_mm: float
@@ -44,6 +48,7 @@ class SpectralLine:
     chance: float
     harmonic: int
     fundamental_mm: float
+    channels: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +96,12 @@ def find_lines(
     which nothing can be searched.
     """
     false_alarm = checks.within("false_alarm", false_alarm, 1e-12, 0.5)
-    position, channels, unused_samples, unused_channels = usable(position_mm, readings)
+    position, channels, unused_samples, used = usable(position_mm, readings)
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     spectrum = position_spectrum(position, channels, 1 / max(shortest, low / BEYOND), TREND)
-    background, power = _pooled(spectrum)
-    lines = _lines(spectrum, power, background, channels.shape[1], (low, high), false_alarm)
+    background, power, scale = _pooled(spectrum)
+    lines = _lines(spectrum, power, background, (used, scale), (low, high), false_alarm)
     inside = (spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low)
     return LineSpectrum(
         lines,
@@ -105,12 +110,30 @@ def find_lines(
         power[inside],
         background,
         unused_samples,
-        unused_channels,
+        1 - len(used) if np.ndim(readings) == 1 else np.shape(readings)[1] - len(used),
     )
 
 
-def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Positions and readings (n, c) of finite rows and changing channels, and how many of each were left out."""
+def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None = None) -> int:
+    """First row (from 0) of the latest stretch of positions (n,) whose spectrum has no more than `LONGEST_GRID` points.
+
+    Raises `InputError` for no movement and an unusable range.
+    """
+    position = np.asarray(position_mm, float)
+    rows = np.flatnonzero(np.isfinite(position))
+    known = position[rows]
+    if known.size < 2:
+        raise InputError("a spectrum over position needs rows with a position")
+    low = _shortest(known) if wavelength_range_mm is None else max(wavelength_range_mm[0] / BEYOND, _shortest(known))
+    # How far the path of the last rows reaches, for each row that it may begin with.
+    reach = np.maximum.accumulate(known[::-1]) - np.minimum.accumulate(known[::-1])
+    fits = int(np.searchsorted(reach, LONGEST_GRID * low / GRID_PER_PERIOD, side="right"))
+    return int(rows[known.size - fits]) if fits < known.size else 0
+
+
+def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
+    """Positions and readings (n, c) of finite rows and changing channels; how many rows were left out, and the numbers
+    (c,) of the channels."""
     position, table = np.asarray(position_mm, float), np.asarray(readings, float)
     table = table[:, None] if table.ndim == 1 else table
     if position.ndim != 1 or table.ndim != 2 or len(table) != len(position):
@@ -124,8 +147,7 @@ def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, int]:
     changing = np.ptp(kept, axis=0) > 0
     if not changing.any():
         raise InputError("no channel has changing, finite readings")
-    kept = kept[:, changing]
-    return position[rows], kept, int((~rows).sum()), table.shape[1] - kept.shape[1]
+    return position[rows], kept[:, changing], int((~rows).sum()), np.flatnonzero(alive)[changing]
 
 
 def _shortest(position: np.ndarray) -> float:
@@ -155,20 +177,24 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     return low, high
 
 
-def _pooled(spectrum: PositionSpectrum) -> tuple[Background, np.ndarray]:
-    """Background of the pooled power, and the power: the mean over the channels, each over its own median."""
+def _pooled(spectrum: PositionSpectrum) -> tuple[Background, np.ndarray, np.ndarray]:
+    """Background of the pooled power, the power: the mean over the channels, each over its own median, and these."""
     independent = spectrum.independent()
     own = np.median(spectrum.power[independent], axis=0)
-    power = spectrum.power @ (1 / np.maximum(own, 1e-12 * own.max())) / len(own)
-    return fit_background(spectrum.wavenumber[independent], power[independent]), power
+    own = np.maximum(own, 1e-12 * own.max())
+    power = spectrum.power @ (1 / own) / len(own)
+    return fit_background(spectrum.wavenumber[independent], power[independent]), power, own
 
 
 def _lines(spectrum, power, background, channels, searched, false_alarm) -> tuple[SpectralLine, ...]:
-    """Significant lines inside the searched range, greatest amplitude first."""
+    """Significant lines inside the searched range, greatest amplitude first; channels: their numbers and medians."""
     low, high = 1 / searched[1], 1 / searched[0]
     # A padded spectrum finds the highest point between two independent lines too: twice as many chances.
     trials = max(2 * (high - low) / spectrum.resolution, 1.0)
-    peaks = _peaks(spectrum, power, background, channels, background.threshold(false_alarm / trials))
+    used, scale = channels
+    peaks = _peaks(spectrum, power, background, len(used), background.threshold(false_alarm / trials))
+    # The power of one channel has two degrees of freedom.
+    alone = -np.log(false_alarm / trials)
     lines: list[SpectralLine] = []
     fundamentals: list[tuple[Peak, float]] = []
     for peak in peaks:
@@ -180,10 +206,14 @@ def _lines(spectrum, power, background, channels, searched, false_alarm) -> tupl
             agreed = with_harmonics(peak, peaks, spectrum.resolution)
             fundamental = 1 / agreed.wavenumber
             fundamentals.append((peak, fundamental))
-            peak = agreed
+        else:
+            agreed = peak
         chance = float(min(trials * background.chance(peak.ratio), 1.0))
-        wavelength, sigma = 1 / peak.wavenumber, peak.sigma / peak.wavenumber**2
-        lines.append(SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, chance, order, fundamental))
+        wavelength, sigma = 1 / agreed.wavenumber, agreed.sigma / agreed.wavenumber**2
+        place = round(peak.wavenumber / spectrum.wavenumber[1])
+        over = np.abs(spectrum.transform[place]) ** 2 / scale / background.power(peak.wavenumber)
+        own = tuple(used[over > alone].tolist())
+        lines.append(SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, chance, order, fundamental, own))
     return tuple(lines)
 
 

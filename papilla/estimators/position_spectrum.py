@@ -46,14 +46,15 @@ class PositionSpectrum:
 def position_spectrum(
     position: np.ndarray, channels: np.ndarray, highest_per_mm: float, trend: int
 ) -> PositionSpectrum:
-    """Spectrum of channels (n, c) at positions (n,) in mm up to a wavenumber, under a Hann taper along the log.
+    """Spectrum of channels (n, c) at positions (n,) in mm up to a wavenumber, under a Hann taper along the path.
 
     A sample weighs as much as the path it stands for, so that standing still adds nothing and uneven steps do not
     matter. A polynomial of degree `trend` in position is removed first.
     """
     path = float(np.ptp(position))
-    weights = np.hanning(len(position) + 2)[1:-1] * np.abs(np.gradient(position))
     at = (position - position.min()) / path
+    # Over position, not time: a path to and fro has its ends at every turn, and would leak there.
+    weights = np.sin(np.pi * at) ** 2 * np.abs(np.gradient(position))
     basis = np.polynomial.legendre.legvander(2 * at - 1, trend)
     root = np.sqrt(weights)[:, None]
     level = basis @ np.linalg.lstsq(basis * root, channels * root, rcond=None)[0]

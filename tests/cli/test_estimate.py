@@ -2,6 +2,9 @@
 
 import csv
 import json
+import os
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +14,11 @@ from papilla.logs import BenchLog, white_noise, write_table
 
 COLUMNS = "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_static status"
 PATTERN = np.array([-0.4, -0.8, 1.5, -0.8, -0.4])
+
+DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
+BOARDS = sorted((DATA / "fabricslide_board").glob("*.csv"))
+TRUTH = {"2mm": (3.99, 0.01, (1, 8)), "10mm": (19.88, 0.015, (10, 40))}
+"""Wavelength (mm), tolerance and range to look in, by the width of the ridges that a file is named after."""
 
 
 def readings(force, modulus):
@@ -42,6 +50,22 @@ def log(tmp_path):
     return "log.csv"
 
 
+@pytest.fixture
+def sliding(tmp_path):
+    """Three seconds of sliding to and fro over a grating of 1.5 mm, with every column."""
+    rng = np.random.default_rng(9)
+    t = np.arange(3000) / 1000
+    velocity = 80 * np.sin(2 * np.pi * t)
+    position = 80 / (2 * np.pi) * (1 - np.cos(2 * np.pi * t))
+    force = 0.5 + 0.1 * np.sin(3 * t)
+    phase = 2 * np.pi * (position[:, None] - np.array([0.0, 3.0])) / 1.5
+    readings = 10 * (np.sin(phase) + 0.3 * np.sin(2 * phase)) + rng.normal(0, 1, phase.shape)
+    columns = {"t_s": t, "g1": readings[:, 0], "g2": readings[:, 1], "force_N": force, "velocity_mm_s": velocity}
+    columns |= {"position_mm": position, "tangential_N": 0.4 * force * np.sign(velocity) + 0.02}
+    write_table(tmp_path / "slide.csv", columns)
+    return "slide.csv"
+
+
 def rows_of(path):
     with open(path, newline="") as stream:
         return list(csv.DictReader(stream))
@@ -54,9 +78,11 @@ def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
     rows = rows_of(tmp_path / "est.csv")
     assert list(rows[0]) == COLUMNS.split()
     assert len(rows) == found["rows"] == 1000
-    assert rows[0]["status"] == "no contact" and rows[0]["modulus_MPa"] == ""
-    assert rows[700]["status"].startswith("bad gauge") and rows[700]["modulus_MPa"] == ""
-    assert rows[-1]["status"] == "ok"
+    off = "; no wavelength: no column velocity_mm_s or position_mm"
+    assert rows[0]["status"].startswith("modulus: no contact") and rows[0]["modulus_MPa"] == ""
+    assert rows[700]["status"].startswith("g3 missing")
+    assert rows[900]["status"].startswith("time: samples are missing before this one")
+    assert rows[-1]["status"].startswith(("ok;", "frequency:")) and off in rows[-1]["status"]
     modulus, sigma = float(rows[-1]["modulus_MPa"]), float(rows[-1]["modulus_sigma_MPa"])
     assert abs(modulus - 0.3) < 4 * sigma < 0.1
     assert found["last_answer"] == {"t_s": pytest.approx(1.049), "modulus_MPa": modulus, "modulus_sigma_MPa": sigma}
@@ -64,8 +90,10 @@ def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
     assert (found["nan_rows"], found["nan_cells"], found["gaps"], found["duplicates"]) == (1, 1, 1, 0)
     assert found["gauge_noise_microstrain"] == pytest.approx(2, rel=0.2)
     assert found["force_noise_N"] == pytest.approx(5e-4, rel=0.2)
-    assert all(row[name] == "" for row in rows for name in COLUMNS.split()[3:8]), "no estimator, no value"
-    assert "frequency_Hz" in answer.err
+    assert all(row[name] == "" for row in rows for name in COLUMNS.split()[4:8]), "no estimator, no value"
+    assert "no friction: no column tangential_N, velocity_mm_s or position_mm" in answer.err
+    assert found["lines"] == [] and found["last_wavelength"] is None and found["last_friction"] is None
+    assert found["answered_rows"]["modulus_MPa"] == sum(row["modulus_MPa"] != "" for row in rows)
 
 
 def test_table_for_people(papilla, log, calibrated):
@@ -77,12 +105,63 @@ def test_table_for_people(papilla, log, calibrated):
 
 def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log, calibrated):
     assert papilla("estimate", log, "--out", "est.csv").code == 0
-    assert {row["status"] for row in rows_of(tmp_path / "est.csv")} == {"no modulus: no calibration was given"}
+    assert all("no modulus: no calibration was given" in row["status"] for row in rows_of(tmp_path / "est.csv"))
     write_table(tmp_path / "bare.csv", {"t_s": [0.0, 0.1], **{f"g{i}": [1.0, 2.0] for i in range(1, 6)}})
     assert papilla("estimate", "bare.csv", "--calibration", calibrated, "--out", "est.csv").code == 0
     rows = rows_of(tmp_path / "est.csv")
-    assert [row["status"] for row in rows] == ["no modulus: the log has no column force_N"] * 2
+    assert all("no modulus: no column force_N" in row["status"] for row in rows)
     assert [row["modulus_MPa"] for row in rows] == ["", ""]
+
+
+def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_path, sliding):
+    answer = papilla("estimate", sliding, "--out", "est.csv", "--wavelength-range", 0.5, 5, "--json")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    last = rows_of(tmp_path / "est.csv")[-1]
+    assert float(last["wavelength_mm"]) == pytest.approx(1.5, rel=5e-3)
+    middle = rows_of(tmp_path / "est.csv")[2750]
+    assert float(middle["frequency_Hz"]) == pytest.approx(80 / 1.5, rel=5e-3)
+    assert float(last["mu_kinetic"]) == pytest.approx(0.4, rel=0.02)
+    assert found["last_wavelength"]["wavelength_mm"] == float(last["wavelength_mm"])
+    line = found["lines"][0]
+    assert line["wavelength_mm"] == pytest.approx(1.5, rel=5e-3) and line["harmonic"] == 1
+    assert 0 < line["wavelength_sigma_mm"] < 0.05 and line["chance"] < 1e-3
+    assert line["strength"] == pytest.approx(10, rel=0.1) and line["gauges"] == ["g1", "g2"]
+    strengths = [line["strength"] for line in found["lines"]]
+    assert strengths == sorted(strengths, reverse=True)
+    table = papilla("estimate", sliding, "--out", "est.csv").out
+    for text in ("wavelength at 2.999 s", "frequency at", "friction, kinetic and static", "line, strength"):
+        assert text in table
+
+
+def test_a_log_without_movement_has_no_lines_and_says_so(papilla, tmp_path):
+    rng = np.random.default_rng(1)
+    still = {"t_s": np.arange(100) / 1000, "g1": rng.normal(size=100), "velocity_mm_s": np.zeros(100)}
+    write_table(tmp_path / "still.csv", still)
+    answer = papilla("estimate", "still.csv", "--out", "est.csv", "--json")
+    assert json.loads(answer.out)["lines"] == []
+    assert "no lines: the position never changes" in answer.err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BOARDS, reason=f"no real measurements of boards in {DATA}")
+@pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
+def test_real_boards_at_the_speed_they_were_slid_at(papilla, tmp_path, path):
+    """16 channels at 35.6 Hz, with drift and a 20 mm component far stronger than the 4 mm line of the fine board."""
+    ridge, speed = re.match(r"Board(\d+mm)_F\d+_V-(\d+)mmps", path.stem).groups()
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    columns = {"t_s": table[:, 0] / 1e3} | {f"g{k}": values for k, values in enumerate(table[:, 3:].T, start=1)}
+    write_table(tmp_path / "log.csv", columns | {"velocity_mm_s": np.full(len(table), float(speed))})
+    wavelength, tolerance, wanted = TRUTH[ridge]
+    answer = papilla("estimate", "log.csv", "--out", "est.csv", "--wavelength-range", *wanted, "--json")
+    assert answer.code == 0, answer.err
+    assert json.loads(answer.out)["lines"][0]["wavelength_mm"] == pytest.approx(wavelength, rel=tolerance)
+    assert float(rows_of(tmp_path / "est.csv")[-1]["wavelength_mm"]) == pytest.approx(wavelength, rel=tolerance)
+    found = json.loads(papilla("estimate", "log.csv", "--out", "est.csv", "--json").out)["lines"]
+    sizes = [line["strength"] for line in found]
+    assert sizes == sorted(sizes, reverse=True)
+    assert any(abs(line["wavelength_mm"] / wavelength - 1) < tolerance for line in found)
+    assert any(abs(line["wavelength_mm"] / 20 - 1) < 0.03 for line in found)
 
 
 @pytest.mark.parametrize(
@@ -93,6 +172,12 @@ def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log,
         (["log.csv", "--calibration", "cut.json"], "cut.json is not a calibration, or was cut short"),
         (["log.csv", "--calibration", "other.json"], "other.json: the schema is 'papilla.calibration/9'"),
         (["two.csv", "--calibration", "c.json"], "two.csv has 2 gauges, the calibration c.json was made for 5"),
+        (["log.csv", "--wavelength-range", "8", "1"], "--wavelength-range must rise from LO to HI, got 8 and 1 mm"),
+        (["log.csv", "--wavelength-range", "2", "2"], "--wavelength-range must rise from LO to HI, got 2 and 2 mm"),
+        (["log.csv", "--wavelength-range", "-1", "2"], "--wavelength-range (mm) must be greater than 0, got -1"),
+        (["log.csv", "--wavelength-range", "nan", "2"], "--wavelength-range (mm) must be finite, got nan"),
+        (["log.csv", "--wavelength-range", "1"], "Invalid value for '--wavelength-range'"),
+        (["log.csv", "--saturation", "0"], "saturation must be greater than 0, got 0"),
         (["unsorted.csv"], "unsorted.csv, line 3, column t_s: time goes back from 1 to 0 s"),
     ],
 )

@@ -6,7 +6,7 @@ import pytest
 from papilla.errors import InputError
 from papilla.estimators.background import fit_background
 from papilla.estimators.channel_lags import channel_lags
-from papilla.estimators.lines import find_lines, travelled
+from papilla.estimators.lines import find_lines, latest_stretch, travelled
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
@@ -158,3 +158,41 @@ def test_lags_refuse_what_has_none():
         channel_lags(position, red(400, 1, 0, 0), 4.0)
     with pytest.raises(InputError, match="a path of two wavelengths, got 39.9 mm"):
         channel_lags(position, red(400, 2, 0, 0), 30.0)
+
+
+@pytest.mark.parametrize("slope, freedom", [(2.0, 20), (1.0, 2), (3.5, 6)])
+def test_the_background_is_the_best_of_its_kind(slope, freedom):
+    """Another minimiser of the same loss finds the same curve."""
+    from scipy.optimize import least_squares
+
+    from papilla.estimators.background import _fitted
+
+    k = np.linspace(0.02, 3, 400)
+    power = (5 * (0.1 / k) ** slope + 0.01) * np.random.default_rng(6).chisquare(freedom, k.size) / freedom
+    steps, seen = np.log(0.5 / k), np.log(power)
+    start = np.array([np.median(seen) - 1, 1.0, np.median(seen) - 1])
+    other = least_squares(lambda v: np.logaddexp(v[0] + v[1] * steps, v[2]) - seen, start, loss="soft_l1").x
+    curves = [np.logaddexp(v[0] + v[1] * steps, v[2]) for v in (_fitted(steps, seen, start), other)]
+    np.testing.assert_allclose(*curves, atol=2e-3)
+
+
+def test_the_channels_of_a_line_are_those_that_show_it():
+    position = np.linspace(0, 120, 3000)
+    readings = np.random.default_rng(7).normal(0, 1, (3000, 4))
+    readings[:, [0, 3]] += np.sin(2 * np.pi * position / 4)[:, None]
+    readings[:, 1] = np.nan
+    found = find_lines(position, readings)
+    assert found.lines[0].wavelength_mm == pytest.approx(4, rel=2e-3)
+    assert found.lines[0].channels == (0, 3)
+    assert found.unused_channels == 1
+
+
+def test_the_latest_stretch_of_a_long_path_is_searched(monkeypatch):
+    position = np.linspace(0, 100, 5001)
+    assert latest_stretch(position) == 0
+    monkeypatch.setattr("papilla.estimators.lines.LONGEST_GRID", 2000)
+    first = latest_stretch(position, (1.0, 10.0))
+    assert 100 - position[first] == pytest.approx(2000 / 8 / 4, rel=0.01), "a grid of 8 points in a quarter of 1 mm"
+    assert latest_stretch(np.tile(position[:501], 10), (1.0, 10.0)) == 0, "to and fro is no long path"
+    with pytest.raises(InputError, match="rows with a position"):
+        latest_stretch([1.0, np.nan])

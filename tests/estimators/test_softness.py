@@ -44,6 +44,20 @@ def test_it_reaches_the_bound_without_bias(calibration, touch, modulus, gauge_si
     assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
 
 
+def test_a_poor_force_sensor_does_not_bias_a_light_press(calibration, touch):
+    """17 % of force noise over a bent S_d: the force that S_d itself measures is where it is linearised."""
+    estimator, error, sigma = Softness(calibration, gauge_sigma=20, force_sigma_N=0.02), [], []
+    light, rng = np.linspace(0.11, 0.13, 200), np.random.default_rng(7)
+    for _ in range(150):
+        estimator.reset()
+        found = estimator.process(touch(0.05, light, 20, 0.02, rng))
+        error.append(math.log(found.modulus_MPa[-1] / 0.05))
+        sigma.append(found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1])
+    best = bound(calibration, 0.05, light, 20, 0.02)
+    assert abs(np.mean(error)) < (0.1 + 0.16) * best
+    assert 0.8 < np.sqrt(np.mean(np.square(np.array(error) / sigma))) < 1.25
+
+
 def test_averaging_moduli_is_worse(calibration, touch):
     """What the estimator avoids: inverting every sample and averaging E is biased."""
     rng, error = np.random.default_rng(3), []

@@ -1,22 +1,24 @@
 """Impulse density of a model Meissner corpuscle (2006 paper, equations (1)-(4)), and its correction."""
 
-import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from papilla.estimators.published.corpuscle import Corpuscle, CorpuscleState
-from papilla.estimators.published.counting import CountState, ImpulseCount
-from papilla.estimators.published.stream import DEFAULT_RANGE_MM, Answers, RoughnessStream, StreamState
+from papilla.estimators.published import corpuscle
+from papilla.estimators.published.corpuscle import Corpuscle, Threshold
+from papilla.estimators.published.counting import ImpulseCount
+from papilla.estimators.published.impulse_stream import ImpulseStream
 
-
-@dataclass(frozen=True, kw_only=True)
-class ImpulseDensityState(StreamState):
-    """What the corpuscle and the counter remember of the last window."""
-
-    corpuscle: CorpuscleState
-    count: CountState
+IMPULSES_A_GROOVE = 2
 
 
-class ImpulseDensity(RoughnessStream):
+class Method(NamedTuple):
+    """window_s : a. threshold : h over the mean. paired : wavelength by the distance travelled in a, not by |v(t)|."""
+
+    window_s: float
+    threshold: Threshold
+    paired: bool
+
+
+class ImpulseDensity(ImpulseStream):
     """Streaming frequency and wavelength from the density of impulses; a sample is (reading, velocity_mm_s[, t_s]).
 
     As printed: x = |d reading / dt| (1); an impulse where x crosses h = 1.5 x its mean over 200 ms upward; c impulses
@@ -30,50 +32,15 @@ class ImpulseDensity(RoughnessStream):
     the wavelength; 51 / 19 % at 20 dB, because noise makes impulses and both read short; in active touch at 20 dB
     73 / 55 % (100 sin 2 pi t mm/s) and 115 / 70 % (197 sin 2 pi 1.07 t).
 
-    Parameters
-    ----------
-    variant : "as_printed" or "corrected".
-    window_s : a, and the period of the mean.
-    sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
-    wavelength_range_mm : its low end says from which speed on the sampling rate is too low to answer.
-
-    Raises `InputError` for unusable values.
+    Parameters are those of `RoughnessStream`; window_s (None: 0.2 s) is a, and the period of the mean.
     """
 
-    def __init__(
-        self,
-        *,
-        variant: str = "as_printed",
-        window_s: float = 0.2,
-        sample_rate_Hz: float = 1000.0,
-        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
-        saturation: float = math.inf,
-    ):
-        super().__init__(
-            variant=variant,
-            window_s=window_s,
-            sample_rate_Hz=sample_rate_Hz,
-            wavelength_range_mm=wavelength_range_mm,
-            saturation=saturation,
-        )
-        self.reset()
+    VARIANTS = {
+        "as_printed": Method(window_s=0.2, threshold=corpuscle.PRINTED, paired=False),
+        "corrected": Method(window_s=0.2, threshold=corpuscle.CORRECTED, paired=True),
+    }
 
-    def reset(self) -> None:
-        """Forget everything."""
-        corrected = self.variant == "corrected"
-        self._corpuscle = Corpuscle(self.window_samples, self._saturation, corrected)
-        self._count = ImpulseCount(self.window_samples, self.sample_rate_Hz, 2, corrected, self._fastest)
-        self._time = math.nan
-
-    @property
-    def state(self) -> ImpulseDensityState:
-        """All that the estimator remembers, to be kept or to be set again."""
-        return ImpulseDensityState(last_time_s=self._time, corpuscle=self._corpuscle.state, count=self._count.state)
-
-    @state.setter
-    def state(self, state: ImpulseDensityState) -> None:
-        self._time, self._corpuscle.state, self._count.state = state.last_time_s, state.corpuscle, state.count
-
-    def _advance(self, readings, velocities) -> Answers:
-        impulses, known, faults = self._corpuscle.fire(readings)
-        return self._count.advance(impulses, known, faults, velocities)
+    def _steps(self):
+        a, method = self.window_samples, self._method
+        count = ImpulseCount(a, self.sample_rate_Hz, IMPULSES_A_GROOVE, method.paired, self._fastest)
+        return Corpuscle(a, method.threshold), count

@@ -1,43 +1,31 @@
 """Frequency from the interval between two impulses (2006 paper, equation (5)), and its correction."""
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from typing import NamedTuple
 
-from papilla.estimators.published.corpuscle import Corpuscle, CorpuscleState
-from papilla.estimators.published.stream import (
-    ALIASED,
-    DEFAULT_RANGE_MM,
-    NO_VELOCITY,
-    OK,
-    SILENT,
-    STANDSTILL,
-    WARMING_UP,
-    Answers,
-    RoughnessStream,
-    StreamState,
-)
+import numpy as np
 
-_NONE = math.nan
-_Answer = tuple[float, float, int]
+from papilla.estimators.published import corpuscle
+from papilla.estimators.published.answer import ALIASED, NONE, OK, SILENT, Finding, found_nothing
+from papilla.estimators.published.corpuscle import Corpuscle, Threshold
+from papilla.estimators.published.impulse_stream import ImpulseStream
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImpulseIntervalState(StreamState):
-    """since : samples since the last impulse of the falling and of the rising edge, -1 where there was none.
+class Method(NamedTuple):
+    """window_s : of the mean slope. threshold : of the corpuscle.
 
-    path : distance in mm since then (NaN once a velocity was missing); seen : samples so far, up to one window;
-    interval, distance : of the last two impulses, in samples (0: none yet) and mm.
+    same_edge : the interval is between two impulses of one edge, and the wavelength the distance between them.
     """
 
-    corpuscle: CorpuscleState
-    since: tuple[int, int] = (-1, -1)
-    path: tuple[float, float] = (0.0, 0.0)
-    seen: int = 0
-    interval: int = 0
-    distance: float = 0.0
+    window_s: float
+    threshold: Threshold
+    same_edge: bool
 
 
-class ImpulseInterval(RoughnessStream):
+class ImpulseInterval(ImpulseStream):
     """Streaming frequency from single intervals; a sample is (reading, velocity_mm_s[, t_s]).
 
     As printed: f_t = 1 / t_v (5), t_v the time between the last two impulses of the corpuscle (threshold 1.5 x the
@@ -50,108 +38,110 @@ class ImpulseInterval(RoughnessStream):
     Measured (RMS error of the wavelength over 0.6-3.0 mm, synthetic gratings, as printed / corrected): 60 / 2.3 % at
     40 dB and 97-103 mm/s, 59 / 26 % at 20 dB, and 66 / 60 % in active touch of 100 sin 2 pi t mm/s at 20 dB.
 
-    Parameters
-    ----------
-    variant : "as_printed" or "corrected".
-    window_s : period of the mean slope; an answer is held so long without a new impulse.
-    sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
-    wavelength_range_mm : its low end says from which speed on the sampling rate is too low to answer.
-
-    Raises `InputError` for unusable values.
+    Parameters are those of `RoughnessStream`; window_s (None: 0.2 s) is the period of the mean slope, and an answer is
+    held so long without a new impulse.
     """
 
-    def __init__(
-        self,
-        *,
-        variant: str = "as_printed",
-        window_s: float = 0.2,
-        sample_rate_Hz: float = 1000.0,
-        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
-        saturation: float = math.inf,
-    ):
-        super().__init__(
-            variant=variant,
-            window_s=window_s,
-            sample_rate_Hz=sample_rate_Hz,
-            wavelength_range_mm=wavelength_range_mm,
-            saturation=saturation,
-        )
-        self._paired = variant == "corrected"
-        self._corpuscle = Corpuscle(self.window_samples, self._saturation, self._paired)
-        self._fresh = self._corpuscle.state
-        self.reset()
+    VARIANTS = {
+        "as_printed": Method(window_s=0.2, threshold=corpuscle.PRINTED, same_edge=False),
+        "corrected": Method(window_s=0.2, threshold=corpuscle.CORRECTED, same_edge=True),
+    }
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self.state = ImpulseIntervalState(corpuscle=self._fresh)
+    def _steps(self):
+        method, samples = self._method, self.window_samples
+        interval = LastInterval(samples, self.sample_rate_Hz, method.same_edge, self._fastest)
+        return Corpuscle(samples, method.threshold), interval
+
+
+@dataclass(frozen=True)
+class IntervalState:
+    """since : samples since the last impulse of the falling and of the rising edge, -1 where there was none.
+
+    path : distance in mm since then (NaN once a velocity was missing); interval, distance : of the last two impulses,
+    in samples (0: none yet) and mm.
+    """
+
+    since: tuple[int, int] = (-1, -1)
+    path: tuple[float, float] = (0.0, 0.0)
+    interval: int = 0
+    distance: float = 0.0
+
+
+class LastInterval:
+    """The interval between the last two impulses of any edge, or of the `same_edge`, not older than `samples`."""
+
+    def __init__(self, samples: int, rate_Hz: float, same_edge: bool, fastest_mm_s: float):
+        self._samples, self._rate, self._same_edge, self._fastest = samples, rate_Hz, same_edge, fastest_mm_s
+        self._step = 1 / rate_Hz
+        self.state = IntervalState()
 
     @property
-    def state(self) -> ImpulseIntervalState:
-        """All that the estimator remembers, to be kept or to be set again."""
+    def state(self) -> IntervalState:
+        """All that is remembered, to be kept or to be set again."""
         (falling, rising), (falling_mm, rising_mm) = self._since, self._path
-        return ImpulseIntervalState(
-            last_time_s=self._time,
-            corpuscle=self._corpuscle.state,
-            since=(falling, rising),
-            path=(falling_mm, rising_mm),
-            seen=self._seen,
-            interval=self._interval,
-            distance=self._distance,
-        )
+        return IntervalState((falling, rising), (falling_mm, rising_mm), self._interval, self._distance)
 
     @state.setter
-    def state(self, state: ImpulseIntervalState) -> None:
-        self._time, self._corpuscle.state = state.last_time_s, state.corpuscle
+    def state(self, state: IntervalState) -> None:
         self._since, self._path = list(state.since), list(state.path)
-        self._seen, self._interval, self._distance = state.seen, state.interval, state.distance
+        self._interval, self._distance = state.interval, state.distance
 
-    def _advance(self, readings, velocities) -> Answers:
-        impulses, _, faults = self._corpuscle.fire(readings)
-        step = 1 / self.sample_rate_Hz
-        since, path, samples = self._since, self._path, self.window_samples
-        answers: list[_Answer] = []
-        for impulse, fault, velocity in zip(impulses, faults, velocities, strict=True):
-            moved = abs(velocity) * step
-            for edge in (0, 1):
-                if since[edge] >= 0:
-                    since[edge] += 1
-                    path[edge] += moved
+    def find(self, impulse: int, could: bool, speed: float) -> Finding:
+        """What the last interval says after a sample: its impulse (1 rising, -1 falling, 0 none), and |velocity|."""
+        self._wait((speed * self._step,))
+        if impulse:
+            self._take(1 if impulse > 0 else 0)
+        elif max(self._since) < 0:
+            self._interval = 0
+        interval = self._interval
+        if not interval:
+            return found_nothing(SILENT)
+        if speed > self._fastest or interval <= 2:
+            return found_nothing(ALIASED)
+        frequency = self._rate / interval
+        return Finding(frequency, self._distance if self._same_edge else speed / frequency, NONE, OK)
+
+    def find_all(self, impulses: np.ndarray, could: np.ndarray, speeds: np.ndarray) -> Finding:
+        """The same after each of n > 0 samples, arrays (n,)."""
+        count = len(impulses)
+        moved, intervals, distances = (speeds * self._step).tolist(), np.empty(count), np.empty(count)
+        begin = 0
+        for place in [*np.flatnonzero(impulses).tolist(), count]:
+            # Nothing new from `begin` up to the impulse, but the last one may become too old on the way.
+            ages = [since for since in self._since if since >= 0]
+            old = min(begin + self._samples - min(ages), place) if ages else begin
+            intervals[begin:place], distances[begin:place] = self._interval, self._distance
+            if old < place:
+                intervals[old:place] = self._interval = 0
+            self._wait(moved[begin : place + 1])
+            if place < count:
+                self._take(1 if impulses[place] > 0 else 0)
+                intervals[place], distances[place] = self._interval, self._distance
+            begin = place + 1
+        with np.errstate(divide="ignore", invalid="ignore"):
+            frequency = self._rate / intervals
+            distance = distances if self._same_edge else speeds / frequency
+        reasons = [intervals == 0, (speeds > self._fastest) | (intervals <= 2)]
+        none = reasons[0] | reasons[1]
+        status = np.select(reasons, [SILENT, ALIASED], OK)
+        return Finding(np.where(none, NONE, frequency), np.where(none, NONE, distance), np.full(count, NONE), status)
+
+    def _wait(self, moved: Sequence[float]) -> None:
+        """Let as many samples pass, in which the finger moves so far."""
+        for edge, since in enumerate(self._since):
+            if since >= 0:
+                since += len(moved)
                 # What is longer ago than a window is forgotten, so nothing grows with the stream.
-                if since[edge] > samples:
-                    since[edge], path[edge] = -1, 0.0
-            if impulse:
-                self._emit(impulse)
-            elif max(since) < 0:
-                self._interval = 0
-            if self._seen < samples:
-                self._seen += 1
-                answers.append((_NONE, _NONE, fault or WARMING_UP))
-            else:
-                answers.append((_NONE, _NONE, fault) if fault else self._answer(abs(velocity)))
-        frequency, wavelength, status = zip(*answers, strict=True) if answers else ((), (), ())
-        return Answers(list(frequency), list(wavelength), [_NONE] * len(answers), list(status))
+                forgotten = since > self._samples
+                self._since[edge] = -1 if forgotten else since
+                self._path[edge] = 0.0 if forgotten else reduce(add, moved, self._path[edge])
 
-    def _emit(self, impulse: int) -> None:
+    def _take(self, edge: int) -> None:
         """Take one impulse: its interval to the last one, or to the last one of its edge."""
-        edge = 1 if impulse > 0 else 0
         since = [elapsed for elapsed in self._since if elapsed > 0]
-        if self._paired:
+        if self._same_edge:
             if self._since[edge] > 0:
                 self._interval, self._distance = self._since[edge], self._path[edge]
         elif since:
             self._interval = min(since)
         self._since[edge], self._path[edge] = 0, 0.0
-
-    def _answer(self, speed: float) -> _Answer:
-        """Frequency, wavelength and status from the last interval."""
-        if not self._interval:
-            return _NONE, _NONE, SILENT
-        if speed > self._fastest or self._interval <= 2:
-            return _NONE, _NONE, ALIASED
-        frequency = self.sample_rate_Hz / self._interval
-        distance = self._distance if self._paired else speed / frequency
-        if not distance < math.inf:
-            return frequency, _NONE, NO_VELOCITY
-        if distance <= 0.0:
-            return frequency, _NONE, STANDSTILL
-        return frequency, distance, OK

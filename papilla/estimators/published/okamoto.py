@@ -7,10 +7,8 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.stft import ShortTimeSpectrum
+from papilla.estimators.published.stft import Method, ShortTimeSpectrum
 from papilla.estimators.published.stream import DEFAULT_RANGE_MM
-
-PRINTED_WINDOW_S, CORRECTED_WINDOW_S = 0.032, 0.08
 
 
 class Okamoto(ShortTimeSpectrum):
@@ -26,8 +24,17 @@ class Okamoto(ShortTimeSpectrum):
     20 dB and 97-103 mm/s, 22 / 2.1 % at 0 dB; 25 / 13 % in active touch of 100 sin 2 pi t mm/s and 20 / 8.6 % of
     197 sin 2 pi 1.07 t, the touch that the paper chose its window for.
 
-    Parameters are those of `ShortTimeSpectrum`; window_s None is 0.032 s as printed and 0.08 s corrected.
+    Parameters are those of `ShortTimeSpectrum`; hop_s None is one sample.
     """
+
+    VARIANTS = {
+        "as_printed": Method(
+            window_s=0.032, taper=np.hamming, levelled=False, padding=1, gated=False, between=False, mean_speed=False
+        ),
+        "corrected": Method(
+            window_s=0.08, taper=np.hamming, levelled=True, padding=4, gated=True, between=True, mean_speed=True
+        ),
+    }
 
     def __init__(
         self,
@@ -39,8 +46,6 @@ class Okamoto(ShortTimeSpectrum):
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
         saturation: float = math.inf,
     ):
-        if window_s is None:
-            window_s = CORRECTED_WINDOW_S if variant == "corrected" else PRINTED_WINDOW_S
         super().__init__(
             variant=variant,
             window_s=window_s,
@@ -49,9 +54,6 @@ class Okamoto(ShortTimeSpectrum):
             wavelength_range_mm=wavelength_range_mm,
             saturation=saturation,
         )
-
-    def _prepare(self, taper: np.ndarray) -> None:
-        super()._prepare(np.hamming(self.window_samples))
 
 
 @dataclass(frozen=True, eq=False)

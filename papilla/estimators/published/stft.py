@@ -1,53 +1,69 @@
 """The frequency of the highest peak of a short-time spectrum (2006 paper, section III C), and its correction."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.corpuscle import fault_of
-from papilla.estimators.published.stream import (
+from papilla.estimators.published.answer import (
     ALIASED,
-    DEFAULT_RANGE_MM,
     GAP,
-    NO_VELOCITY,
     OK,
     SILENT,
     STANDSTILL,
     WARMING_UP,
-    Answers,
-    RoughnessStream,
-    StreamState,
-    checked_ring,
+    Finding,
+    found_nothing,
 )
+from papilla.estimators.published.moving_sum import checked_ring
+from papilla.estimators.published.stream import DEFAULT_RANGE_MM, RoughnessStream
 
 MOST_MISSING = 0.1
 """Fraction of a window: with more missing samples than this it has no spectrum."""
-PADDING = 4
-"""The corrected spectrum is padded with zeros to so many windows, which a parabola then interpolates within 1e-3."""
 BY_MATRIX = 128
 """Windows of so many samples or fewer are transformed by a matrix product, longer ones by FFT."""
-_NONE = math.nan
-_Line = tuple[float, float, float, int]
 
 
-@dataclass(frozen=True, kw_only=True)
-class SpectrumState(StreamState):
+class Method(NamedTuple):
+    """window_s : of the paper; taper : of so many samples; levelled : mean and trend are removed.
+
+    padding : length of the transform in windows. gated : only lines of the wavelength range; between : the peak is
+    interpolated by a parabola (within 1e-3 of a line at a padding of 4); mean_speed : wavelength by the mean |v| under
+    the taper, not by |v(t)|.
+    """
+
+    window_s: float
+    taper: Callable[[int], np.ndarray]
+    levelled: bool
+    padding: int
+    gated: bool
+    between: bool
+    mean_speed: bool
+
+
+def hann(count: int) -> np.ndarray:
+    """Hann taper of `count` samples, none of them zero."""
+    return np.hanning(count + 2)[1:-1]
+
+
+@dataclass(frozen=True)
+class SpectrumMemory:
     """readings, speeds, missing : the last window, oldest first; a missing reading holds the last one.
 
-    seen : samples so far, up to one window; still : samples since the reading moved, up to one window; until : samples
-    to the next spectrum; line : frequency, mean speed, power and status of the last one.
+    still : samples since the reading moved, up to one window; until : samples to the next spectrum; line : frequency,
+    mean speed (in the place of a distance), power and status of the last one.
     """
 
     readings: tuple[float, ...]
     speeds: tuple[float, ...]
     missing: tuple[int, ...]
-    seen: int = 0
     still: int = 0
     until: int = 0
-    line: _Line = (_NONE, _NONE, _NONE, WARMING_UP)
+    line: Finding = found_nothing(WARMING_UP)
 
 
 class ShortTimeSpectrum(RoughnessStream):
@@ -67,26 +83,30 @@ class ShortTimeSpectrum(RoughnessStream):
 
     power is the one-sided power spectral density at the peak, in squared units of the reading times s.
 
-    Parameters
-    ----------
-    variant : "as_printed" or "corrected".
-    window_s, hop_s : length of a window and time between two; hop_s <= window_s.
-    sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
-    wavelength_range_mm : see above; its low end says from which speed on the sampling rate is too low to answer.
-
+    Parameters are those of `RoughnessStream` (window_s None: 0.2 s), and hop_s : time between two spectra, <= window_s.
     Raises `InputError` for unusable values.
     """
+
+    VARIANTS = {
+        "as_printed": Method(
+            window_s=0.2, taper=np.ones, levelled=False, padding=1, gated=False, between=False, mean_speed=False
+        ),
+        "corrected": Method(
+            window_s=0.2, taper=hann, levelled=True, padding=4, gated=True, between=True, mean_speed=True
+        ),
+    }
 
     def __init__(
         self,
         *,
         variant: str = "as_printed",
-        window_s: float = 0.2,
+        window_s: float | None = None,
         hop_s: float = 0.01,
         sample_rate_Hz: float = 1000.0,
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
         saturation: float = math.inf,
     ):
+        self._hop_s = checks.positive("hop_s", hop_s)
         super().__init__(
             variant=variant,
             window_s=window_s,
@@ -94,19 +114,19 @@ class ShortTimeSpectrum(RoughnessStream):
             wavelength_range_mm=wavelength_range_mm,
             saturation=saturation,
         )
-        self._hop = round(checks.positive("hop_s", hop_s) * self.sample_rate_Hz)
-        if not 1 <= self._hop <= self.window_samples:
-            raise InputError(f"hop_s must be between one sample and window_s, got {hop_s:g} s")
-        self._corrected = variant == "corrected"
-        self._prepare(np.hanning(self.window_samples + 2)[1:-1] if self._corrected else np.ones(self.window_samples))
-        self.reset()
 
-    def _prepare(self, taper: np.ndarray) -> None:
-        """Constants of the spectrum under this taper."""
-        count = self.window_samples
+    def _prepare(self) -> None:
+        super()._prepare()
+        count, method = self.window_samples, self._method
+        self._hop = round(self._hop_s * self.sample_rate_Hz)
+        if not 1 <= self._hop <= count:
+            raise InputError(f"hop_s must be between one sample and window_s, got {self._hop_s:g} s")
+        # A spectrum answers with the sample that makes its window full, not with the one after.
+        self._full = count - 1
+        taper = method.taper(count)
         energy = float(taper @ taper)
         self._taper = taper
-        self._length = PADDING * count if self._corrected else count
+        self._length = method.padding * count
         self._to_density = 2 / (self.sample_rate_Hz * energy)
         self._weights = taper**2 / energy
         ramp = np.arange(count) - 0.5 * (count - 1)
@@ -120,112 +140,116 @@ class ShortTimeSpectrum(RoughnessStream):
             self._matrix = np.ascontiguousarray(np.stack([matrix.real, matrix.imag], axis=1))
 
     def _tapered(self, samples: np.ndarray) -> np.ndarray:
-        """Samples (..., n) under the taper, without mean and trend in the corrected variant."""
-        if self._corrected:
-            samples = samples - samples.mean(axis=-1, keepdims=True)
+        """Samples (..., n) under the taper, without mean and trend where they are levelled out."""
+        if self._method.levelled:
+            samples = samples - np.add.reduce(samples, axis=-1, keepdims=True) / self.window_samples
             samples -= (samples @ self._ramp)[..., None] * self._ramp
         return samples * self._taper
 
-    def reset(self) -> None:
-        """Forget everything."""
+    def _forget(self) -> None:
         nothing = (0.0,) * self.window_samples
-        self.state = SpectrumState(readings=nothing, speeds=nothing, missing=(0,) * self.window_samples)
+        self._memory = SpectrumMemory(readings=nothing, speeds=nothing, missing=(0,) * self.window_samples)
 
     @property
-    def state(self) -> SpectrumState:
-        """All that the estimator remembers, to be kept or to be set again."""
+    def _memory(self) -> SpectrumMemory:
         place, count = self._place, self.window_samples
-        return SpectrumState(
-            last_time_s=self._time,
+        return SpectrumMemory(
             readings=tuple(self._readings[place : place + count].tolist()),
             speeds=tuple(self._speeds[place : place + count].tolist()),
             missing=tuple(self._missing[place:] + self._missing[:place]),
-            seen=self._seen,
             still=self._still,
             until=self._until,
             line=self._line,
         )
 
-    @state.setter
-    def state(self, state: SpectrumState) -> None:
+    @_memory.setter
+    def _memory(self, memory: SpectrumMemory) -> None:
         # Each sample is written twice, a window apart: any window is then one contiguous piece.
-        self._readings = np.array(2 * checked_ring("readings", state.readings, self.window_samples))
-        self._speeds = np.array(2 * checked_ring("speeds", state.speeds, self.window_samples))
-        self._missing = checked_ring("missing", state.missing, self.window_samples)
+        self._readings = np.array(2 * checked_ring("readings", memory.readings, self.window_samples))
+        self._speeds = np.array(2 * checked_ring("speeds", memory.speeds, self.window_samples))
+        self._missing = checked_ring("missing", memory.missing, self.window_samples)
         self._gaps, self._place, self._last = sum(self._missing), 0, float(self._readings[-1])
-        self._time, self._seen, self._still, self._until = state.last_time_s, state.seen, state.still, state.until
-        self._line = state.line
+        self._still, self._until, self._line = memory.still, memory.until, memory.line
 
-    def _advance(self, readings, velocities) -> Answers:
-        count, hop, saturation, missing = self.window_samples, self._hop, self._saturation, self._missing
-        ring, speeds = self._readings, self._speeds
-        answers = Answers([], [], [], [])
-        for reading, velocity in zip(readings, velocities, strict=True):
-            fault = OK if -saturation < reading < saturation else fault_of(reading)
-            if fault or reading == self._last:
-                self._still = min(self._still + 1, count)
-            else:
-                self._still, self._last = 0, reading
-            place, speed_now = self._place, abs(velocity)
-            ring[place] = ring[place + count] = self._last
-            speeds[place] = speeds[place + count] = speed_now
-            self._gaps += (1 if fault else 0) - missing[place]
-            missing[place] = 1 if fault else 0
-            self._place = place + 1 if place + 1 < count else 0
-            if self._seen < count:
-                self._seen += 1
-            if self._seen == count:
-                if self._until == 0:
-                    self._line = self._spectrum(speed_now)
-                    self._until = hop
-                self._until -= 1
-            frequency, wavelength, power, status = self._answer(speed_now, fault)
-            answers.frequency.append(frequency)
-            answers.wavelength.append(wavelength)
-            answers.power.append(power)
-            answers.status.append(status)
-        return answers
+    def _find(self, reading: float, speed: float) -> Finding:
+        count, place, gap = self.window_samples, self._place, 1 if reading != reading else 0
+        if gap or reading == self._last:
+            self._still = min(self._still + 1, count)
+        else:
+            self._still, self._last = 0, reading
+        self._readings[place] = self._readings[place + count] = self._last
+        self._speeds[place] = self._speeds[place + count] = speed
+        self._gaps += gap - self._missing[place]
+        self._missing[place] = gap
+        self._place = place + 1 if place + 1 < count else 0
+        if self._seen > self._full:
+            if self._until == 0:
+                window = slice(self._place, self._place + count)
+                self._line = self._spectrum(self._readings[window], self._speeds[window], self._gaps, self._still)
+                self._until = self._hop
+            self._until -= 1
+        frequency, mean_speed, power, status = self._line
+        return Finding(frequency, (mean_speed if self._method.mean_speed else speed) / frequency, power, status)
 
-    def _answer(self, speed_now: float, fault: int) -> _Line:
-        """Frequency, wavelength, power and status of one sample, from the last spectrum."""
-        frequency, speed, power, status = self._line
-        if fault:
-            return _NONE, _NONE, _NONE, fault
-        if status not in (OK, GAP) or not frequency > 0.0:
-            return frequency, _NONE, power, status
-        if not self._corrected:
-            speed = speed_now
-        if not speed < math.inf:
-            return frequency, _NONE, power, NO_VELOCITY
-        if speed == 0.0:
-            return frequency, _NONE, power, STANDSTILL
-        return frequency, speed / frequency, power, status
+    def _find_all(self, readings: np.ndarray, speeds: np.ndarray) -> Finding:
+        count, past, number = self.window_samples, self._memory, np.arange(len(readings))
+        missing = np.isnan(readings)
+        known = np.maximum.accumulate(np.where(missing, -1, number))
+        held = np.where(known < 0, self._last, readings[known])
+        moved = np.maximum.accumulate(np.where(held != np.append(self._last, held[:-1]), number, -1))
+        still = np.minimum(np.where(moved < 0, self._still + number + 1, number - moved), count)
+        held, every_speed = np.append(past.readings, held), np.append(past.speeds, speeds)
+        every_gap = np.append(past.missing, missing)
+        gaps = np.convolve(every_gap, np.ones(count, int), "valid")[1:]
+        # The window that ends with sample n begins at n + 1 of these, which have one window more in front.
+        first = max(self._full - self._seen, 0) + self._until
+        ends = range(first, len(readings), self._hop)
+        lines = [self._line]
+        for end in ends:
+            window = slice(end + 1, end + 1 + count)
+            lines.append(self._spectrum(held[window], every_speed[window], int(gaps[end]), int(still[end])))
+        latest = np.where(number < first, 0, (number - first) // self._hop + 1)
+        frequency, mean_speed, power, status = np.array(lines).T[:, latest]
+        until = (first - len(readings)) % self._hop if ends else min(first - len(readings), self._until)
+        self._memory = SpectrumMemory(
+            readings=tuple(held[-count:].tolist()),
+            speeds=tuple(every_speed[-count:].tolist()),
+            missing=tuple(every_gap[-count:].astype(int).tolist()),
+            still=int(still[-1]),
+            until=until,
+            line=lines[-1],
+        )
+        distance = (mean_speed if self._method.mean_speed else speeds) / frequency
+        return Finding(frequency, distance, power, status.astype(int))
 
-    def _spectrum(self, speed_now: float) -> _Line:
-        """Frequency, mean speed, power and status of the window that ends now."""
-        place, count = self._place, self.window_samples
-        if self._gaps > MOST_MISSING * count:
-            return _NONE, _NONE, _NONE, GAP
-        if self._still >= count - 1:
-            return _NONE, _NONE, _NONE, SILENT
-        speed = float(self._speeds[place : place + count] @ self._weights)
-        if max(speed_now, speed) > self._fastest:
-            return _NONE, _NONE, _NONE, ALIASED
+    def _spectrum(self, readings: np.ndarray, speeds: np.ndarray, gaps: int, still: int) -> Finding:
+        """The strongest line of one window (n,), with the mean speed in the place of the distance.
+
+        gaps : samples missing in it; still : samples since the reading moved.
+        """
+        count = self.window_samples
+        if gaps > MOST_MISSING * count:
+            return found_nothing(GAP)
+        if still >= count - 1:
+            return found_nothing(SILENT)
+        speed = float(speeds @ self._weights)
+        if max(float(speeds[-1]), speed) > self._fastest:
+            return found_nothing(ALIASED)
         low, high = self._gate(speed)
         if high - low < 3:
-            return _NONE, speed, _NONE, STANDSTILL
-        spectrum = self._powers(self._readings[place : place + count], low, high)
+            return found_nothing(STANDSTILL)
+        spectrum = self._powers(readings, low, high)
         best = int(spectrum.argmax())
         if low + best == self._lines - 1:
-            return _NONE, _NONE, _NONE, ALIASED
+            return found_nothing(ALIASED)
         offset = 0.0
-        if self._corrected:
-            if not 0 < best < high - low - 1:
-                # The highest line is the edge of the gate: the flank of something outside the wavelength range.
-                return _NONE, speed, _NONE, SILENT
+        if self._method.gated and not 0 < best < high - low - 1:
+            # The highest line is the edge of the gate: the flank of something outside the wavelength range.
+            return found_nothing(SILENT)
+        if self._method.between:
             offset = self._between(*spectrum[best - 1 : best + 2].tolist())
         power = float(spectrum[best]) * self._to_density
-        return (low + best + offset) * self._line_Hz, speed, power, GAP if self._gaps else OK
+        return Finding((low + best + offset) * self._line_Hz, speed, power, GAP if gaps else OK)
 
     def _powers(self, samples: np.ndarray, low: int, high: int) -> np.ndarray:
         """Squared magnitude of lines low ... high - 1."""
@@ -238,7 +262,7 @@ class ShortTimeSpectrum(RoughnessStream):
 
     def _gate(self, speed: float) -> tuple[int, int]:
         """First and one past the last line to look at; without a velocity, all above 0 Hz."""
-        if not self._corrected or not speed < math.inf:
+        if not self._method.gated or not speed < math.inf:
             return 1, self._lines
         # One line more at each end, so that a peak inside the range has both neighbours.
         low = max(1, math.floor(speed / (self._high * self._line_Hz)) - 1)

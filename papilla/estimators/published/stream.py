@@ -1,90 +1,48 @@
-"""What the published roughness estimators share: the sample, the answer with its status, and the keeping of time."""
+"""The engine of the published roughness estimators: time, faults, warming up, state, and the last step to a wavelength.
+
+A method only says what it finds in its window (`_find`: a frequency and the distance travelled in one period); what a
+sample is, and what becomes of the finding, is said here once for all of them.
+"""
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.published.answer import (
+    DUPLICATE,
+    GAP,
+    MISSING,
+    NO_VELOCITY,
+    NONE,
+    OK,
+    SATURATED,
+    STANDSTILL,
+    WARMING_UP,
+    Finding,
+    RoughnessEstimate,
+)
 
-VARIANTS = ("as_printed", "corrected")
 DEFAULT_RANGE_MM = (0.4, 6.0)
-_NONE = math.nan
-
-
-class RoughnessStatus(IntEnum):
-    """What became of an answer; `sentence` says it in words."""
-
-    OK = 0
-    WARMING_UP = 1
-    SILENT = 2
-    STANDSTILL = 3
-    NO_VELOCITY = 4
-    GAP = 5
-    MISSING = 6
-    SATURATED = 7
-    ALIASED = 8
-    DUPLICATE = 9
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    RoughnessStatus.OK: "ok",
-    RoughnessStatus.WARMING_UP: "the window is not full yet",
-    RoughnessStatus.SILENT: "nothing in the window: no texture, a dead gauge, or slower than the window can see",
-    RoughnessStatus.STANDSTILL: "no movement, so the frequency tells nothing of a wavelength",
-    RoughnessStatus.NO_VELOCITY: "no finite velocity: frequency only",
-    RoughnessStatus.GAP: "samples are missing in the window; the answer, if any, is from the others",
-    RoughnessStatus.MISSING: "the reading is missing or not finite",
-    RoughnessStatus.SATURATED: "the reading is saturated",
-    RoughnessStatus.ALIASED: "too fast for this sampling rate: what is counted may be an alias",
-    RoughnessStatus.DUPLICATE: "the sample is not later than the one before, and was left out",
-}
-OK, WARMING_UP, SILENT, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(int, RoughnessStatus)
-
-
-class RoughnessEstimate(NamedTuple):
-    """frequency_Hz, wavelength_mm (NaN where there is no answer), power and status: the value of a `RoughnessStatus`.
-
-    power is that of the spectral line in squared units of the reading times s; NaN of the estimators that count. Of a
-    block, arrays (n,).
-    """
-
-    frequency_Hz: float | np.ndarray
-    wavelength_mm: float | np.ndarray
-    power: float | np.ndarray
-    status: int | np.ndarray
-
-    @property
-    def sentence(self):
-        """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [RoughnessStatus(code).sentence for code in self.status.tolist()]
-        return RoughnessStatus(self.status).sentence
-
-
-class Answers(NamedTuple):
-    """What `_advance` of an estimator returns: four lists, an entry a sample."""
-
-    frequency: list[float]
-    wavelength: list[float]
-    power: list[float]
-    status: list[int]
+BLOCK = 100
+"""Blocks of fewer samples are faster one sample at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StreamState:
-    """last_time_s : time of the last sample, NaN before the first or where samples carry no time."""
+    """last_time_s : time of the last sample, NaN before the first or where samples carry no time.
 
-    last_time_s: float = _NONE
+    seen : samples so far, until the window is full; memory : what the method remembers of its window.
+    """
+
+    last_time_s: float
+    seen: int
+    memory: Any
 
 
 class RoughnessStream(ABC):
@@ -94,21 +52,33 @@ class RoughnessStream(ABC):
     t_s a sample not later than half a period after the last is a duplicate and is left out, and one later than one and
     a half periods makes the missing ones in between known; without it every sample is one period after the last.
 
-    Subclasses loop over samples in `_advance`, which is all that `update` and `process` call: a chunk cannot matter.
+    Parameters
+    ----------
+    variant : "as_printed" or "corrected".
+    window_s : length of the window; None is that of the variant.
+    sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
+    wavelength_range_mm : its low end says from which speed on the sampling rate is too low to answer.
+
+    Raises `InputError` for unusable values.
     """
+
+    VARIANTS: ClassVar[Mapping[str, Any]]
+    """What is different between "as_printed" and "corrected"; each has a window_s."""
 
     def __init__(
         self,
         *,
-        variant: str,
-        window_s: float,
-        sample_rate_Hz: float,
-        wavelength_range_mm: tuple[float, float],
-        saturation: float,
+        variant: str = "as_printed",
+        window_s: float | None = None,
+        sample_rate_Hz: float = 1000.0,
+        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
+        saturation: float = math.inf,
     ):
-        if variant not in VARIANTS:
-            raise InputError(f"variant must be one of {', '.join(VARIANTS)}, got {variant!r}")
+        if variant not in self.VARIANTS:
+            raise InputError(f"variant must be one of {', '.join(self.VARIANTS)}, got {variant!r}")
         self.variant = variant
+        self._method = self.VARIANTS[variant]
+        window_s = self._method.window_s if window_s is None else window_s
         self.sample_rate_Hz = checks.positive("sample_rate_Hz", sample_rate_Hz)
         self.window_samples = round(checks.positive("window_s", window_s) * self.sample_rate_Hz)
         if self.window_samples < 8:
@@ -117,13 +87,69 @@ class RoughnessStream(ABC):
         if not saturation > 0:
             raise InputError(f"saturation (units of the reading) must be greater than 0, got {saturation}")
         self._saturation = float(saturation)
+        self._prepare()
+        self.reset()
+
+    def _prepare(self) -> None:
+        """Constants of the method; called once, before `_forget`."""
         # Faster than this, the shortest wavelength would be sampled less than twice a period.
         self._fastest = 0.5 * self.sample_rate_Hz * self._low
-        self._time = _NONE
+        # So many samples are answered by "warming up".
+        self._full = self.window_samples
 
     @abstractmethod
-    def _advance(self, readings, velocities) -> Answers:
-        """Answers to lists of readings and velocities that are usable."""
+    def _forget(self) -> None:
+        """Make the memory of a method that has seen nothing."""
+
+    @abstractmethod
+    def _find(self, reading: float, speed: float) -> Finding:
+        """What is found with one more sample: the reading (NaN: none) and |velocity|. `_seen` already counts it."""
+
+    @abstractmethod
+    def _find_all(self, readings: np.ndarray, speeds: np.ndarray) -> Finding:
+        """The same after each of n > 0 samples, arrays (n,), bit for bit. `_seen` does not count them yet."""
+
+    @property
+    @abstractmethod
+    def _memory(self):
+        """What the method remembers, a frozen dataclass."""
+
+    @_memory.setter
+    @abstractmethod
+    def _memory(self, memory) -> None: ...
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._time, self._seen = NONE, 0
+        self._forget()
+
+    @property
+    def state(self) -> StreamState:
+        """All that the estimator remembers, to be kept or to be set again; one of another window is refused."""
+        return StreamState(last_time_s=self._time, seen=self._seen, memory=self._memory)
+
+    @state.setter
+    def state(self, state: StreamState) -> None:
+        self._memory = state.memory
+        self._time, self._seen = state.last_time_s, state.seen
+
+    def update(self, sample) -> RoughnessEstimate:
+        """The estimate after one more sample (reading, velocity_mm_s) or (reading, velocity_mm_s, t_s).
+
+        Raises `InputError` for a sample of another length.
+        """
+        if len(sample) == 2:
+            reading, velocity = sample
+            return self._one(float(reading), float(velocity))
+        if len(sample) == 3:
+            reading, velocity, time = map(float, sample)
+            missing = self._missing_before(time)
+            if missing < 0:
+                return _LEFT_OUT
+            if missing:
+                self._many(np.tile((NONE, velocity), (missing, 1)))
+            return self._one(reading, velocity)
+        raise InputError(f"a sample must be (reading, velocity_mm_s) or that and t_s, got {len(sample)} values")
 
     def process(self, block) -> RoughnessEstimate:
         """Estimates after each row of a block (n, 2) or (n, 3); bit for bit what `update` gives row by row.
@@ -134,54 +160,88 @@ class RoughnessStream(ABC):
         if rows.ndim != 2 or rows.shape[1] not in (2, 3):
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x 2 (reading, velocity_mm_s) or n x 3 (and t_s), got {shape}")
-        columns = rows.T.tolist()
-        answers = self._timed(*columns) if len(columns) == 3 else self._advance(*columns)
-        frequency, wavelength, power = (np.array(values, float) for values in answers[:3])
-        return RoughnessEstimate(frequency, wavelength, power, np.array(answers.status, int))
+        return self._timed(rows) if rows.shape[1] == 3 else self._many(rows)
 
-    def update(self, sample) -> RoughnessEstimate:
-        """The estimate after one more sample (reading, velocity_mm_s) or (reading, velocity_mm_s, t_s).
-
-        Raises `InputError` for a sample of another length.
-        """
-        if len(sample) == 2:
-            reading, velocity = sample
-            f, wavelength, power, status = self._advance((float(reading),), (float(velocity),))
-        elif len(sample) == 3:
-            reading, velocity, time = sample
-            f, wavelength, power, status = self._timed((float(reading),), (float(velocity),), (float(time),))
+    def _one(self, reading: float, velocity: float) -> RoughnessEstimate:
+        """The answer after one more sample."""
+        fault = OK
+        if not -self._saturation < reading < self._saturation:
+            fault = SATURATED if abs(reading) < math.inf else MISSING
+            reading = NONE
+        if self._seen <= self._full:
+            self._seen += 1
+        frequency, distance, power, status = self._find(reading, abs(velocity))
+        if fault:
+            return RoughnessEstimate(NONE, NONE, NONE, fault)
+        if self._seen <= self._full:
+            return RoughnessEstimate(NONE, NONE, NONE, WARMING_UP)
+        if status in (OK, GAP) and frequency > 0.0:
+            if not distance < math.inf:
+                distance, status = NONE, NO_VELOCITY
+            elif distance <= 0.0:
+                distance, status = NONE, STANDSTILL
         else:
-            raise InputError(f"a sample must be (reading, velocity_mm_s) or that and t_s, got {len(sample)} values")
-        return RoughnessEstimate(f[0], wavelength[0], power[0], status[0])
+            distance = NONE
+        return RoughnessEstimate(frequency, distance, power, status)
 
-    def _timed(self, readings, velocities, times) -> Answers:
-        """Answers of samples that carry their times: fills gaps with missing samples, leaves duplicates out."""
-        even_readings: list[float] = []
-        even_velocities: list[float] = []
-        places: list[int] = []
-        rate = self.sample_rate_Hz
-        for reading, velocity, time in zip(readings, velocities, times, strict=True):
-            if not -math.inf < time < math.inf:
-                time = self._time + 1 / rate
-            steps = (time - self._time) * rate
-            if steps < 0.5:
-                places.append(-1)
-                continue
-            if steps >= 1.5:
-                # A gap of more than two windows leaves nothing of what was before.
-                missing = min(round(min(steps, 1e9)) - 1, 2 * self.window_samples)
-                even_readings += [_NONE] * missing
-                even_velocities += [velocity] * missing
-            self._time = time
-            places.append(len(even_readings))
-            even_readings.append(reading)
-            even_velocities.append(velocity)
-        answers = self._advance(even_readings, even_velocities)
-        frequency, wavelength, power = (
-            [values[place] if place >= 0 else _NONE for place in places] for values in answers[:3]
-        )
-        status = [answers.status[place] if place >= 0 else DUPLICATE for place in places]
-        return Answers(frequency, wavelength, power, status)
+    def _many(self, rows: np.ndarray) -> RoughnessEstimate:
+        """Answers after each of the rows (n, 2)."""
+        if len(rows) < BLOCK:
+            return columns([self._one(*row) for row in rows.tolist()])
+        readings, speeds = rows[:, 0], np.abs(rows[:, 1])
+        usable = (readings > -self._saturation) & (readings < self._saturation)
+        # Readings of 1e308 overflow as they do one by one, where Python does not warn.
+        with np.errstate(all="ignore"):
+            frequency, distance, power, status = self._find_all(np.where(usable, readings, NONE), speeds)
+        seen = np.minimum(self._seen + 1 + np.arange(len(rows)), self._full + 1)
+        self._seen = int(seen[-1])
+        answered = ((status == OK) | (status == GAP)) & (frequency > 0.0)
+        status = np.where(answered & (distance <= 0.0), STANDSTILL, status)
+        status = np.where(answered & ~(distance < math.inf), NO_VELOCITY, status)
+        distance = np.where(answered & (distance > 0.0) & (distance < math.inf), distance, NONE)
+        fault = np.where(usable, OK, np.where(np.abs(readings) < math.inf, SATURATED, MISSING))
+        status = np.where(usable, np.where(seen <= self._full, WARMING_UP, status), fault)
+        silent = ~usable | (seen <= self._full)
+        frequency, distance, power = (np.where(silent, NONE, column) for column in (frequency, distance, power))
+        return RoughnessEstimate(frequency, distance, power, status)
+
+    def _timed(self, rows: np.ndarray) -> RoughnessEstimate:
+        """Answers of rows (n, 3) with their times."""
+        missing = np.array([self._missing_before(time) for time in rows[:, 2].tolist()], int)
+        taken = missing >= 0
+        places = np.cumsum(missing + 1) - 1
+        # Between the rows that are taken, missing ones with the velocity of the row behind them.
+        even = np.repeat(rows[taken, :2], missing[taken] + 1, axis=0)
+        lost = np.ones(len(even), bool)
+        lost[places[taken]] = False
+        even[lost, 0] = NONE
+        answers = self._many(even)
+        whole = [np.full(len(rows), value) for value in _LEFT_OUT]
+        for column, values in zip(whole, answers, strict=True):
+            column[taken] = np.asarray(values)[places[taken]]
+        return RoughnessEstimate(*whole)
+
+    def _missing_before(self, time: float) -> int:
+        """How many samples are missing before the one at this time, -1 for a duplicate; the clock goes on."""
+        if not -math.inf < time < math.inf:
+            time = self._time + 1 / self.sample_rate_Hz
+        steps = (time - self._time) * self.sample_rate_Hz
+        if steps < 0.5:
+            return -1
+        self._time = time
+        # A gap of more than two windows leaves nothing of what was before.
+        return min(round(min(steps, 1e9)) - 1, 2 * self.window_samples) if steps >= 1.5 else 0
+
+
+_LEFT_OUT = RoughnessEstimate(NONE, NONE, NONE, DUPLICATE)
+
+
+def columns(answers: list[RoughnessEstimate]) -> RoughnessEstimate:
+    """Answers of single samples as arrays (n,)."""
+    frequency, wavelength, power, status = zip(*answers, strict=True) if answers else ((), (), (), ())
+    return RoughnessEstimate(
+        np.array(frequency, float), np.array(wavelength, float), np.array(power, float), np.array(status, int)
+    )
 
 
 def checked_range(wavelength_range_mm) -> tuple[float, float]:
@@ -196,10 +256,3 @@ def checked_range(wavelength_range_mm) -> tuple[float, float]:
     if low >= high:
         raise InputError(f"wavelength_range_mm must rise, got {low:g} and {high:g}")
     return low, high
-
-
-def checked_ring(name: str, values: tuple, length: int) -> list:
-    """A buffer of a saved state as a list; raises `InputError` where it is of another window."""
-    if len(values) != length:
-        raise InputError(f"the state's {name} holds {len(values)} samples, the window is {length}")
-    return list(values)

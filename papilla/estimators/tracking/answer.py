@@ -17,6 +17,7 @@ class TrackingStatus(IntEnum):
     NO_VELOCITY = 4
     ALIASED = 5
     NO_TEXTURE = 6
+    DISTURBED = 7
 
     @property
     def sentence(self) -> str:
@@ -32,6 +33,7 @@ _SENTENCES = {
     TrackingStatus.NO_VELOCITY: "no finite velocity: the wavelength is held, the frequency is not known",
     TrackingStatus.ALIASED: "too fast for this sampling rate and wavelength: the sample is left out",
     TrackingStatus.NO_TEXTURE: "no texture above the noise: the wavelength is the last one seen",
+    TrackingStatus.DISTURBED: "a hum or a second texture is strong too: the wavelength may be off beyond its sigma",
 }
 
 

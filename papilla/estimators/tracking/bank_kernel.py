@@ -1,8 +1,9 @@
 """Arithmetic of the wavenumber bank: sums over a fading window, and the least-squares spectrum they hold.
 
-The window fades with distance and time. At every wavenumber k_j = j step, the sums of w y exp(j k x), w exp(j k x) and
-w exp(2j k x) give the exact weighted least squares of b + a cos kx + c sin kx, for windows shorter than a period too.
-Source: Zechmeister & Kürster (2009), doi:10.1051/0004-6361:200811296.
+The window fades with distance and time. At the wavenumbers k_j = j step, the sums of w y exp(j k x) and w exp(j k x)
+give the exact weighted least squares of b + a cos kx + c sin kx, for windows shorter than a period too; at the
+multiples of one of them, that of a whole harmonic series. Source: Zechmeister & Kürster (2009),
+doi:10.1051/0004-6361:200811296.
 """
 
 import math
@@ -10,154 +11,110 @@ from typing import NamedTuple
 
 import numpy as np
 
-WEIGHT, READING, SQUARE, LEVER, SPREAD, PLACE, ORIGIN, RIVAL = range(8)
+from papilla.estimators.tracking.vectors import add_waves, explain, normal_equations, solve
+
+WEIGHT, READING, SQUARE, LEVER, SPREAD, PLACE, ORIGIN, RIVAL, KEEP, SHIFT = range(10)
 """Scalars of a bank: sums of w, w y, w y^2, w d, w d^2 with d the distance from here, the wrapped position, the reading
-that is subtracted, and the sum of the tracker's own squared surprise over the same window."""
-SUMS = 8
+that is subtracted, the sum of the tracker's own squared surprise over the same window, and what the window has faded
+by and moved since the last reading."""
+SUMS = 10
+FIT = 3
+"""Harmonics of a fit: with the phase, offset and wavenumber eight numbers, which a period of 20 samples can carry."""
+RIDGE = 1e-3
+"""Fraction of the weight that holds what a short window does not show near zero."""
+WAVENUMBER, PHASE, AMPLITUDE, OFFSET, REST, EXPLAINED, LENGTH, SAMPLES, PARAMETERS, INDEX, SERIES = range(11)
+"""A nominee: wavenumber, phase here, amplitude, offset, squares left, squares explained, length of the window, its
+weight, parameters, index in the bank, and from `SERIES` on the in-phase and quadrature parts of harmonics 2, 3 ..."""
+NOMINEE = SERIES + 2 * (FIT - 1)
 
 
 class BankSettings(NamedTuple):
-    """step: rad/mm between wavenumbers; side: their number is its square; low, high: indices searched; length: mm over
-    which the window fades; keep: how much of it a sample keeps; period: 2 pi / step in mm; second, third: weights of
-    harmonics in the choice of the fundamental."""
+    """step: rad/mm between wavenumbers; low, high: indices searched; length: mm over which the window fades; keep: how
+    much of it a sample keeps; period: 2 pi / step in mm; orders: (m,) 0, 1, 2 ...; mixing: of the normal equations."""
 
     step: float
-    side: int
     low: int
     high: int
     length: float
     keep: float
     period: float
-    second: float
-    third: float
-    harmonics: int
+    orders: np.ndarray
+    mixing: np.ndarray
 
 
-def clear_bank(fields, sums, reading):
+class Bank(NamedTuple):
+    """What a bank remembers: sums by wavenumber (2, 2, m), scalars, last spectrum and nominee; then room to work."""
+
+    fields: np.ndarray
+    sums: np.ndarray
+    power: np.ndarray
+    nominee: np.ndarray
+    room: np.ndarray
+    score: np.ndarray
+    gram: np.ndarray
+    right: np.ndarray
+    fit: np.ndarray
+
+
+REMEMBERED = ("fields", "sums", "power", "nominee")
+
+
+def clear_bank(bank, reading):
     """Forget the window; `reading` becomes the origin of the readings, so that a large offset costs no digits."""
-    fields[:] = 0.0
+    bank.fields[:] = 0.0
+    sums = bank.sums
     place = sums[PLACE]
     sums[:] = 0.0
-    sums[PLACE] = place
-    sums[ORIGIN] = reading
+    sums[PLACE], sums[ORIGIN], sums[KEEP] = place, reading, 1.0
 
 
-def move_bank(settings, fields, sums, dx):
+def move_bank(settings, bank, dx):
     """Let the window fade while the finger moves on by dx in mm."""
-    keep = settings.keep * math.exp(-abs(dx) / settings.length)
-    weight, lever = sums[WEIGHT], sums[LEVER]
-    sums[SPREAD] = keep * (sums[SPREAD] - 2 * dx * lever + dx * dx * weight)
-    sums[LEVER] = keep * (lever - dx * weight)
-    sums[WEIGHT] = keep * weight
-    sums[READING] *= keep
-    sums[SQUARE] *= keep
-    sums[RIVAL] *= keep
-    fields *= keep
+    sums = bank.sums
+    sums[KEEP] *= settings.keep * math.exp(-abs(dx) / settings.length)
+    sums[SHIFT] += dx
     place = sums[PLACE] + dx
     sums[PLACE] = place - settings.period * math.floor(place / settings.period)
 
 
-def feed_bank(settings, fields, sums, reading):
+def feed_bank(settings, bank, reading):
     """Add one reading at the present position."""
-    value = reading - sums[ORIGIN]
-    sums[WEIGHT] += 1.0
-    sums[READING] += value
-    sums[SQUARE] += value * value
-    turn = settings.step * sums[PLACE]
-    index = np.arange(settings.side) * turn
-    # exp(j k x) of side^2 wavenumbers from 2 side of them: the wavenumbers are equally spaced.
-    fine = np.exp(1j * index)
-    coarse = np.exp(1j * (settings.side * index))
-    wave = (coarse.reshape(-1, 1) * fine).reshape(-1)
-    fields[0] += value * wave
-    fields[1] += wave
-    fields[2] += wave * wave
+    sums = bank.sums
+    keep, dx, value = float(sums[KEEP]), float(sums[SHIFT]), reading - float(sums[ORIGIN])
+    weight, lever = float(sums[WEIGHT]), float(sums[LEVER])
+    sums[SPREAD] = keep * (float(sums[SPREAD]) - 2 * dx * lever + dx * dx * weight)
+    sums[LEVER] = keep * (lever - dx * weight)
+    sums[WEIGHT] = keep * weight + 1.0
+    sums[READING] = keep * float(sums[READING]) + value
+    sums[SQUARE] = keep * float(sums[SQUARE]) + value * value
+    sums[RIVAL] *= keep
+    sums[KEEP], sums[SHIFT] = 1.0, 0.0
+    add_waves(settings.orders, bank.room, bank.fields, keep, settings.step * float(sums[PLACE]), value)
 
 
-def spectrum(fields, sums):
-    """(count,) squares that each wavenumber explains beyond a constant."""
-    weight = sums[WEIGHT]
-    mean = sums[READING] / weight
-    cosine, sine = fields[1].real, fields[1].imag
-    yc = fields[0].real - mean * cosine
-    ys = fields[0].imag - mean * sine
-    cc = 0.5 * (weight + fields[2].real) - cosine * cosine / weight
-    ss = 0.5 * (weight - fields[2].real) - sine * sine / weight
-    cs = 0.5 * fields[2].imag - cosine * sine / weight
-    determinant = cc * ss - cs * cs
-    # Windows that do not resolve a wavenumber explain nothing with it.
-    trusted = determinant > 1e-3 * weight * weight
-    safe = np.where(trusted, determinant, 1.0)
-    a = np.where(trusted, (yc * ss - ys * cs) / safe, 0.0)
-    b = np.where(trusted, (ys * cc - yc * cs) / safe, 0.0)
-    return a * yc + b * ys
+def window_length(sums):
+    """Length in mm of the rectangular window with this one's spread."""
+    weight = float(sums[WEIGHT])
+    mean = float(sums[LEVER]) / weight
+    return math.sqrt(12 * max(float(sums[SPREAD]) / weight - mean * mean, 0.0))
 
 
-def moment(fields, sums, index):
-    """Sum of w exp(j k x) at a multiple of the step, of either sign; 0 beyond the bank: windows average it out."""
-    at = abs(index)
-    size = fields.shape[1]
-    if at == 0:
-        return complex(sums[WEIGHT], 0.0)
-    if at < size:
-        value = fields[1, at]
-    elif at % 2 == 0 and at // 2 < size:
-        value = fields[2, at // 2]
-    else:
-        return complex(0.0, 0.0)
-    return value if index > 0 else value.conjugate()
+def lowest(settings, sums, periods):
+    """Index of the smallest wavenumber of which the window holds `periods`."""
+    return max(settings.low, math.ceil(periods * settings.period / (window_length(sums) + 1e-9)))
 
 
-def fit_harmonics(fields, sums, index, harmonics, ridge, gram, right):
-    """Least squares of a constant and `harmonics` harmonics of one wavenumber of the bank; returns the squares left.
-
-    `right` (2 harmonics + 1) receives b, a_1, c_1, a_2 ...; `ridge` is a fraction of the weight that holds what the
-    window does not show near zero.
-    """
-    size = 2 * harmonics + 1
-    weight = sums[WEIGHT]
-    gram[0, 0] = weight
-    right[0] = sums[READING]
-    for h in range(1, harmonics + 1):
-        value = fields[0, h * index]
-        right[2 * h - 1], right[2 * h] = value.real, value.imag
-        first = moment(fields, sums, h * index)
-        gram[0, 2 * h - 1] = gram[2 * h - 1, 0] = first.real
-        gram[0, 2 * h] = gram[2 * h, 0] = first.imag
-        for k in range(1, h + 1):
-            plus, minus = moment(fields, sums, (h + k) * index), moment(fields, sums, (h - k) * index)
-            gram[2 * h - 1, 2 * k - 1] = gram[2 * k - 1, 2 * h - 1] = 0.5 * (minus.real + plus.real)
-            gram[2 * h, 2 * k] = gram[2 * k, 2 * h] = 0.5 * (minus.real - plus.real)
-            gram[2 * h - 1, 2 * k] = gram[2 * k, 2 * h - 1] = 0.5 * (plus.imag - minus.imag)
-            gram[2 * h, 2 * k - 1] = gram[2 * k - 1, 2 * h] = 0.5 * (plus.imag + minus.imag)
-        gram[2 * h - 1, 2 * h - 1] += ridge * weight
-        gram[2 * h, 2 * h] += ridge * weight
-    moments = right[:size].copy()
-    right[:size] = np.linalg.solve(gram[:size, :size], moments)
-    return sums[SQUARE] - moments @ right[:size]
+def harmonics_of(bank, index):
+    """How many harmonics of a wavenumber are fitted: their normal equations need the sums at twice the highest."""
+    return min(FIT, (bank.fields.shape[2] - 1) // (2 * index))
 
 
-def add_up(settings, power, start, stop, score):
-    """Score of each fundamental: its power, and that of its second and third harmonic with less weight.
-
-    A submultiple that owns the true fundamental as its harmonic must not win.
-    """
-    size = power.shape[0]
-    padded = np.zeros(3 * size)
-    padded[:size] = power
-    score[:] = padded[start:stop] + settings.second * padded[2 * start : 2 * stop : 2]
-    score += settings.third * padded[3 * start : 3 * stop : 3]
-
-
-def look(settings, fields, sums, power, average, share):
-    """Take the spectrum of the window, and its `share` into the average over many windows, in units of their noise."""
-    power[:] = spectrum(fields, sums)
-    weight = sums[WEIGHT]
-    total = sums[SQUARE] - sums[READING] ** 2 / weight
-    rest = max(total - power[settings.low : settings.high].max(), 1e-3 * total)
-    if rest > 0.0:
-        average *= 1.0 - share
-        average += share / rest * weight * power
+def fit_series(settings, bank, index):
+    """Least squares of a constant and harmonics of one wavenumber into `bank.fit`; the squares left."""
+    size = 2 * harmonics_of(bank, index) + 1
+    normal_equations(settings.mixing, bank.fields, index, bank.gram, bank.right)
+    explained = solve(bank.gram, bank.right, size, bank.fit)
+    return max(float(bank.sums[SQUARE]) - explained, 0.0)
 
 
 def between(below, middle, above):
@@ -170,35 +127,99 @@ def between(below, middle, above):
     return min(max(0.5 * (left - right) / curvature, -0.5), 0.5) if curvature > 0.0 else 0.0
 
 
-def nominate(settings, fields, sums, power, best, found, gram, right):
-    """Fit the bank's wavenumber `best`, into `found`: wavenumber, phase here, amplitude, offset, squares left, squares
-    explained, length of the window, its weight, parameters, then c_2, s_2, c_3 ... relative to the phase."""
-    size = power.shape[0]
-    shift = between(power[best - 1], power[best], power[best + 1])
-    weight = sums[WEIGHT]
-    harmonics = max(min(settings.harmonics, (size - 1) // best), 1)
-    rest = fit_harmonics(fields, sums, best, harmonics, 1e-3, gram, right)
-    spread = max(sums[SPREAD] / weight - (sums[LEVER] / weight) ** 2, 0.0)
+def look(bank):
+    """Take the spectrum of the window."""
+    explain(bank.fields, bank.power)
+
+
+def nominate(settings, bank, best):
+    """Fit the bank's wavenumber `best` into the nominee."""
+    power, sums, nominee, fit = bank.power, bank.sums, bank.nominee, bank.fit
+    rest = fit_series(settings, bank, best)
+    shift = between(power[best - 1], power[best], power[best + 1]) * settings.step
+    weight = float(sums[WEIGHT])
     wavenumber = settings.step * best
-    delay = math.atan2(right[2], right[1])
+    a, b = float(fit[1]), float(fit[2])
+    delay = math.atan2(b, a)
+    nominee[WAVENUMBER] = wavenumber + shift
     # The phase is known best in the middle of the window: the shifted wavenumber turns it about that point.
-    lever = -sums[LEVER] / weight
-    found[0] = wavenumber + shift * settings.step
-    found[1] = wavenumber * sums[PLACE] - delay + shift * settings.step * lever
-    found[2] = math.sqrt(right[1] ** 2 + right[2] ** 2)
-    found[3] = right[0] + sums[ORIGIN]
-    found[4] = max(rest, 0.0)
-    found[5] = max(sums[SQUARE] - sums[READING] ** 2 / weight - rest, 0.0)
-    found[6] = math.sqrt(12 * spread)
-    found[7] = weight
-    found[8] = 2.0 * harmonics + 2.0
-    found[9:] = 0.0
+    nominee[PHASE] = wavenumber * float(sums[PLACE]) - delay - shift * float(sums[LEVER]) / weight
+    nominee[AMPLITUDE] = math.sqrt(a * a + b * b)
+    nominee[OFFSET] = float(fit[0] + sums[ORIGIN])
+    nominee[REST] = rest
+    nominee[EXPLAINED] = max(float(sums[SQUARE]) - float(sums[READING]) ** 2 / weight - rest, 0.0)
+    nominee[LENGTH] = window_length(sums)
+    nominee[SAMPLES] = weight
+    nominee[INDEX] = best
+    harmonics = harmonics_of(bank, best)
+    nominee[PARAMETERS] = 2.0 * harmonics + 2.0
+    nominee[SERIES:] = 0.0
     for h in range(2, harmonics + 1):
         cosine, sine = math.cos(h * delay), math.sin(h * delay)
-        a, b = right[2 * h - 1], right[2 * h]
-        found[2 * h + 5] = a * cosine + b * sine
-        found[2 * h + 6] = b * cosine - a * sine
+        a, b = float(fit[2 * h - 1]), float(fit[2 * h])
+        nominee[SERIES + 2 * h - 4] = a * cosine + b * sine
+        nominee[SERIES + 2 * h - 3] = b * cosine - a * sine
 
 
-FIT = 3
-FOUND = 2 * FIT + 7
+def rounding(bank):
+    """Squares that are not told from none."""
+    return max(1e-12 * float(bank.sums[SQUARE]), 1e-300)
+
+
+def prefer_multiple(settings, bank, order, evidence):
+    """Give the nomination to `order` times the nominee's wavenumber unless the nominee is better by `evidence` nats.
+
+    A submultiple explains all that the true wavenumber does, its harmonics being among its own. Whether it was given.
+    """
+    power, nominee = bank.power, bank.nominee
+    best = int(nominee[INDEX]) * order
+    if best >= settings.high - 1:
+        return False
+    for near in (best - 1, best + 1):
+        if power[near] > power[best]:
+            best = near
+    rest = fit_series(settings, bank, best)
+    floor = rounding(bank)
+    if 0.5 * nominee[SAMPLES] * math.log((rest + floor) / (nominee[REST] + floor)) >= evidence:
+        return False
+    nominate(settings, bank, best)
+    return True
+
+
+def new_bank(settings):
+    """A bank that knows nothing."""
+    size = 2 * FIT + 1
+    return Bank(
+        fields=np.zeros((2, 2, settings.orders.size)),
+        sums=np.zeros(SUMS),
+        power=np.zeros(settings.high + 1),
+        nominee=np.zeros(NOMINEE),
+        room=np.zeros((2, settings.orders.size)),
+        score=np.zeros(settings.high - settings.low),
+        gram=np.zeros((size, size)),
+        right=np.zeros(size),
+        fit=np.zeros(size),
+    )
+
+
+def mixing_of_moments():
+    """(size^2, 2, size): the normal equations of 1, cos, sin, cos 2 ... from the sums of cos m, sin m, m = 0 ... 2 FIT.
+
+    Products of sinusoids of h and k are sinusoids of h - k and h + k.
+    """
+    size = 2 * FIT + 1
+    mixing = np.zeros((size, size, 2, size))
+    for row in range(size):
+        for column in range(size):
+            h, k = (row + 1) // 2, (column + 1) // 2
+            sines = (row > 0 and row % 2 == 0) + (column > 0 and column % 2 == 0)
+            if sines == 1:
+                sine, cosine = (h, k) if row % 2 == 0 and row > 0 else (k, h)
+                mixing[row, column, 1, h + k] += 0.5
+                mixing[row, column, 1, abs(sine - cosine)] += math.copysign(0.5, sine - cosine)
+            else:
+                mixing[row, column, 0, abs(h - k)] += 0.5
+                mixing[row, column, 0, h + k] += -0.5 if sines == 2 else 0.5
+        if row:
+            mixing[row, row, 0, 0] += RIDGE
+    return mixing.reshape(size * size, 2, size)

@@ -18,7 +18,7 @@ from papilla.estimators.tracking.space_ekf import SpaceTracker
 _OK = int(TrackingStatus.OK)
 OUTLIER_SD = 4.0
 """A gauge whose wavelength is this many standard deviations from the median is left out."""
-_RANK = {status: rank for rank, status in enumerate((0, 2, 6, 3, 5, 4, 1))}
+_RANK = {status: rank for rank, status in enumerate((0, 2, 7, 6, 3, 5, 4, 1))}
 
 
 class FusedEstimate(NamedTuple):
@@ -77,18 +77,37 @@ class FusedTracker:
         if rows.ndim != 2 or rows.shape[1] != len(self._places) + 1:
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x {len(self._places) + 1} (gauges, then velocity_mm_s), got {shape}")
-        answers = [self.update(row) for row in rows.tolist()]
+        answers = self._fused(rows)
         columns = list(zip(*answers, strict=True)) if answers else [()] * 7
         kinds = (float, float, float, int, float, float, int)
         return FusedEstimate(*(np.array(column, kind) for column, kind in zip(columns, kinds, strict=True)))
 
     def update(self, sample) -> FusedEstimate:
         """The estimate after one more sample (g1, ..., gg, velocity_mm_s); raises `InputError` for another length."""
-        *readings, velocity = sample
+        *readings, velocity = map(float, sample)
         if len(readings) != len(self._places):
             raise InputError(f"a sample must be {len(self._places)} readings and a velocity, got {len(sample)} values")
         answers = [t.update((reading, velocity)) for t, reading in zip(self._trackers, readings, strict=True)]
-        status = min((int(answer.status) for answer in answers), key=lambda code: _RANK[code])
+        phases = [(tracker.phase_rad, tracker.phase_sigma_rad) for tracker in self._trackers]
+        return self._fuse(velocity, answers, phases)
+
+    def _fused(self, rows) -> list[FusedEstimate]:
+        """Each gauge's tracker takes the rows as a block, then their answers are put together row by row."""
+        velocity, gauges = rows[:, -1], []
+        for number, tracker in enumerate(self._trackers):
+            estimate, phase, sigma = tracker.process_with_phase(np.column_stack([rows[:, number], velocity]))
+            answers = map(
+                WavelengthEstimate._make, zip(*(np.asarray(column).tolist() for column in estimate), strict=True)
+            )
+            gauges.append(zip(answers, zip(phase.tolist(), sigma.tolist(), strict=True), strict=True))
+        return [
+            self._fuse(speed, *zip(*parts, strict=True))
+            for speed, *parts in zip(velocity.tolist(), *gauges, strict=True)
+        ]
+
+    def _fuse(self, velocity: float, answers, phases) -> FusedEstimate:
+        """One answer from the estimate and the (phase, sigma) of each gauge."""
+        status = min((int(answer.status) for answer in answers), key=_RANK.__getitem__)
         good = [number for number, answer in enumerate(answers) if answer.status == status and answer.wavelength_mm > 0]
         kept = _agreeing(answers, good)
         if not kept:
@@ -97,31 +116,51 @@ class FusedTracker:
         total = math.fsum(weights)
         pairs = zip(weights, kept, strict=True)
         wavelength = math.fsum(weight * answers[number].wavelength_mm for weight, number in pairs) / total
-        known = status != TrackingStatus.NO_VELOCITY
-        frequency = abs(velocity) / wavelength if known else math.nan
-        by_phase = self._by_phase(kept, wavelength) if status == _OK else (math.nan, math.nan)
+        frequency = math.nan if status == TrackingStatus.NO_VELOCITY else abs(velocity) / wavelength
+        by_phase = self._by_phase(kept, wavelength, phases) if status == _OK else (math.nan, math.nan)
         return FusedEstimate(wavelength, total**-0.5, frequency, status, *by_phase, len(kept))
 
-    def _by_phase(self, kept: list[int], wavelength: float) -> tuple[float, float]:
+    def _by_phase(self, kept: list[int], wavelength: float, phases) -> tuple[float, float]:
         """Wavelength and sigma from the phases of neighbours; the whole turns are those of the nearest wavelength."""
         order = sorted(kept, key=self._places.__getitem__)
         if len(order) < 2:
             return math.nan, math.nan
         origin = order[0]
-        base, base_sigma = self._trackers[origin].phase_rad, self._trackers[origin].phase_sigma_rad
-        top = bottom = 0.0
+        base, base_sigma = phases[origin]
+        lags, top, bottom, shared = [], 0.0, 0.0, 0.0
         for number in order[1:]:
             distance = self._places[number] - self._places[origin]
             expected = 2 * math.pi * distance / wavelength
-            lag = self._trackers[number].phase_rad - base
+            phase, sigma = phases[number]
+            lag = phase - base
             turns = lag + 2 * math.pi * round((expected - lag) / (2 * math.pi))
-            weight = 1 / (self._trackers[number].phase_sigma_rad ** 2 + base_sigma**2)
+            weight = 1 / (sigma**2 + base_sigma**2)
             top += weight * distance * turns
             bottom += weight * distance * distance
+            shared += weight * distance
+            lags.append((distance, turns, sigma, weight))
         wavenumber = top / bottom
         if wavenumber <= 0:
             return math.nan, math.nan
-        return 2 * math.pi / wavenumber, 2 * math.pi / wavenumber**2 / math.sqrt(bottom)
+        # The origin's phase error is in every lag: it moves the slope by the sum of the weights, and does not average.
+        own = math.fsum((weight * distance * sigma) ** 2 for distance, _, sigma, weight in lags)
+        variance = (own + (shared * base_sigma) ** 2) / bottom**2 * _disagreement(wavenumber, base_sigma, lags)
+        return 2 * math.pi / wavenumber, 2 * math.pi / wavenumber**2 * math.sqrt(variance)
+
+
+def _disagreement(wavenumber: float, base_sigma: float, lags) -> float:
+    """Birge's ratio, at least 1: mean square of the phases off the line of `wavenumber`, over what their sigmas allow.
+
+    `lags` are (distance, phase, sigma, weight) from the origin, whose own residual is 0. Source: Birge (1932),
+    doi:10.1103/PhysRev.40.207.
+    """
+    if len(lags) < 2:
+        return 1.0
+    certain = [base_sigma**-2, *(sigma**-2 for _, _, sigma, _ in lags)]
+    off = [0.0, *(phase - wavenumber * distance for distance, phase, _, _ in lags)]
+    mean = math.fsum(w * value for w, value in zip(certain, off, strict=True)) / math.fsum(certain)
+    square = math.fsum(w * (value - mean) ** 2 for w, value in zip(certain, off, strict=True))
+    return max(1.0, square / (len(lags) - 1))
 
 
 def _agreeing(answers: list[WavelengthEstimate], good: list[int]) -> list[int]:

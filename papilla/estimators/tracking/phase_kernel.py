@@ -1,28 +1,54 @@
 """Arithmetic of the space-domain tracker: an extended Kalman filter of wavenumber, phase, harmonics and offset.
 
-State: k (rad/mm), phi (rad, of the fundamental here), a_1, the shear phase q, then (c_h, s_h) for h = 2 ... H, and the
-offset b. The reading is b + a_1 cos phi + sum_h c_h cos h phi + s_h sin h phi. Moving by dx turns phi by k dx - q dr:
-the skin trails the finger by q r / k, where r is 1 in steady sliding and turns to -1 over a distance after a reversal.
+State: k (rad/mm), phi (rad, of the fundamental here), the shear phase q, the offset b, then a_1 ... a_H and c_1 ...
+The reading is b + sum_h a_h cos h phi + c_h sin h phi; c_1 = 0 says what phi is. Moving by dx turns phi by
+k dx - q dr: the skin trails the finger by q r / k, where r is 1 in steady sliding and turns to -1 over a distance after
+a reversal.
 """
 
 import math
 from typing import NamedTuple
 
-NOISE, SPEED, AGE, TRUE_K, TRUE_KP, TRUE_P, RELAY, TURN, SEEN, STRENGTH = range(10)
+import numpy as np
+
+from papilla.estimators.tracking.bank_kernel import (
+    AMPLITUDE,
+    FIT,
+    LENGTH,
+    OFFSET,
+    PARAMETERS,
+    PHASE,
+    REST,
+    SAMPLES,
+    SERIES,
+    WAVENUMBER,
+)
+from papilla.estimators.tracking.vectors import carry, harmonic_row, spread_row, take_error
+
+NOISE, SPEED, AGE, TRUE_K, TRUE_KP, TRUE_P, RELAY, TURN, SEEN, STRENGTH, SURPRISE = range(11)
+KICK, DUE, BATCH, ANGLE, EXCESS, LAST, BEFORE, NEXT, SECOND, COLOUR = range(11, 21)
 """Scalars of the tracker: noise variance of a reading, mean square of dx in mm^2, samples since the lock; the
 covariance of (k, phi) errors of a wavenumber that does not drift (the filter's own one overstates it); where the skin
 is between trailing on one side (1) and the other (-1), and its last change; samples seen; mean square slope by the
-phase."""
-TRACK = 10
+phase; recent mean square of the normalised innovations; corrections of k since the present period began, their
+variance in white noise, samples and angle since, and by how much the squares of such sums exceed that variance; the
+last two innovations, mean products of neighbours and of next neighbours, and `colour`."""
+TRACK = 21
+OFFSET_AT, FIRST = 3, 4
+TURN_AROUND = 2 * math.pi
+FAR = 9.0
+"""Normalised square from which an innovation is not noise, and counts as 3 sd: one in 370 samples of noise is."""
+ODD = 2.0
+"""Mean square of eight normalised innovations that noise alone passes in 1 % of all samples."""
 
 
 class PhaseSettings(NamedTuple):
-    """harmonics: number H; band: largest phase step of a harmonic in a sample, rad; loop: loop frequency in rad/sample;
-    amplitude, offset: drift of amplitudes (a fraction of a_1) and of the offset (of the noise's sd) in a sample;
-    forget: of the noise estimate per sample; floor: smallest noise variance; shear: mm by which the skin may trail (its
-    sd, before it is known); relax: mm of sliding in which it turns over; still: dx in mm below which it stands."""
+    """band: largest phase step of a harmonic in a sample, rad; loop: loop frequency in rad/sample; amplitude, offset:
+    drift of amplitudes (a fraction of a_1) and of the offset (of the noise's sd) in a sample; forget: of the noise
+    estimate per sample; floor: smallest noise variance; shear: mm by which the skin may trail (its sd, before it is
+    known); relax: mm of sliding in which it turns over; still: dx in mm below which it stands; memory: samples that
+    the excess of k's corrections is taken over; orders: (H,) 1, 2 ... H; shape: (2 H + 4,) drift of each amplitude."""
 
-    harmonics: int
     band: float
     loop: float
     amplitude: float
@@ -32,145 +58,198 @@ class PhaseSettings(NamedTuple):
     shear: float
     relax: float
     still: float
+    memory: float
+    orders: np.ndarray
+    shape: np.ndarray
 
 
-def harmonic_model(settings, state, step, row):
-    """Fill `row` with the derivative of the reading by the state; return the reading. `step` is the phase step, rad."""
-    last = settings.harmonics * 2 + 2
-    phase = state[1]
-    cosine, sine = math.cos(phase), math.sin(phase)
-    amplitude = state[2]
-    reading = state[last] + amplitude * cosine
-    slope = -amplitude * sine
-    row[:] = 0.0
-    row[2] = cosine
-    row[last] = 1.0
-    c, s = cosine, sine
-    for h in range(2, settings.harmonics + 1):
-        if h * step > settings.band:
-            break
-        c, s = c * cosine - s * sine, s * cosine + c * sine
-        at = 2 * h
-        in_phase, quadrature = state[at], state[at + 1]
-        reading += in_phase * c + quadrature * s
-        slope += h * (quadrature * c - in_phase * s)
-        row[at] = c
-        row[at + 1] = s
-    row[1] = slope
-    return reading
+class Phase(NamedTuple):
+    """What the filter remembers: state, its covariance, scalars; then room to work."""
+
+    state: np.ndarray
+    cov: np.ndarray
+    track: np.ndarray
+    row: np.ndarray
+    across: np.ndarray
 
 
-def harmonic_slope(settings, state, step):
-    """Mean square of d reading / d phi over a period, of the harmonics inside the band."""
-    total = state[2] * state[2]
-    for h in range(2, settings.harmonics + 1):
-        if h * step > settings.band:
-            break
-        at = 2 * h
-        total += h * h * (state[at] * state[at] + state[at + 1] * state[at + 1])
-    return 0.5 * total
+def present_harmonics(settings, step):
+    """How many harmonics pass the anti-aliasing at a phase step in rad."""
+    count = settings.orders.shape[0]
+    return count if step * count <= settings.band else max(int(settings.band / step), 1)
 
 
-def lock_phase(settings, state, cov, track, nominee, lever):
+def watch_colour(settings, track, error, variance):
+    """Keep the innovations' autocovariance at one and two samples: none in noise, that of a line wherever one is left.
+
+    With the cosines of an angle and of its double, one of the two is large at any frequency. A step of the baseline
+    must not pass for a line: innovations beyond 3 sd count as 3 sd.
+    """
+    noise, share = float(track[NOISE]), 2.0 / settings.memory
+    most = math.sqrt(FAR * noise)
+    value = min(max(error * math.sqrt(noise / variance), -most), most)
+    last, before = float(track[LAST]), float(track[BEFORE])
+    track[NEXT] += share * (value * last - track[NEXT])
+    track[SECOND] += share * (value * before - track[SECOND])
+    track[LAST], track[BEFORE] = value, last
+
+
+def colour(settings, track, power):
+    """Mean square of what is left in the innovations and is not white, over that of the texture's signal, `power`.
+
+    White noise alone makes averages over N samples of sd noise / sqrt(N); three of these do not count.
+    """
+    chance = 3.0 * float(track[NOISE]) * math.sqrt(1.0 / settings.memory)
+    left = math.hypot(float(track[NEXT]), float(track[SECOND])) - chance
+    return max(left, 0.0) / max(power, 1e-300)
+
+
+def measure_slope(settings, phase, step):
+    """Keep the mean square of d reading / d phi over a period, of the harmonics inside the band, and the colour."""
+    power, total, count, state = 0.0, 0.0, settings.orders.shape[0], phase.state
+    for h in range(present_harmonics(settings, step)):
+        in_phase, quadrature = float(state[FIRST + h]), float(state[FIRST + count + h])
+        square = in_phase * in_phase + quadrature * quadrature
+        power += square
+        total += (h + 1) * (h + 1) * square
+    phase.track[STRENGTH], phase.track[COLOUR] = 0.5 * total, colour(settings, phase.track, 0.5 * power)
+
+
+def lock_phase(settings, phase, nominee, lever):
     """Start the filter at a nominee of the bank; `lever` is the distance in mm from the middle of the window to
     here."""
-    size = 2 * settings.harmonics + 3
-    amplitude, length, count = nominee[2], max(nominee[6], 1e-9), nominee[7]
-    variance = nominee[4] / max(count - nominee[8], 1.0)
-    phase_variance = min(2 * variance / (amplitude * amplitude * count) + 0.003, 1.0)
+    state, cov, track = phase.state, phase.cov, phase.track
+    count = settings.orders.shape[0]
+    amplitude, length, samples = nominee[AMPLITUDE], max(nominee[LENGTH], 1e-9), nominee[SAMPLES]
+    variance = nominee[REST] / max(samples - nominee[PARAMETERS], 1.0)
+    phase_variance = min(2 * variance / (amplitude * amplitude * samples) + 0.003, 1.0)
     wave_variance = 12 * phase_variance / (length * length)
     state[:] = 0.0
-    state[0], state[1], state[2], state[size - 1] = nominee[0], nominee[1], amplitude, nominee[3]
+    state[0], state[1], state[OFFSET_AT], state[FIRST] = (
+        nominee[WAVENUMBER],
+        nominee[PHASE],
+        nominee[OFFSET],
+        amplitude,
+    )
     cov[:] = 0.0
     cov[0, 0] = wave_variance
     cov[1, 1] = phase_variance + lever * lever * wave_variance
     cov[0, 1] = cov[1, 0] = lever * wave_variance
-    cov[2, 2] = 0.09 * amplitude * amplitude
-    cov[3, 3] = (settings.shear * nominee[0]) ** 2
-    for h in range(2, settings.harmonics + 1):
-        at = 2 * h
-        cov[at, at] = cov[at + 1, at + 1] = (0.4 * amplitude / h) ** 2
-        if 2 * h + 6 < nominee.shape[0]:
-            state[at], state[at + 1] = nominee[2 * h + 5], nominee[2 * h + 6]
-    cov[size - 1, size - 1] = 0.09 * amplitude * amplitude
+    cov[2, 2] = (settings.shear * nominee[WAVENUMBER]) ** 2
+    cov[OFFSET_AT, OFFSET_AT] = cov[FIRST, FIRST] = 0.09 * amplitude * amplitude
+    for h in range(1, count):
+        for at in (FIRST + h, FIRST + count + h):
+            cov[at, at] = (0.4 * amplitude / (h + 1)) ** 2
+        if h < FIT:
+            state[FIRST + h] = nominee[SERIES + 2 * h - 2]
+            state[FIRST + count + h] = nominee[SERIES + 2 * h - 1]
     track[TRUE_K], track[TRUE_KP], track[TRUE_P] = cov[0, 0], cov[0, 1], cov[1, 1]
-    track[AGE] = 0.0
+    track[AGE] = track[KICK] = track[DUE] = track[BATCH] = track[ANGLE] = 0.0
+    track[SURPRISE] = track[EXCESS] = 1.0
+    measure_slope(settings, phase, 0.0)
 
 
 def turning(settings, track, dx):
     """Turn the relay of the shear over the distance dx; whether it is still on its way, the first motion excepted."""
     if dx == 0.0:
+        track[TURN] = 0.0
         return False
     side = math.copysign(1.0, dx)
-    if track[RELAY] == 0.0:
-        track[RELAY] = side
-    track[TURN] = (side - track[RELAY]) * -math.expm1(-abs(dx) / settings.relax)
-    track[RELAY] += track[TURN]
-    return abs(side - track[RELAY]) > 0.1
+    relay = float(track[RELAY])
+    if relay == 0.0:
+        relay = side
+    turn = (side - relay) * -math.expm1(-abs(dx) / settings.relax)
+    track[TURN] = turn
+    track[RELAY] = relay + turn
+    return abs(side - relay - turn) > 0.1
 
 
-def move_phase(settings, state, cov, track, dx):
-    """Time update: the finger moves on by dx in mm."""
-    size = 2 * settings.harmonics + 3
-    if dx != 0.0:
-        dr = track[TURN]
-        state[1] += state[0] * dx - state[3] * dr
-        if abs(state[1]) > 6.283185307179586:
-            state[1] -= 6.283185307179586 * math.floor(state[1] / 6.283185307179586)
-        cov[1] += dx * cov[0] - dr * cov[3]
-        cov[:, 1] += dx * cov[:, 0] - dr * cov[:, 3]
-        track[TRUE_P] += dx * (2 * track[TRUE_KP] + dx * track[TRUE_K])
-        track[TRUE_KP] += dx * track[TRUE_K]
-    step = abs(state[0] * dx)
-    noise = track[NOISE]
-    square = max(track[SPEED], 1e-30)
-    track[STRENGTH] = harmonic_slope(settings, state, step)
-    drift = settings.loop**4 * min(noise / max(track[STRENGTH], 1e-30), 10.0) / square
+def move_phase(settings, phase, dx, slack):
+    """Time update: the finger moves on by dx in mm, known to `slack` mm."""
+    state, cov, track = phase.state, phase.cov, phase.track
+    dr, noise, wavenumber, first = float(track[TURN]), float(track[NOISE]), float(state[0]), float(state[FIRST])
+    angle = float(state[1]) + wavenumber * dx - float(state[2]) * dr
+    state[1] = angle - TURN_AROUND * math.floor(angle / TURN_AROUND)
+    carry(cov, settings.shape, (settings.amplitude * first) ** 2, dx, dr)
+    true_k, true_kp, true_p = float(track[TRUE_K]), float(track[TRUE_KP]), float(track[TRUE_P])
+    track[TRUE_P] = true_p + dx * (2 * true_kp + dx * true_k)
+    track[TRUE_KP] = true_kp + dx * true_k
+    strength, square = max(float(track[STRENGTH]), 1e-30), max(float(track[SPEED]), 1e-30)
+    drift = settings.loop**4 * min(noise / strength, 10.0) / square
     cov[0, 0] += drift
     if abs(dx) <= settings.still:
-        track[TRUE_K] += drift
-    drift = (settings.amplitude * state[2]) ** 2
-    cov[2, 2] += drift
-    for h in range(2, settings.harmonics + 1):
-        at = 2 * h
-        own = drift / (h * h)
-        cov[at, at] += own
-        cov[at + 1, at + 1] += own
-    cov[size - 1, size - 1] += settings.offset * settings.offset * noise
+        track[TRUE_K] = true_k + drift
+    cov[OFFSET_AT, OFFSET_AT] += settings.offset * settings.offset * noise
+    if slack > 0.0:
+        doubt = (wavenumber * slack) ** 2
+        cov[1, 1] += doubt
+        track[TRUE_P] += doubt
 
 
-def take_phase(state, cov, track, phase, variance):
+def take_phase(phase, angle, variance):
     """Measurement update with the phase itself, which is known but for whole turns."""
-    turns = (phase - state[1]) / (2 * math.pi)
-    error = 2 * math.pi * (turns - math.floor(turns + 0.5))
-    across = cov[:, 1].copy()
-    total = across[1] + variance
-    state += across / total * error
-    cov -= across.reshape(-1, 1) / total * across
+    state, cov, track = phase.state, phase.cov, phase.track
+    turns = (angle - state[1]) / TURN_AROUND
+    error = TURN_AROUND * (turns - math.floor(turns + 0.5))
+    phase.row[:] = 0.0
+    phase.row[1] = 1.0
+    within = float(spread_row(cov, phase.row, phase.across))
+    phase.row[OFFSET_AT] = 1.0
+    take_error(state, cov, phase.across, within + variance, error)
     track[TRUE_K], track[TRUE_KP], track[TRUE_P] = cov[0, 0], cov[0, 1], cov[1, 1]
 
 
-def feed_phase(settings, state, cov, track, row, reading, step):
-    """Measurement update with one reading; returns the innovation and its variance."""
-    error = reading - harmonic_model(settings, state, step, row)
-    across = cov @ row
-    within = row @ across
-    noise = track[NOISE]
-    variance = within + noise
-    gain = across / variance
-    state += gain * error
-    scaled = across / math.sqrt(variance)
-    cov -= scaled.reshape(-1, 1) * scaled
-    k, p, g = gain[0], gain[1], row[1]
-    kk, kp, pp = track[TRUE_K], track[TRUE_KP], track[TRUE_P]
+def correct_truth(track, across, row, total, noise, error):
+    """Follow the covariance of the actual (k, phi) error, and what the corrections of k say about the noise."""
+    k, p, g = float(across[0]) / total, float(across[1]) / total, float(row[1])
+    kk, kp, pp = float(track[TRUE_K]), float(track[TRUE_KP]), float(track[TRUE_P])
     stay = 1.0 - p * g
     track[TRUE_K] = kk - 2 * k * g * kp + k * k * (g * g * pp + noise)
     track[TRUE_KP] = stay * (kp - k * g * pp) + k * p * noise
     track[TRUE_P] = stay * stay * pp + p * p * noise
+    track[KICK] += k * error
+    track[DUE] += k * k * (g * g * pp + noise)
+
+
+def close_period(settings, track, step):
+    """At the end of a period of the texture: compare the sum of k's corrections with what white noise would make it.
+
+    Coloured noise and errors of the model correct k again and again in one direction within a period; the error of k
+    is then larger by the root of the excess (the idea of batch means). `step` is the phase step, rad.
+    """
+    samples, angle, due = float(track[BATCH]) + 1.0, float(track[ANGLE]) + step, float(track[DUE])
+    if angle >= TURN_AROUND and samples >= 8.0 and due > 0.0:
+        share = min(2.0 * samples / settings.memory, 0.25)
+        kick, excess = float(track[KICK]), float(track[EXCESS])
+        track[EXCESS] = excess + share * (kick * kick / due - excess)
+        samples = angle = track[KICK] = track[DUE] = 0.0
+    track[BATCH], track[ANGLE] = samples, angle
+
+
+def feed_phase(settings, phase, reading, step):
+    """Measurement update with one reading; returns the innovation and the variance that it should have."""
+    state, track, row, across = phase.state, phase.track, phase.row, phase.across
+    error = reading - float(harmonic_row(settings.orders, state, present_harmonics(settings, step), row))
+    within = float(spread_row(phase.cov, row, across))
+    noise = float(track[NOISE])
+    variance = within + noise
+    normal = error * error / variance
+    surprise = float(track[SURPRISE])
+    surprise += 0.125 * (min(normal, 16.0) - surprise)
+    track[SURPRISE] = surprise
+    # While something else than noise disturbs the readings, they say less about the wavenumber.
+    used = noise * surprise if surprise > ODD else noise
+    if normal > FAR:
+        used = max(used, error * error / FAR)
+    take_error(state, phase.cov, across, within + used, error)
+    correct_truth(track, across, row, within + used, used, error)
+    close_period(settings, track, step)
+    watch_colour(settings, track, error, variance)
     track[AGE] += 1.0
-    track[SEEN] += 1.0
-    forget = max(settings.forget, 2.0 / (20.0 + track[SEEN]))
+    seen = float(track[SEEN]) + 1.0
+    track[SEEN] = seen
+    forget = max(settings.forget, 2.0 / (20.0 + seen))
     # A step must not pass for noise: squares beyond 2 sd count as 2 sd, and 0.92 is the mean of what is left.
-    square = min(error * error / variance, 4.0) / 0.9205
+    square = min(normal, 4.0) / 0.9205
     track[NOISE] = max(noise * (1.0 + forget * (square - 1.0)), settings.floor)
     return error, variance

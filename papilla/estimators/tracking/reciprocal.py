@@ -12,16 +12,21 @@ from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus, WavelengthEstimate
 from papilla.estimators.tracking.stream import WavelengthStream, frequency_of, pair
 
-_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, _ = map(int, TrackingStatus)
+_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, *_ = map(int, TrackingStatus)
 HYSTERESIS = 0.5
 """A crossing counts after the signal was this fraction of its rms below the mean."""
+DOUBT = HYSTERESIS / math.sqrt(2) / (2 * math.pi)
+"""Sd of a crossing before any was compared, in wavelengths: noise beyond the hysteresis, over a sine's slope, would
+have counted more crossings."""
+PRIOR = 3.0
+"""Comparisons that `DOUBT` is worth: the fewest of which the error over its stated sigma has a variance."""
 
 
 @dataclass(frozen=True)
 class CrossingState:
     """mean, power: fading in distance; armed: the signal was low; last: the reading before, less the mean; travel: mm
     since the stroke began; crossings: their places on this stroke, newest last; sign: of the stroke; answer: the last
-    one."""
+    one; scatter: of the strokes before, sum of squares of their crossings' errors in wavelengths, and comparisons."""
 
     mean: float = math.nan
     power: float = 0.0
@@ -32,6 +37,7 @@ class CrossingState:
     velocity: float = math.nan
     sign: float = 0.0
     answer: tuple[float, float] = (math.nan, math.nan)
+    scatter: tuple[float, float] = (PRIOR * DOUBT**2, PRIOR)
 
 
 class ReciprocalCounter(WavelengthStream):
@@ -84,7 +90,8 @@ class ReciprocalCounter(WavelengthStream):
             return self._answer(_ALIASED, velocity)
         sign = math.copysign(1.0, step)
         if sign != state.sign:
-            state = replace(state, sign=sign, travel=0.0, crossings=(), armed=False)
+            scatter = self._remembered(state.crossings, state.scatter)
+            state = replace(state, sign=sign, travel=0.0, crossings=(), armed=False, scatter=scatter)
         travel = state.travel + abs(step)
         if not math.isfinite(reading):
             self.state = replace(state, velocity=velocity, travel=travel, crossings=(), armed=False)
@@ -105,22 +112,51 @@ class ReciprocalCounter(WavelengthStream):
             place = travel - step * level / (level - state.last)
             if not crossings or place - crossings[-1] >= 0.5 * self._shortest:
                 crossings = (*crossings[-self._kept + 1 :], place)
-                answer = self._measured(crossings) or answer
+                answer = self._measured(crossings, state.scatter) or answer
             armed = False
         if travel > 1e6:
             # Places are differences only: a long stroke must not lose digits.
             crossings, travel = tuple(place - travel for place in crossings), 0.0
-        return CrossingState(mean, power, armed, level, travel, crossings, velocity, state.sign, answer)
+        return CrossingState(mean, power, armed, level, travel, crossings, velocity, state.sign, answer, state.scatter)
 
-    def _measured(self, crossings: tuple[float, ...]) -> tuple[float, float] | None:
+    def _pooled(self, crossings: tuple[float, ...], before: tuple[float, float]) -> tuple[float, float]:
+        """Scatter of a stroke of three crossings or more, and of those before as far as it has fewer comparisons than
+        all the crossings that are kept would give."""
+        squares, freedom = _scatter(crossings)
+        share = min(1.0, (max(self._kept - 2, PRIOR) - freedom) / before[1])
+        return squares + share * before[0], freedom + share * before[1]
+
+    def _remembered(self, crossings: tuple[float, ...], before: tuple[float, float]) -> tuple[float, float]:
+        """Scatter of all strokes when one ends. What exceeds `DOUBT` came of a wrong count, and the next stroke counts
+        anew."""
+        if len(crossings) < 3:
+            return before
+        squares, freedom = self._pooled(crossings, before)
+        return min(squares, freedom * DOUBT**2), freedom
+
+    def _measured(self, crossings: tuple[float, ...], before: tuple[float, float]) -> tuple[float, float] | None:
         count = len(crossings) - 1
         if count < 2:
             return None
         wavelength = (crossings[-1] - crossings[0]) / count
-        residuals = [place - crossings[0] - number * wavelength for number, place in enumerate(crossings)]
-        jitter = sum(value * value for value in residuals) / max(count - 1, 1)
-        return (wavelength, math.sqrt(2 * jitter) / count) if wavelength <= self._longest else None
+        squares, freedom = self._pooled(crossings, before)
+        # Few comparisons: Student's distribution is wider than a normal one, its variance by n / (n - 2).
+        jitter = squares / (freedom - 2)
+        return (wavelength, wavelength * math.sqrt(2 * jitter) / count) if wavelength <= self._longest else None
 
     def _answer(self, status: int, velocity: float) -> WavelengthEstimate:
         wavelength, sigma = self.state.answer
         return WavelengthEstimate(wavelength, sigma, frequency_of(velocity, wavelength), status)
+
+
+def _scatter(crossings: tuple[float, ...]) -> tuple[float, float]:
+    """Sum of squares of the crossings' errors in wavelengths, and how many comparisons it is from.
+
+    The line through the outer crossings is not the fitted one: with n intervals the squares about it are on average
+    1 + (2 n - 1) / (3 n) times those of the n - 1 crossings between.
+    """
+    count = len(crossings) - 1
+    wavelength = (crossings[-1] - crossings[0]) / count
+    residuals = [place - crossings[0] - number * wavelength for number, place in enumerate(crossings)]
+    excess = 1 + (2 * count - 1) / (3 * count)
+    return math.fsum(value * value for value in residuals) / (excess * wavelength**2), count - 1.0

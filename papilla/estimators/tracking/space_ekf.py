@@ -25,8 +25,11 @@ RESOLUTION = 1.2
 PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are expected to have been removed by anti-aliasing."""
 NO_TEXTURE_NATS = 12.0
+DISTURBED_SHARE = 0.25
+"""Coloured power over the texture's from which the tracker may be drawn to another line: between a hum of half its
+amplitude (an eighth of its power), which does no harm, and one of the same amplitude (a half), which does."""
 
-_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, _NO_TEXTURE = map(int, TrackingStatus)
+_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, _NO_TEXTURE, _DISTURBED = map(int, TrackingStatus)
 _STATUS = {
     tracker_kernel.TAKEN: _OK,
     tracker_kernel.NO_READING: _MISSING,
@@ -81,7 +84,7 @@ class SpaceTracker:
         self._settings = tracker_kernel.Settings(bank, phase, guide)
         self._fewest = NO_TEXTURE_NATS / (memory * rate)
         self._kernels = kernels(tracker_kernel.KERNELS, numba_available() if compiled is None else compiled)
-        self._answer = np.empty((1, 5))
+        self._answer = np.empty((1, tracker_kernel.ANSWER))
         self._row = np.empty((1, 2))
         self.reset()
 
@@ -93,20 +96,18 @@ class SpaceTracker:
     @property
     def state(self) -> TrackerState:
         """All that the tracker remembers, to be kept or to be set again."""
-        named = zip(self._memory._fields, self._memory, strict=True)
-        return TrackerState(tuple((name, tuple(array.view(float).ravel().tolist())) for name, array in named))
+        return TrackerState(tuple((name, tuple(array.ravel().tolist())) for name, array in _remembered(self._memory)))
 
     @state.setter
     def state(self, state: TrackerState) -> None:
         fresh = _memory(self._settings)
         given = dict(state.arrays)
-        for name, array in zip(fresh._fields, fresh, strict=True):
+        for name, array in _remembered(fresh):
             values = given.get(name, ())
-            flat = array.view(float).reshape(-1)
-            if state.arrays and len(values) != flat.size:
-                raise InputError(f"the state holds {len(values)} numbers of {name}, this tracker needs {flat.size}")
+            if state.arrays and len(values) != array.size:
+                raise InputError(f"the state holds {len(values)} numbers of {name}, this tracker needs {array.size}")
             if state.arrays:
-                flat[:] = values
+                array.reshape(-1)[:] = values
         self._memory = fresh
 
     def reset(self) -> None:
@@ -116,22 +117,29 @@ class SpaceTracker:
     @property
     def noise_sd(self) -> float:
         """Standard deviation of a reading's noise as the tracker sees it, in the readings' unit; 0 before a lock."""
-        return math.sqrt(self._memory.track[phase_kernel.NOISE])
+        return math.sqrt(self._memory.phase.track[phase_kernel.NOISE])
 
     @property
     def phase_rad(self) -> float:
         """Phase of the fundamental under the gauge, in [0, 2 pi); NaN without a lock."""
         locked = self._memory.guide[tracker_kernel.LOCKED] == 1.0
-        return float(self._memory.state[1]) % (2 * math.pi) if locked else math.nan
+        return float(self._memory.phase.state[1]) % (2 * math.pi) if locked else math.nan
 
     @property
     def phase_sigma_rad(self) -> float:
         """Standard deviation of `phase_rad`; NaN without a lock."""
         locked = self._memory.guide[tracker_kernel.LOCKED] == 1.0
-        return math.sqrt(self._memory.track[phase_kernel.TRUE_P]) if locked else math.nan
+        return math.sqrt(self._memory.phase.track[phase_kernel.TRUE_P]) if locked else math.nan
 
     def process(self, block) -> WavelengthEstimate:
         """Estimates after each row of a block (n, 2); bit for bit what `update` gives row by row.
+
+        Raises `InputError` for a block of another shape.
+        """
+        return self.process_with_phase(block)[0]
+
+    def process_with_phase(self, block) -> tuple[WavelengthEstimate, np.ndarray, np.ndarray]:
+        """What `process` gives, then `phase_rad` and `phase_sigma_rad` after each row, (n,) each, in rad.
 
         Raises `InputError` for a block of another shape.
         """
@@ -139,9 +147,9 @@ class SpaceTracker:
         if rows.ndim != 2 or rows.shape[1] != 2:
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x 2 (reading, velocity_mm_s), got {shape}")
-        answers = np.empty((len(rows), 5))
+        answers = np.empty((len(rows), tracker_kernel.ANSWER))
         self._kernels.track_block(self._settings, self._memory, rows, answers)
-        wavenumber, spread, outcome, locked, strength = answers.T
+        wavenumber, spread, outcome, locked, strength, phase, phase_sigma, colour = answers.T
         known = locked == 1.0
         with np.errstate(divide="ignore", invalid="ignore"):
             wavelength = np.where(known, 2 * math.pi / wavenumber, math.nan)
@@ -149,10 +157,10 @@ class SpaceTracker:
         status = _BY_OUTCOME[outcome.astype(int)]
         status = np.where((status == _OK) & ~known, _SEARCHING, status)
         status = np.where((status == _OK) & (strength < self._fewest), _NO_TEXTURE, status)
-        speed = np.abs(rows[:, 1])
-        return WavelengthEstimate(
-            wavelength, sigma, np.where(status == _NO_VELOCITY, math.nan, speed / wavelength), status
-        )
+        status = np.where((status == _OK) & (colour > DISTURBED_SHARE), _DISTURBED, status)
+        frequency = np.where(status == _NO_VELOCITY, math.nan, np.abs(rows[:, 1]) / wavelength)
+        estimate = WavelengthEstimate(wavelength, sigma, frequency, status)
+        return estimate, np.where(known, phase % (2 * math.pi), math.nan), np.where(known, phase_sigma, math.nan)
 
     def update(self, sample) -> WavelengthEstimate:
         """The estimate after one more sample (reading, velocity_mm_s).
@@ -166,13 +174,15 @@ class SpaceTracker:
         row, answer = self._row, self._answer
         row[0, 0], row[0, 1] = reading, velocity
         self._kernels.track_block(self._settings, self._memory, row, answer)
-        wavenumber, spread, outcome, locked, strength = answer[0].tolist()
+        wavenumber, spread, outcome, locked, strength, _, _, colour = answer[0].tolist()
         status = _STATUS[int(outcome)]
         if not locked:
             return WavelengthEstimate(math.nan, math.nan, math.nan, _SEARCHING if status == _OK else status)
         wavelength = 2 * math.pi / wavenumber
         if status == _OK and strength < self._fewest:
             status = _NO_TEXTURE
+        if status == _OK and colour > DISTURBED_SHARE:
+            status = _DISTURBED
         frequency = math.nan if status == _NO_VELOCITY else abs(row[0, 1].item()) / wavelength
         return WavelengthEstimate(wavelength, wavelength * spread / wavenumber, frequency, status)
 
@@ -187,25 +197,24 @@ def bank_settings(wavelength_range_mm: tuple[float, float], rate: float) -> bank
     if not 1.5 * shortest <= longest <= 100 * shortest:
         raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {shortest:g} to {longest:g} mm")
     step = RESOLUTION / longest
-    top = 2 * math.pi / shortest / step
-    side = math.ceil(math.sqrt(top + 2))
+    high = int(2 * math.pi / shortest / step) + 2
+    # A square number: the compiled waves are products of as many fine as coarse turns.
+    side = math.ceil(math.sqrt(2 * high + 1))
     return bank_kernel.BankSettings(
         step=step,
-        side=side,
         low=max(int(2 * math.pi / longest / step), 1),
-        high=min(side * side - 1, int(top) + 1),
+        high=high,
         length=longest,
         keep=math.exp(-1 / (0.25 * rate)),
         period=2 * math.pi / step,
-        second=0.5,
-        third=0.33,
-        harmonics=bank_kernel.FIT,
+        orders=np.arange(float(side * side)),
+        mixing=bank_kernel.mixing_of_moments(),
     )
 
 
 def _phase_settings(rate, memory, shear, relaxation, still) -> phase_kernel.PhaseSettings:
+    orders = np.arange(1.0, HARMONICS + 1)
     return phase_kernel.PhaseSettings(
-        harmonics=HARMONICS,
         band=2 * math.pi * PASS_BAND,
         loop=LOOP_TURNS / (memory * rate),
         amplitude=0.3 / math.sqrt(rate),
@@ -215,13 +224,16 @@ def _phase_settings(rate, memory, shear, relaxation, still) -> phase_kernel.Phas
         shear=shear,
         relax=relaxation,
         still=still,
+        memory=memory * rate,
+        orders=orders,
+        shape=np.concatenate([np.zeros(4), orders**-2, [0.0], orders[1:] ** -2]),
     )
 
 
 def _guide_settings(rate, memory, saturation) -> tracker_kernel.GuideSettings:
     return tracker_kernel.GuideSettings(
         dt=1 / rate,
-        every=max(round(0.004 * rate), 1),
+        every=max(round(0.004 * rate), tracker_kernel.STRIDE),
         evidence=4.0,
         alarm=4.0,
         calm=2.0,
@@ -229,36 +241,46 @@ def _guide_settings(rate, memory, saturation) -> tracker_kernel.GuideSettings:
         alarms=2.0,
         refill=20 / rate,
         speed=1 / (memory * rate),
-        periods=1.1,
+        periods=1.2,
         settle=0.04 * rate,
         looks=6.0,
         clear=4.0,
         better=1.6,
         apart=0.5,
         lost=0.06,
-        wild=8.0,
+        # A factor 4.5, over ten looks or 40 ms: two or three windows, which no single step of the baseline spoils.
+        wild=1.5,
+        share=0.1,
         limit=saturation,
+        gap=0.05 * rate,
+        plain=2.5,
+        even=0.1,
+        mature=0.1 * rate,
     )
 
 
 def _memory(settings: tracker_kernel.Settings) -> tracker_kernel.Memory:
-    count, size = settings.bank.side**2, 2 * settings.phase.harmonics + 3
-    fit = 2 * settings.bank.harmonics + 1
+    size = settings.phase.shape.size
     memory = tracker_kernel.Memory(
-        fields=np.zeros((3, count), complex),
-        sums=np.zeros(bank_kernel.SUMS),
-        state=np.zeros(size),
-        cov=np.zeros((size, size)),
-        track=np.zeros(phase_kernel.TRACK),
+        bank=bank_kernel.new_bank(settings.bank),
+        phase=phase_kernel.Phase(
+            state=np.zeros(size),
+            cov=np.zeros((size, size)),
+            track=np.zeros(phase_kernel.TRACK),
+            row=np.concatenate([np.zeros(3), [1.0], np.zeros(size - 4)]),
+            across=np.zeros(size),
+        ),
         guide=np.zeros(tracker_kernel.GUIDE),
-        nominee=np.zeros(bank_kernel.FOUND),
-        row=np.zeros(size),
-        gram=np.zeros((fit, fit)),
-        right=np.zeros(fit),
-        power=np.zeros(count),
-        average=np.zeros(count),
-        score=np.zeros(settings.bank.high - settings.bank.low),
+        average=np.zeros(settings.bank.high + 1),
     )
     memory.guide[tracker_kernel.VELOCITY] = math.nan
     memory.guide[tracker_kernel.TOKENS] = settings.guide.alarms
+    memory.phase.track[phase_kernel.SURPRISE] = memory.phase.track[phase_kernel.EXCESS] = 1.0
     return memory
+
+
+def _remembered(memory: tracker_kernel.Memory) -> list[tuple[str, np.ndarray]]:
+    """What is not only room to work, by name."""
+    parts = [(name, getattr(memory.bank, name)) for name in bank_kernel.REMEMBERED]
+    parts += [(name, getattr(memory.phase, name)) for name in ("state", "cov", "track")]
+    return [*parts, ("guide", memory.guide), ("average", memory.average)]

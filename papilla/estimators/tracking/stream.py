@@ -43,7 +43,7 @@ def pair(sample) -> tuple[float, float]:
     """The sample as (reading, velocity); raises `InputError` for another length."""
     if len(sample) != 2:
         raise InputError(f"a sample must be (reading, velocity_mm_s), got {len(sample)} values")
-    return sample[0], sample[1]
+    return float(sample[0]), float(sample[1])
 
 
 def frequency_of(velocity: float, wavelength: float) -> float:

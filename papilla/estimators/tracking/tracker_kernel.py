@@ -1,50 +1,76 @@
 """One sample of the guided tracker: the bank proposes, the phase filter tracks, the supervisor decides between them."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.tracking import bank_kernel, phase_kernel, vectors
 from papilla.estimators.tracking.bank_kernel import (
+    AMPLITUDE,
+    EXPLAINED,
+    LENGTH,
     LEVER,
+    OFFSET,
+    PARAMETERS,
+    PHASE,
+    REST,
     RIVAL,
-    SPREAD,
+    SAMPLES,
+    SQUARE,
+    WAVENUMBER,
     WEIGHT,
+    Bank,
     BankSettings,
-    add_up,
-    between,
     clear_bank,
     feed_bank,
-    fit_harmonics,
+    fit_series,
     look,
-    moment,
+    lowest,
     move_bank,
     nominate,
-    spectrum,
+    prefer_multiple,
+    window_length,
 )
 from papilla.estimators.tracking.phase_kernel import (
     AGE,
+    COLOUR,
+    EXCESS,
+    FIRST,
     NOISE,
+    OFFSET_AT,
     SPEED,
     STRENGTH,
+    SURPRISE,
     TRUE_K,
+    TRUE_P,
+    TURN_AROUND,
+    Phase,
     PhaseSettings,
     feed_phase,
-    harmonic_model,
-    harmonic_slope,
     lock_phase,
+    measure_slope,
     move_phase,
     take_phase,
     turning,
 )
+from papilla.estimators.tracking.vectors import add_up, fade_into, largest, middle
 
-LOCKED, VELOCITY, COUNT, ALARM, RINGING, INJECT, LOOKS, TRAVEL, COAST, TOKENS = range(10)
-"""Scalars of the supervisor: whether the tracker is locked, the last velocity, samples and distance since the last
-look, mean squared surprise, whether it is alarmed, for how many samples the offset is still freed, looks in the
-average, whether the phase is being looked for, and alarms that are left."""
-GUIDE = 10
+LOCKED, VELOCITY, GAP, COUNT, NOMINATED, SINCE, RINGING, INJECT, LOOKS, TRAVEL, COAST, TOKENS, ROUGH, BESIDE = range(14)
+"""Scalars of the supervisor: whether the tracker is locked, the last velocity, samples since then, samples since the
+last look, whether it brought a nominee, distance since the nomination, whether there is an alarm, for how many samples
+the offset is still freed, looks in the average, distance since the last look, whether the phase is being looked for,
+alarms that are left, recent mean square of the innovations over the noise's variance, and the recent mean of the log of
+their mean square over what the nominees leave."""
+GUIDE = 14
+STRIDE = 4
+"""A look takes four samples, a part each, so that every sample costs the same."""
 
 TAKEN, NO_READING, NO_VELOCITY, TOO_FAST, STILL = range(5)
+WAVENUMBER_OUT, SIGMA_OUT, OUTCOME_OUT, LOCKED_OUT, STRENGTH_OUT, PHASE_OUT, PHASE_SIGMA_OUT, COLOUR_OUT = range(8)
+ANSWER = 8
+"""Columns of an answer."""
 
 
 class GuideSettings(NamedTuple):
@@ -52,10 +78,15 @@ class GuideSettings(NamedTuple):
     noise or the tracker, beyond the price of its parameters; alarm, calm: mean normalised squared innovation that
     starts and ends an alarm; inject: samples for which an alarm frees the offset; alarms, refill: how many there may
     be in a row, and how many come back in a sample; speed: share of a sample in the mean square of dx; periods: of
-    the nominee that the window must span; settle: samples after a lock without alarm; looks: lengths of the bank that
+    the nominee that the window must span (what repeats contradicts a wrong one);
+    settle: samples after a lock without alarm; looks: lengths of the bank that
     are averaged; clear, better: ratio of the average's peak to its median, and to the tracker's place, from which it
     may overrule; apart: cycles over the window by which a nominee differs; lost: phase variance from which a turn
-    loses the phase; limit: largest |reading| that is taken for one."""
+    loses the phase; wild: mean log of innovations over the nominees' rest at which the tracker is beside the line;
+    share: of a look in that mean; limit: largest |reading| that is taken for one; gap: samples without a velocity after
+    which the place is not known; plain: noise variances that a nominee of a short window may leave; even: power in odd
+    harmonics over that in even ones at which the wavenumber is a submultiple; mature: samples after a lock from which
+    that is asked."""
 
     dt: float
     every: int
@@ -74,25 +105,21 @@ class GuideSettings(NamedTuple):
     apart: float
     lost: float
     wild: float
+    share: float
     limit: float
+    gap: float
+    plain: float
+    even: float
+    mature: float
 
 
 class Memory(NamedTuple):
-    """All arrays that a tracker remembers."""
+    """All arrays that a tracker remembers, and room to work."""
 
-    fields: np.ndarray
-    sums: np.ndarray
-    state: np.ndarray
-    cov: np.ndarray
-    track: np.ndarray
+    bank: Bank
+    phase: Phase
     guide: np.ndarray
-    nominee: np.ndarray
-    row: np.ndarray
-    gram: np.ndarray
-    right: np.ndarray
-    power: np.ndarray
     average: np.ndarray
-    score: np.ndarray
 
 
 class Settings(NamedTuple):
@@ -103,28 +130,38 @@ class Settings(NamedTuple):
     guide: GuideSettings
 
 
+def restart_window(memory, reading):
+    """Forget the bank's window, and a look that is under way."""
+    clear_bank(memory.bank, reading)
+    memory.guide[COUNT] = memory.guide[NOMINATED] = 0.0
+
+
 def watch(settings, memory, reading, error, variance):
     """Notice surprise: forget the bank's window when it starts and when it ends, and free the offset meanwhile."""
-    guide, sums = memory.guide, memory.sums
-    normal = error * error / variance
-    noise = memory.track[NOISE]
-    sums[RIVAL] += noise * (normal + math.log(variance / noise))
-    guide[ALARM] += 0.125 * (min(normal, 16.0) - guide[ALARM])
-    guide[TOKENS] = min(guide[TOKENS] + settings.refill, settings.alarms)
-    if memory.track[AGE] < settings.settle:
-        guide[ALARM] = guide[RINGING] = 0.0
-    elif guide[RINGING] == 0.0 and guide[ALARM] > settings.alarm and guide[TOKENS] >= 1.0:
-        guide[RINGING] = 1.0
-        guide[TOKENS] -= 1.0
-        guide[INJECT] = settings.inject
-        clear_bank(memory.fields, sums, reading)
-    elif guide[RINGING] == 1.0 and guide[ALARM] < settings.calm:
+    guide, sums, track = memory.guide, memory.bank.sums, memory.phase.track
+    noise, surprise = float(track[NOISE]), float(track[SURPRISE])
+    sums[RIVAL] += noise * (error * error / variance + math.log(variance / noise))
+    tokens = min(float(guide[TOKENS]) + settings.refill, settings.alarms)
+    ringing = guide[RINGING] == 1.0
+    # While the offset is freed it follows anything: what counts then is the innovation against the noise alone.
+    rough = float(guide[ROUGH])
+    rough += 0.125 * (min(error * error / noise, 16.0) - rough)
+    guide[ROUGH] = rough
+    if track[AGE] < settings.settle:
+        track[SURPRISE] = 1.0
         guide[RINGING] = 0.0
-        clear_bank(memory.fields, sums, reading)
+    elif not ringing and surprise > settings.alarm and tokens >= 1.0:
+        guide[RINGING] = 1.0
+        tokens -= 1.0
+        guide[INJECT] = settings.inject
+        restart_window(memory, reading)
+    elif ringing and rough < settings.calm:
+        guide[RINGING] = 0.0
+        restart_window(memory, reading)
+    guide[TOKENS] = tokens
     if guide[RINGING] == 1.0 and guide[INJECT] >= 1.0:
         guide[INJECT] -= 1.0
-        last = memory.state.shape[0] - 1
-        memory.cov[last, last] += min(error * error, 9.0 * variance)
+        memory.phase.cov[OFFSET_AT, OFFSET_AT] += min(error * error, 9.0 * variance)
 
 
 def convinced(settings, memory):
@@ -133,197 +170,325 @@ def convinced(settings, memory):
     A change must beat what the tracker foresaw and what its wavelength could explain if all else were fitted anew: a
     jump of the baseline spoils the first, but not the second.
     """
-    nominee, noise, weight = memory.nominee, memory.track[NOISE], memory.sums[WEIGHT]
-    count, floor = nominee[8], weight * settings.phase.floor
+    bank, nominee, noise = memory.bank, memory.bank.nominee, float(memory.phase.track[NOISE])
+    weight, count = float(bank.sums[WEIGHT]), float(nominee[PARAMETERS])
+    floor = weight * settings.phase.floor
     price = settings.guide.evidence + 0.5 * count * math.log(weight)
-    rest = nominee[4] + floor
+    rest = float(nominee[REST]) + floor
     if memory.guide[LOCKED] == 0.0:
-        return 0.5 * weight * math.log((nominee[5] + rest) / rest) > price
-    rival = max(memory.sums[RIVAL], floor)
+        return 0.5 * weight * math.log((float(nominee[EXPLAINED]) + rest) / rest) > price
+    rival, wavenumber = max(float(bank.sums[RIVAL]), floor), float(memory.phase.state[0])
     foreseen = 0.5 * weight * math.log(rival / rest) < price or rival - rest < 2.0 * price * noise
     if foreseen and memory.guide[COAST] == 0.0:
         return False
-    if abs(nominee[0] - memory.state[0]) * nominee[6] < settings.guide.apart * 2 * math.pi:
+    if abs(float(nominee[WAVENUMBER]) - wavenumber) * float(nominee[LENGTH]) < settings.guide.apart * TURN_AROUND:
         return False
-    below = int(memory.state[0] / settings.bank.step)
-    for index in range(max(below, 1), min(below + 2, memory.power.shape[0])):
-        harmonics = max(min(settings.bank.harmonics, (memory.power.shape[0] - 1) // index), 1)
-        own = fit_harmonics(memory.fields, memory.sums, index, harmonics, 1e-3, memory.gram, memory.right)
-        if 0.5 * weight * math.log((max(own, 0.0) + floor) / rest) < settings.guide.evidence + math.log(weight):
+    spare = max(weight - count, 1.0)
+    short = float(nominee[LENGTH]) * float(nominee[WAVENUMBER]) < 2 * TURN_AROUND
+    if short and rest > settings.guide.plain * noise * spare:
+        # Of a window this short many wavelengths explain a part: only one that leaves mere noise is the new one.
+        return False
+    below = int(wavenumber / settings.bank.step)
+    for index in range(max(below, 1), below + 2):
+        own = fit_series(settings.bank, bank, index)
+        if 0.5 * weight * math.log((own + floor) / rest) < settings.guide.evidence + math.log(weight):
             return False
     return True
 
 
-def supervise(settings, memory, travel):
-    """Look at the bank and lock to its nominee where the window, or the average of many windows, convinces."""
-    bank, sums, guide, score = settings.bank, memory.sums, memory.guide, memory.score
-    weight = sums[WEIGHT]
+def take_look(settings, memory, travel):
+    """First part of a look: the spectrum of the window, and its share in the average over many windows, in units of
+    their noise."""
+    bank, guide = memory.bank, memory.guide
+    weight = float(bank.sums[WEIGHT])
+    guide[NOMINATED] = 0.0
     if weight < 12.0:
         return
-    share = max(min(travel / (settings.guide.looks * bank.length), 1.0), 0.0)
-    look(bank, memory.fields, sums, memory.power, memory.average, share)
+    look(bank)
+    share = min(travel / (settings.guide.looks * settings.bank.length), 1.0)
+    total = float(bank.sums[SQUARE]) - float(bank.fields[0, 0, 0]) ** 2 / weight
+    best = largest(bank.power, settings.bank.low)
+    rest = max(total - float(bank.power[best]), 1e-3 * total)
+    if rest > 0.0:
+        fade_into(memory.average, bank.power, 1.0 - share, share / rest * weight)
     guide[LOOKS] += share
-    spread = max(sums[SPREAD] / weight - (sums[LEVER] / weight) ** 2, 0.0)
-    length = math.sqrt(12 * spread)
-    low = max(bank.low, int(math.ceil(settings.guide.periods * 2 * math.pi / ((length + 1e-9) * bank.step))))
-    seen = guide[LOCKED] == 0.0 or length * memory.state[0] > 0.7 * 2 * math.pi
-    if low >= bank.high - 1 or not seen:
+
+
+def choose(settings, memory):
+    """Second part of a look: nominate the wavenumber with the highest score of those that the window spans."""
+    bank, guide = memory.bank, memory.guide
+    low = lowest(settings.bank, bank.sums, settings.guide.periods)
+    seen = guide[LOCKED] == 0.0 or window_length(bank.sums) * float(memory.phase.state[0]) > 0.7 * TURN_AROUND
+    if low >= settings.bank.high - 1 or not seen:
         return
-    add_up(bank, memory.power, bank.low, bank.high, score)
-    best = low + int(np.argmax(score[low - bank.low :]))
-    nominate(bank, memory.fields, sums, memory.power, best, memory.nominee, memory.gram, memory.right)
-    wins = memory.nominee[2] > 0.0 and weight > 2 * memory.nominee[8] and convinced(settings, memory)
-    spare = weight - memory.nominee[8]
-    if not wins and spare > 20.0 and guide[LOOKS] > 0.3 and guide[COAST] == 0.0:
-        # Noise far above what the nominee leaves: the tracker sits beside the line, too near for the test above.
-        wins = memory.track[NOISE] > settings.guide.wild * max(memory.nominee[4] / spare, settings.phase.floor)
-    if not wins and guide[COAST] == 1.0 and length * memory.state[0] > settings.guide.periods * 2 * math.pi:
+    add_up(bank.power, settings.bank.low, bank.score)
+    best = largest(bank.score, low - settings.bank.low) + settings.bank.low
+    nominate(settings.bank, bank, best)
+    guide[NOMINATED], guide[SINCE] = 1.0, 0.0
+
+
+def try_multiple(settings, memory, order):
+    """Third part of a look, and the start of the last: the nominee must not be a submultiple."""
+    if prefer_multiple(settings.bank, memory.bank, order, settings.guide.evidence):
+        memory.guide[SINCE] = 0.0
+
+
+def usable(memory):
+    """Whether the nominee has an amplitude and a window with more samples than it has parameters."""
+    nominee = memory.bank.nominee
+    return nominee[AMPLITUDE] > 0.0 and float(memory.bank.sums[WEIGHT]) > 2 * nominee[PARAMETERS]
+
+
+def trusted(settings, memory):
+    """Whether the nominee's window holds enough periods to overrule a tracker of this age."""
+    nominee, age = memory.bank.nominee, float(memory.phase.track[AGE])
+    periods = float(nominee[LENGTH]) * float(nominee[WAVENUMBER]) / TURN_AROUND
+    return periods > (3.0 if age > settings.phase.memory else 2.0)
+
+
+def beside(settings, memory):
+    """Whether the tracker has sat beside the line, too near for `convinced`, for some windows: its innovations are far
+    above what the nominees leave."""
+    guide, sums, nominee = memory.guide, memory.bank.sums, memory.bank.nominee
+    spare = float(sums[WEIGHT]) - float(nominee[PARAMETERS])
+    if guide[COAST] == 1.0 or guide[LOCKED] == 0.0 or guide[RINGING] == 1.0 or spare < 12.0:
+        return False
+    floor = settings.phase.floor
+    ratio = math.log((float(sums[RIVAL]) / float(sums[WEIGHT]) + floor) / (float(nominee[REST]) / spare + floor))
+    guide[BESIDE] += settings.guide.share * (ratio - guide[BESIDE])
+    return guide[BESIDE] > settings.guide.wild and trusted(settings, memory)
+
+
+def decide(settings, memory):
+    """Last part of a look: lock to the nominee where the window, or the average of many windows, convinces."""
+    bank, guide = memory.bank, memory.guide
+    try_multiple(settings, memory, 3)
+    wins = usable(memory) and convinced(settings, memory)
+    wins = wins or beside(settings, memory)
+    spanned = window_length(bank.sums) * float(memory.phase.state[0])
+    if not wins and guide[COAST] == 1.0 and spanned > settings.guide.periods * TURN_AROUND:
         find_phase(settings, memory)
     elif not wins and guide[LOOKS] > 0.6:
         best = clear_average(settings, memory)
-        if best >= low:
-            nominate(bank, memory.fields, sums, memory.power, best, memory.nominee, memory.gram, memory.right)
-            wins = memory.nominee[2] > 0.0 and weight > 2 * memory.nominee[8]
+        if best >= lowest(settings.bank, bank.sums, settings.guide.periods):
+            nominate(settings.bank, bank, best)
+            guide[SINCE] = 0.0
+            wins = usable(memory)
     if wins:
         lock_to_nominee(settings, memory)
 
 
 def find_phase(settings, memory):
     """After a turn that left the phase unknown: measure it with the window since then, at the tracker's wavenumber."""
-    bank, sums, state, nominee = settings.bank, memory.sums, memory.state, memory.nominee
-    best = min(max(int(round(state[0] / bank.step)), bank.low), bank.high - 1)
-    nominate(bank, memory.fields, sums, memory.power, best, nominee, memory.gram, memory.right)
-    weight, count = sums[WEIGHT], nominee[8]
-    if not (nominee[2] > 0.0 and weight > 2 * count):
+    bank, phase, nominee = memory.bank, memory.phase, memory.bank.nominee
+    wavenumber = float(phase.state[0])
+    best = min(max(int(wavenumber / settings.bank.step + 0.5), settings.bank.low), settings.bank.high - 1)
+    nominate(settings.bank, bank, best)
+    if not usable(memory):
         return
-    variance = 2 * nominee[4] / ((weight - count) * weight * nominee[2] ** 2) + 0.003
+    weight, count, amplitude = float(bank.sums[WEIGHT]), float(nominee[PARAMETERS]), float(nominee[AMPLITUDE])
+    variance = 2 * float(nominee[REST]) / ((weight - count) * weight * amplitude**2) + 0.003
     if variance < 0.1:
-        measured = nominee[1] + (state[0] - nominee[0]) * (-sums[LEVER] / weight)
-        take_phase(state, memory.cov, memory.track, measured, variance)
-        last = state.shape[0] - 1
-        memory.cov[last, :] = 0.0
-        memory.cov[:, last] = 0.0
-        memory.cov[last, last] = 0.05 * nominee[2] ** 2
-        state[last] = nominee[3]
+        lever = -float(bank.sums[LEVER]) / weight
+        take_phase(phase, float(nominee[PHASE]) + (wavenumber - float(nominee[WAVENUMBER])) * lever, variance)
+        phase.cov[OFFSET_AT, :] = 0.0
+        phase.cov[:, OFFSET_AT] = 0.0
+        phase.cov[OFFSET_AT, OFFSET_AT] = 0.05 * amplitude**2
+        phase.state[OFFSET_AT] = nominee[OFFSET]
         memory.guide[COAST] = 0.0
 
 
 def clear_average(settings, memory):
     """Index of the wavenumber that stands out of the average over many windows and is not the tracker's, or -1."""
-    bank, score = settings.bank, memory.score
-    add_up(bank, memory.average, bank.low, bank.high, score)
-    best = int(np.argmax(score))
-    top = score[best]
-    if not top > settings.guide.clear * np.median(score):
-        return -1
+    low, score = settings.bank.low, memory.bank.score
+    add_up(memory.average, low, score)
+    best = largest(score, 0)
+    top = float(score[best])
     if memory.guide[LOCKED] == 1.0:
-        place = memory.state[0] / bank.step - bank.low
+        place = float(memory.phase.state[0]) / settings.bank.step - low
         below = int(min(max(place, 0.0), score.shape[0] - 2.0))
         if abs(best - place) < 1.5 or top < settings.guide.better * max(score[below], score[below + 1]):
             return -1
-    return best + bank.low
+    return best + low if top > settings.guide.clear * middle(score) else -1
 
 
 def lock_to_nominee(settings, memory):
     """Start the tracker anew at the nominee."""
-    guide, track, sums, nominee = memory.guide, memory.track, memory.sums, memory.nominee
-    weight = sums[WEIGHT]
-    if guide[LOCKED] == 0.0:
-        track[NOISE] = max(nominee[4] / (weight - nominee[8]), settings.phase.floor)
-    lock_phase(settings.phase, memory.state, memory.cov, track, nominee, -sums[LEVER] / weight)
+    guide, sums, nominee = memory.guide, memory.bank.sums, memory.bank.nominee
+    spare = nominee[SAMPLES] - nominee[PARAMETERS]
+    left = max(float(nominee[REST]) / spare, settings.phase.floor)
+    track = memory.phase.track
+    # Off the line, what the wavelength does not explain passed for noise.
+    if guide[LOCKED] == 0.0 or (trusted(settings, memory) and left < track[NOISE]):
+        track[NOISE] = left
+    nominee[PHASE] += nominee[WAVENUMBER] * guide[SINCE]
+    lock_phase(settings.phase, memory.phase, nominee, -float(sums[LEVER]) / float(sums[WEIGHT]))
     guide[LOCKED] = 1.0
-    guide[LOOKS] = guide[COAST] = 0.0
+    guide[LOOKS] = guide[COAST] = guide[RINGING] = guide[BESIDE] = 0.0
     memory.average[:] = 0.0
-    sums[RIVAL] = nominee[4]
+    sums[RIVAL] = nominee[REST]
+
+
+def leave_submultiple(settings, memory):
+    """Double the tracker's wavenumber where nearly all of its power is in the second and fourth harmonic."""
+    state, nominee, bank = memory.phase.state, memory.bank.nominee, memory.bank
+    count = settings.phase.orders.shape[0]
+    odd = even = 0.0
+    for h in range(count):
+        in_phase, quadrature = float(state[FIRST + h]), float(state[FIRST + count + h])
+        power = in_phase * in_phase + quadrature * quadrature
+        if h % 2:
+            even += power
+        else:
+            odd += power
+    if odd > settings.guide.even * even or 2 * state[0] > settings.bank.step * settings.bank.high:
+        return
+    a, c = float(state[FIRST + 1]), float(state[FIRST + count + 1])
+    nominee[:] = 0.0
+    nominee[WAVENUMBER], nominee[PHASE] = 2 * state[0], 2 * float(state[1]) - math.atan2(c, a)
+    nominee[AMPLITUDE], nominee[OFFSET] = math.sqrt(a * a + c * c), state[OFFSET_AT]
+    nominee[LENGTH], nominee[SAMPLES] = window_length(bank.sums), bank.sums[WEIGHT]
+    nominee[REST] = memory.phase.track[NOISE] * nominee[SAMPLES]
+    memory.guide[SINCE] = memory.guide[NOMINATED] = 0.0
+    lock_to_nominee(settings, memory)
+
+
+def supervise(settings, memory, dx, step):
+    """One part of a look: a sample each."""
+    guide = memory.guide
+    count = int(guide[COUNT])
+    guide[TRAVEL] += abs(dx)
+    guide[SINCE] += dx
+    if count == 0:
+        take_look(settings, memory, float(guide[TRAVEL]))
+        guide[TRAVEL] = 0.0
+    elif count == 1 and memory.bank.sums[WEIGHT] >= 12.0:
+        choose(settings, memory)
+    elif count == 2:
+        measure_slope(settings.phase, memory.phase, step)
+        if guide[NOMINATED] == 1.0:
+            try_multiple(settings, memory, 2)
+        if guide[LOCKED] == 1.0 and memory.phase.track[AGE] > settings.guide.mature:
+            leave_submultiple(settings, memory)
+    elif count == 3 and guide[NOMINATED] == 1.0:
+        decide(settings, memory)
+    guide[COUNT] = 0.0 if count + 1 >= settings.guide.every else count + 1.0
+
+
+def travelled(settings, guide, velocity):
+    """Distance in mm since the last known velocity, and how well it is known."""
+    before, gap = float(guide[VELOCITY]), float(guide[GAP])
+    guide[VELOCITY], guide[GAP] = velocity, 0.0
+    if before != before:
+        before, gap = velocity, 0.0
+    # Rows without a velocity took their time too; the path between two velocities is known to a quarter of its range.
+    return 0.5 * (before + velocity) * settings.dt * (1.0 + gap), 0.25 * abs(velocity - before) * settings.dt * gap
 
 
 def track_sample(settings, memory, reading, velocity):
     """Take one reading and velocity (mm/s); what became of it: TAKEN ... STILL."""
-    guide, track, state = memory.guide, memory.track, memory.state
+    guide, phase, sums = memory.guide, memory.phase, memory.bank.sums
     if not abs(velocity) < 1e6:
-        guide[VELOCITY] = math.nan
+        guide[GAP] += 1.0
         return NO_VELOCITY
-    before = guide[VELOCITY] if guide[VELOCITY] == guide[VELOCITY] else velocity
-    guide[VELOCITY] = velocity
-    dx = 0.5 * (before + velocity) * settings.guide.dt
+    adrift = guide[GAP] > settings.guide.gap
+    dx, slack = travelled(settings.guide, guide, velocity)
     moves = abs(dx) > settings.phase.still
+    track = phase.track
     if moves:
-        square = track[SPEED]
+        square = float(track[SPEED])
         track[SPEED] = dx * dx if square == 0.0 else square + settings.guide.speed * (dx * dx - square)
-    move_bank(settings.bank, memory.fields, memory.sums, dx)
+    move_bank(settings.bank, memory.bank, dx)
     slips = turning(settings.phase, track, dx) and settings.phase.shear > 0.0
-    if slips:
-        # The skin is still turning over: positions of the finger are not yet those of the skin.
-        memory.sums[WEIGHT] = 0.0
+    if slips or adrift:
+        # The skin is still turning over, or the way was not seen: earlier positions are not those of the skin.
+        sums[WEIGHT] = 0.0
     locked = guide[LOCKED] == 1.0
     if locked:
-        move_phase(settings.phase, state, memory.cov, track, dx)
-        if slips and memory.cov[1, 1] > settings.guide.lost:
+        move_phase(settings.phase, phase, dx, slack)
+        if adrift or (slips and phase.cov[1, 1] > settings.guide.lost):
             guide[COAST] = 1.0
     if not abs(reading) < settings.guide.limit:
         return NO_READING
-    step = abs(state[0] * dx)
+    step = abs(float(phase.state[0]) * dx)
     if step > settings.phase.band or abs(dx) * settings.bank.step * settings.bank.low > settings.phase.band:
         return TOO_FAST
-    if memory.sums[WEIGHT] == 0.0:
-        clear_bank(memory.fields, memory.sums, reading)
-    feed_bank(settings.bank, memory.fields, memory.sums, reading)
+    if sums[WEIGHT] == 0.0:
+        restart_window(memory, reading)
+    feed_bank(settings.bank, memory.bank, reading)
     if locked and guide[COAST] == 0.0:
-        error, variance = feed_phase(settings.phase, state, memory.cov, track, memory.row, reading, step)
+        error, variance = feed_phase(settings.phase, phase, reading, step)
         watch(settings.guide, memory, reading, error, variance)
-    guide[COUNT] += 1.0
-    guide[TRAVEL] += abs(dx)
-    if guide[COUNT] >= settings.guide.every:
-        supervise(settings, memory, guide[TRAVEL])
-        guide[COUNT] = guide[TRAVEL] = 0.0
-    if locked and not sound(settings.bank, state, memory.cov, track):
+    supervise(settings, memory, dx, step)
+    if locked and not sound(settings.bank, phase):
         guide[LOCKED] = guide[COAST] = 0.0
-        state[:] = 0.0
+        phase.state[:] = 0.0
     return TAKEN if moves else STILL
 
 
-def sound(bank, state, cov, track):
+def sound(bank, phase):
     """Whether the tracker is inside the bank's wavenumbers and its covariance is one."""
-    inside = 0.8 * bank.low * bank.step < state[0] < 1.2 * bank.high * bank.step
-    return inside and cov[0, 0] > 0.0 and cov[1, 1] > 0.0 and track[TRUE_K] > 0.0
+    inside = 0.8 * bank.low * bank.step < phase.state[0] < 1.2 * bank.high * bank.step
+    return inside and phase.cov[0, 0] > 0.0 and phase.cov[1, 1] > 0.0 and phase.track[TRUE_K] > 0.0
 
 
 def track_block(settings, memory, rows, answers):
-    """Take rows (n, 2) of reading and velocity; answers (n, 5): wavenumber, its sd, what became of the sample, whether
-    the tracker is locked, and its signal to noise: mean square slope over noise variance."""
-    track = memory.track
+    """Take rows (n, 2) of reading and velocity; answers (n, 8): wavenumber, its sd, what became of the sample, whether
+    the tracker is locked, its signal to noise: mean square slope over noise variance, phase and its sd, and
+    how much of the signal's power is left as colour."""
+    track = memory.phase.track
     for i in range(rows.shape[0]):
-        answers[i, 2] = track_sample(settings, memory, rows[i, 0], rows[i, 1])
-        answers[i, 0] = memory.state[0]
-        answers[i, 1] = math.sqrt(max(track[TRUE_K], 0.0))
-        answers[i, 3] = memory.guide[LOCKED]
-        answers[i, 4] = track[STRENGTH] / max(track[NOISE], 1e-300)
+        answers[i, OUTCOME_OUT] = track_sample(settings, memory, float(rows[i, 0]), float(rows[i, 1]))
+        answers[i, WAVENUMBER_OUT] = memory.phase.state[0]
+        answers[i, SIGMA_OUT] = math.sqrt(max(float(track[TRUE_K]), 0.0) * max(float(track[EXCESS]), 1.0))
+        answers[i, LOCKED_OUT] = memory.guide[LOCKED]
+        answers[i, STRENGTH_OUT] = float(track[STRENGTH]) / max(float(track[NOISE]), 1e-300)
+        answers[i, PHASE_OUT] = memory.phase.state[1]
+        answers[i, PHASE_SIGMA_OUT] = math.sqrt(max(float(track[TRUE_P]), 0.0))
+        answers[i, COLOUR_OUT] = track[COLOUR]
 
 
-KERNELS = (
+KERNELS: tuple[Callable, ...] = (
+    *vectors.LOOPS,
     clear_bank,
     move_bank,
     feed_bank,
-    spectrum,
-    moment,
-    fit_harmonics,
-    add_up,
+    window_length,
+    lowest,
+    bank_kernel.harmonics_of,
+    fit_series,
+    bank_kernel.between,
     look,
-    between,
     nominate,
-    harmonic_model,
-    harmonic_slope,
+    bank_kernel.rounding,
+    prefer_multiple,
+    phase_kernel.present_harmonics,
+    phase_kernel.colour,
+    measure_slope,
     lock_phase,
     turning,
     move_phase,
     take_phase,
+    phase_kernel.correct_truth,
+    phase_kernel.close_period,
+    phase_kernel.watch_colour,
     feed_phase,
+    restart_window,
     watch,
     convinced,
+    take_look,
+    choose,
+    try_multiple,
+    usable,
+    trusted,
+    beside,
     find_phase,
     clear_average,
     lock_to_nominee,
+    decide,
+    leave_submultiple,
     supervise,
+    travelled,
     sound,
     track_sample,
     track_block,

@@ -3,13 +3,19 @@
 from papilla.estimators.wavelet.cross import CrossWavelet, Ridge, Window, cross_wavelet
 from papilla.estimators.wavelet.morlet import Wavelet, morlet, octaves
 from papilla.estimators.wavelet.phase import lag_of_phase, periods_of_phase
-from papilla.estimators.wavelet.significance import cross_threshold, lag_one, red_noise, threshold
+from papilla.estimators.wavelet.significance import cross_quantile, cross_threshold, lag_one, red_noise, threshold
+from papilla.estimators.wavelet.streaming import CrossRidge, RidgeEstimate, RidgeState, RidgeStatus
 
 __all__ = [
+    "CrossRidge",
     "CrossWavelet",
     "Ridge",
+    "RidgeEstimate",
+    "RidgeState",
+    "RidgeStatus",
     "Wavelet",
     "Window",
+    "cross_quantile",
     "cross_threshold",
     "cross_wavelet",
     "lag_of_phase",

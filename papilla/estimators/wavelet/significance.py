@@ -1,5 +1,7 @@
 """Which wavelet power red noise does not explain (Torrence and Compo 1998, equations (16)-(18) and (31))."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from papilla import checks
@@ -43,17 +45,25 @@ def threshold(samples, sample_rate_Hz: float, frequency_Hz, level: float = 0.05)
     return values.var() * red_noise(frequency_Hz, sample_rate_Hz, lag_one(values)) * -np.log(level)
 
 
-def cross_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
-    """|cross-wavelet| (m,) that two independent red noises exceed with this chance (equation (31)).
+@lru_cache
+def cross_quantile(level: float = 0.05) -> float:
+    """Z that the product of two chi variables of 2 degrees of freedom exceeds with this chance: 3.999 at 0.05.
 
-    sd1 sd2 sqrt(P1 P2) Z / 2, where the product of two chi variables of 2 degrees of freedom exceeds Z with the chance
-    Z K1(Z) = level (Z = 3.999 at 0.05).
+    The chance is Z K1(Z), K1 a modified Bessel function. Raises `InputError` for a level outside 1e-12 ... 0.5.
     """
     from scipy.optimize import brentq
     from scipy.special import k1
 
     level = checks.within("level", level, 1e-12, 0.5)
-    z = brentq(lambda value: value * k1(value) - level, 1e-6, 100.0)
+    return float(brentq(lambda value: value * k1(value) - level, 1e-6, 100.0))
+
+
+def cross_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
+    """|cross-wavelet| (m,) that two independent red noises exceed with this chance (equation (31)).
+
+    sd1 sd2 sqrt(P1 P2) Z / 2, Z from `cross_quantile`.
+    """
+    z = cross_quantile(level)
     ones, twos = np.asarray(first, float), np.asarray(second, float)
     expected = red_noise(frequency_Hz, sample_rate_Hz, lag_one(ones)) * red_noise(
         frequency_Hz, sample_rate_Hz, lag_one(twos)

@@ -1,156 +1,112 @@
-"""The comparison: every estimator in every scene with held-out seeds, against the Cramér-Rao bound of its memory."""
+"""The comparison: costs first and alone, then every estimator in every scene, on as many processes as asked for."""
 
-import math
+import multiprocessing
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 
-import numpy as np
+from papilla.studies.estimators.competitors import Competitor, chosen
+from papilla.studies.estimators.likelihood import Likelihood, likelihood
+from papilla.studies.estimators.plan import LONG, Plan
+from papilla.studies.estimators.prototypes import Prototype, against_prototypes
+from papilla.studies.estimators.rows import SceneRow, StepRow, VelocityRow, scene_row, step_row, velocity_row
+from papilla.studies.estimators.targets import Verdict, verdicts
+from papilla.studies.estimators.timing import Cost, costs_of
 
-from papilla.errors import InputError
-from papilla.studies.estimators.competitors import chosen
-from papilla.studies.estimators.measures import Cost, cost_of, errors_of, lag_ms, settling_ms
-from papilla.studies.estimators.scenes import WAVELENGTHS_MM, Scene, scene
-
-CONDITIONS = (("const", 20.0), ("const", 0.0), ("const", -6.0), ("act1", 20.0), ("act2", 20.0), ("harsh", 20.0))
-"""Scene and SNR in dB of the table's columns."""
-STEPS_MM = ((1.0, 4.0), (3.0, 0.6))
-DELAYS_MS = (1, 2, 5, 10)
-STEP_AT_S = 2.0
-HELD_OUT = 10_000
-"""First seed of the comparison; tuning used seeds below it."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """One estimator in one scene, over all wavelengths and seeds; errors are fractions of the wavelength.
-
-    error, median : RMS and median of |relative error|. bound : Cramér-Rao, of the estimator's declared memory, RMS
-    over wavelengths (NaN for those that declare none). outliers : share of rows beyond 10 %. false_locks : share of
-    runs with more than half of their rows beyond. sigma_ratio : RMS of error over stated sigma. lag_ms : of the
-    frequency.
-    """
-
-    estimator: str
-    scene: str
-    snr_dB: float
-    error: float
-    median: float
-    bound: float
-    outliers: float
-    false_locks: float
-    sigma_ratio: float
-    lag_ms: float
-
-
-@dataclass(frozen=True)
-class Extras:
-    """What needs runs of its own: times to 5 % after wavelength steps (median and worst over seeds, ms), errors with
-    the velocity so many ms late in act1, and what a sample costs."""
-
-    estimator: str
-    settling_ms: dict[str, tuple[float, float]]
-    late: dict[int, float]
-    cost: Cost
-
-    def to_json(self) -> dict:
-        """As plain values."""
-        return {
-            "estimator": self.estimator,
-            "settling_ms": {name: list(pair) for name, pair in self.settling_ms.items()},
-            "error_with_late_velocity": {f"{delay}_ms": value for delay, value in self.late.items()},
-            **self.cost._asdict(),
-        }
+TIMED_WAVELENGTH_MM = 1.8
+LIKELIHOOD_SCENES = ("const", "act1", "act2")
+Job = tuple[Callable, tuple]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """All rows and extras of one comparison."""
+    """All tables of one comparison; errors are fractions."""
 
-    rows: tuple[Row, ...]
-    extras: tuple[Extras, ...]
+    scenes: tuple[SceneRow, ...]
+    steps: tuple[StepRow, ...]
+    velocity: tuple[VelocityRow, ...]
+    costs: tuple[Cost, ...]
+    likelihood: tuple[Likelihood, ...]
+
+    @property
+    def targets(self) -> tuple[Verdict, ...]:
+        """What was to be reached and what was; targets of estimators that were not run are left out."""
+        return verdicts(self.scenes, self.steps, self.costs)
+
+    @property
+    def prototypes(self) -> tuple[Prototype, ...]:
+        """The published estimators as printed against an independent computation of the same scenes."""
+        return against_prototypes(self.scenes)
 
     def to_json(self) -> dict:
         """As plain values, for `--json`."""
-        return {"rows": [asdict(row) for row in self.rows], "extras": [extra.to_json() for extra in self.extras]}
+        names = ("scenes", "steps", "velocity", "costs", "likelihood", "prototypes", "targets")
+        return {name: [asdict(row) for row in getattr(self, name)] for name in names}
 
 
 def compare(
-    names: Sequence[str] = (),
+    plan: Plan = LONG,
     *,
-    seeds: int = 6,
-    seconds: float = 4.0,
-    first_seed: int = HELD_OUT,
-    conditions: Sequence[tuple[str, float]] = CONDITIONS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    workers: int = 1,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> Comparison:
-    """Run the comparison; `names` are parts of competitors' names, none for all; `progress` gets runs done and total.
+    """Run the comparison of `plan` on `workers` processes; `progress` gets the stage, jobs done and total.
 
-    Raises `InputError` for unknown names, no seeds, or scenes of less than 2 s.
+    Costs are timed in this process before any other is started. Raises `InputError` for unknown names.
     """
-    if seeds < 1:
-        raise InputError(f"seeds must be at least 1, got {seeds}")
-    if seconds < 2:
-        raise InputError(f"seconds must be at least 2 (the first is for settling), got {seconds:g}")
-    entrants = chosen(names)
-    rows, extras = [], []
-    total = len(entrants) * (len(conditions) + 1)
-    for number, (name, make) in enumerate(entrants.items()):
-        for place, (kind, snr) in enumerate(conditions):
-            rows.append(_row(name, make, kind, snr, range(first_seed, first_seed + seeds), seconds))
-            progress(number * (len(conditions) + 1) + place + 1, total)
-        extras.append(_extras(name, make, range(first_seed, first_seed + seeds)))
-        progress((number + 1) * (len(conditions) + 1), total)
-    return Comparison(tuple(rows), tuple(extras))
+    entrants = chosen(plan.names)
+    costs: list[Cost] = []
+    for number, competitor in enumerate(entrants.values()):
+        progress("timing", number, len(entrants))
+        costs += costs_of(competitor, wavelength_mm=TIMED_WAVELENGTH_MM, seed=plan.seeds[0], seconds=plan.cost_seconds)
+    jobs = _jobs(list(entrants.values()), plan)
+    results = _run(jobs, workers, lambda done: progress("scenes", done, len(jobs)))
+
+    def of(kind: type) -> tuple:
+        return tuple(row for row in results if isinstance(row, kind))
+
+    return Comparison(of(SceneRow), of(StepRow), of(VelocityRow), tuple(costs), of(Likelihood))
 
 
-@lru_cache(maxsize=512)
-def _scene(kind: str, wavelength: float, snr: float, seed: int, seconds: float) -> Scene:
-    return scene(kind, wavelength, snr_dB=snr, seed=seed, seconds=seconds)
-
-
-def _row(name: str, make: Callable, kind: str, snr: float, seeds: range, seconds: float) -> Row:
-    found, lags, bounds = [], [], []
-    for wavelength in WAVELENGTHS_MM:
-        for seed in seeds:
-            made = _scene(kind, wavelength, snr, seed, seconds)
-            answer = make().process(made.block())
-            found.append(errors_of(made, answer))
-            lags.append(lag_ms(made, answer.frequency_Hz))
-        memory = getattr(make(), "memory_s", None)
-        if memory is not None and kind != "harsh":
-            bounds.append(_scene(kind, wavelength, snr, seeds[0], seconds).bound(memory))
-    squares, medians, outliers, sigmas = np.array(found).T
-    known = sigmas[np.isfinite(sigmas)]
-    varying = [lag for lag in lags if lag == lag]
-    return Row(
-        estimator=name,
-        scene=kind,
-        snr_dB=snr,
-        error=math.sqrt(squares.mean()),
-        median=float(np.median(medians)),
-        bound=math.sqrt(np.mean(np.square(bounds))) if bounds else math.nan,
-        outliers=float(outliers.mean()),
-        false_locks=float(np.mean(outliers > 0.5)),
-        sigma_ratio=math.sqrt(known.mean()) if known.size else math.nan,
-        lag_ms=float(np.median(varying)) if varying else math.nan,
-    )
-
-
-def _extras(name: str, make: Callable, seeds: range) -> Extras:
-    settling = {}
-    for before, after in STEPS_MM:
-        times = []
-        for seed in seeds:
-            made = scene("const", before, seed=seed, seconds=3.0, step_to_mm=after, step_at_s=STEP_AT_S)
-            times.append(settling_ms(made, make().process(made.block()).wavelength_mm, STEP_AT_S))
-        settling[f"{before:g} to {after:g} mm"] = float(np.median(times)), max(times)
-    late = {}
-    for delay in DELAYS_MS:
-        squares = [
-            errors_of(made, make().process(made.block(delay))).mean_square
-            for wavelength in WAVELENGTHS_MM
-            for made in [_scene("act1", wavelength, 20.0, seeds[0], 3.0)]
+def _jobs(entrants: Sequence[Competitor], plan: Plan) -> list[Job]:
+    """All jobs, a scene's together so that a process makes each scene once."""
+    jobs: list[Job] = [
+        (_likelihood, (kind, plan.wavelengths_mm, plan.draws, plan.seeds[0])) for kind in LIKELIHOOD_SCENES
+    ]
+    for kind, snr in plan.conditions:
+        jobs += [
+            (scene_row, (item.name, kind, snr, plan))
+            for item in entrants
+            if item.snrs_dB is None or snr in item.snrs_dB
         ]
-        late[delay] = math.sqrt(np.mean(squares))
-    return Extras(name, settling, late, cost_of(make, _scene("act1", 1.8, 20.0, seeds[0], 3.0)))
+    velocities = [(delay, 1.0) for delay in plan.delays_ms] + [(0, gain) for gain in plan.gains]
+    for item in entrants:
+        jobs += [(step_row, (item.name, before, after, plan)) for before, after in plan.steps_mm]
+        jobs += [(velocity_row, (item.name, delay, gain, plan)) for delay, gain in velocities]
+    return jobs
+
+
+def _likelihood(kind: str, wavelengths_mm, draws: int, seed: int) -> Likelihood:
+    return likelihood(kind, wavelengths_mm, draws=draws, seed=seed)
+
+
+def _run(jobs: Sequence[Job], workers: int, done: Callable[[int], None]) -> list:
+    """Results in the order of the jobs."""
+    if workers <= 1:
+        results = []
+        for number, (function, arguments) in enumerate(jobs):
+            results.append(function(*arguments))
+            done(number + 1)
+        return results
+    # A fresh interpreter for each: to fork one whose threads draw a progress bar is not safe.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        futures = [pool.submit(function, *arguments) for function, arguments in jobs]
+        try:
+            for number, future in enumerate(as_completed(futures)):
+                future.result()
+                done(number + 1)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        return [future.result() for future in futures]

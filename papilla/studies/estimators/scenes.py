@@ -59,15 +59,20 @@ class Scene:
         speed = np.abs(self.velocity_mm_s)
         return (self.time_s > settle_s) & (speed > slow * speed.max())
 
-    def block(self, delay_samples: int = 0) -> np.ndarray:
-        """(n, g + 1): readings, then the velocity as it is known, `delay_samples` late (the oldest is repeated)."""
-        velocity = self.velocity_mm_s
+    def block(self, delay_samples: int = 0, gain: float = 1.0) -> np.ndarray:
+        """(n, g + 1): readings, then the velocity as it is known: `gain` times the true one, `delay_samples` late (the
+        oldest is repeated)."""
+        velocity = gain * self.velocity_mm_s
         if delay_samples:
             velocity = np.concatenate([np.full(delay_samples, velocity[0]), velocity[:-delay_samples]])
         return np.column_stack([self.readings, velocity])
 
     def bound(self, window_s: float, stride_s: float = 0.02) -> float:
-        """Relative Cramér-Rao bound of the wavelength (a fraction): median over windows that end in judged rows."""
+        """Relative Cramér-Rao bound of the wavelength (a fraction): median over windows that end in judged rows.
+
+        Several gauges have noise and amplitudes of their own, so their informations add up. Disturbances are not part
+        of the bound. Raises `InputError` for a window that does not fit into the scene.
+        """
         length = round(window_s * self.sample_rate_Hz)
         amplitudes = profile_amplitudes(float(self.wavelength_mm[-1]))
         order = np.arange(1, HARMONICS + 1)
@@ -86,7 +91,7 @@ class Scene:
         ]
         if not bounds:
             raise InputError(f"a window of {window_s:g} s does not fit into the scene of {self.time_s[-1]:g} s")
-        return float(np.median(bounds))
+        return float(np.median(bounds)) / math.sqrt(self.signal.shape[1])
 
 
 @lru_cache(maxsize=64)

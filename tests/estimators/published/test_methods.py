@@ -15,7 +15,7 @@ from papilla.estimators.published import (
     optimal_period,
     wavelength_of_optimum,
 )
-from papilla.estimators.published.corpuscle import Corpuscle
+from papilla.estimators.published.corpuscle import PRINTED, Corpuscle
 
 WAVELENGTHS = (0.6, 1.2, 1.8, 2.4, 3.0)
 LONGER = WAVELENGTHS[1:]
@@ -31,7 +31,7 @@ def grooves(speed=60.0, wavelength=3.0, seconds=1.0, rate=1000.0):
 
 def test_two_impulses_a_groove_and_the_printed_example():
     rows = grooves()
-    impulses, _, _ = Corpuscle(200, np.inf, corrected=False).fire(rows[:, 0].tolist())
+    impulses, _ = Corpuscle(200, PRINTED).fire_all(rows[:, 0])
     falling, rising = (np.flatnonzero(np.array(impulses) == edge) for edge in (-1, 1))
     assert (np.diff(falling[2:]) == 50).all() and (np.diff(rising[2:]) == 50).all(), "0.050 s apart at 60 mm/s"
     answer = ImpulseDensity().process(rows)

@@ -228,6 +228,23 @@ def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
     assert np.array_equal(again.confusion, more.confusion)
 
 
+def test_accuracy_is_that_of_nearest_neighbours_written_out():
+    """Second implementation: distances by hand, the same random splits drawn once more."""
+    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+    features, labels = gratings(0.04, 5)
+    found = leave_m_out(features, labels, 15, seed=9, splits=40)
+    generator, right = np.random.default_rng(9), []
+    for _ in range(40):
+        training = np.concatenate(
+            [generator.choice(np.flatnonzero(labels == label), 3, replace=False) for label in (400, 440, 480)]
+        )
+        test = np.setdiff1d(np.arange(24), training)
+        distance = np.linalg.norm(features[test][:, None] - features[training][None], axis=2)
+        right.append(np.mean(labels[training][distance.argmin(axis=1)] == labels[test]))
+    assert found.accuracy == pytest.approx(np.mean(right)) and found.accuracy < 1
+    assert (found.low, found.high) == (min(right), max(right))
+
+
 def test_repetitions_are_never_mixed():
     """Runs that differ by their repetition only: random folds would tell labels apart that a new run does not."""
     pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.tracking import FusedTracker, ReciprocalCounter, TrackingStatus, WavenumberBank
+from papilla.estimators.tracking import (
+    FusedTracker,
+    ReciprocalCounter,
+    TrackingStatus,
+    WavelengthEstimate,
+    WavenumberBank,
+)
+from papilla.studies.estimators.measures import errors_of
 from papilla.studies.estimators.scenes import scene
 
 KINDS = (ReciprocalCounter, WavenumberBank)
@@ -25,6 +32,23 @@ def test_the_wavelength_is_found(kind, wavelength):
     error = (found.wavelength_mm / wavelength - 1)[made.judged()]
     assert math.sqrt(np.mean(error**2)) < 0.01
     assert np.all(found.wavelength_sigma_mm[made.judged()] > 0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ["const", "act1", "act2"])
+def test_the_stated_sigma_is_true(kind, name):
+    squares = []
+    for wavelength in (0.6, 1.2, 2.4):
+        made = scene(name, wavelength, seed=101, seconds=2.5)
+        squares.append(errors_of(made, kind().process(made.block())).sigma_square)
+    assert 0.7 < math.sqrt(np.mean(squares)) < 1.35
+
+
+def test_few_crossings_do_not_claim_too_much():
+    with_three = ReciprocalCounter(crossings=3)
+    made = scene("const", 1.2, seed=3, seconds=2.0)
+    assert errors_of(made, with_three.process(made.block())).sigma_square < 1.3**2
+    assert with_three.state.scatter[1] >= 3
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -62,7 +86,6 @@ def test_standstill_and_shapes(kind):
     [
         (lambda: ReciprocalCounter(wavelength_range_mm=(2, 1)), "must rise"),
         (lambda: ReciprocalCounter(crossings=2), "crossings must be at least 3"),
-        (lambda: WavenumberBank(every=0), "every must be at least 1"),
         (lambda: FusedTracker((1.0,)), "two or more different places"),
         (lambda: FusedTracker((1.0, 1.0)), "two or more different places"),
     ],
@@ -87,6 +110,30 @@ def test_several_gauges_are_better_than_one_and_show_a_wrong_speed(gauges):
     wrong = FusedTracker(PLACES, compiled=False).process(rows)
     assert wrong.wavelength_mm[-1] == pytest.approx(2.4 * 1.05, rel=0.002)
     assert wrong.wavelength_by_phase_mm[-1] == pytest.approx(2.4, rel=0.002)
+
+
+@pytest.mark.parametrize("factor, low, high", [(1.0, 0.8, 1.0), (2.0, 0.9, 1.25)])
+def test_sigma_by_phase_holds_the_shared_origin_and_what_gauges_disagree_by(factor, low, high):
+    rng, tracker = np.random.default_rng(5), FusedTracker(PLACES)
+    sigmas = np.array([0.012, 0.01, 0.008, 0.01, 0.015])
+    answers = [WavelengthEstimate(2.4, 0.004, 40.0, 0)] * 5
+    ratios = []
+    for _ in range(1500):
+        phases = 2 * math.pi * np.array(PLACES) / 2.4 + 1.0 + factor * sigmas * rng.standard_normal(5)
+        pairs = list(zip((phases % (2 * math.pi)).tolist(), sigmas.tolist(), strict=True))
+        found = tracker._fuse(100.0, answers, pairs)
+        ratios.append((found.wavelength_by_phase_mm - 2.4) / found.wavelength_by_phase_sigma_mm)
+    assert low < math.sqrt(np.mean(np.square(ratios))) < high
+
+
+def test_a_block_of_several_gauges_is_what_its_rows_give():
+    rows = scene("act1", 1.8, seed=2, seconds=0.3, gauge_positions_mm=PLACES[:3]).block()
+    rows[150:160, 0], rows[200:205, -1], rows[220, 2] = np.nan, np.nan, np.inf
+    whole, single = (FusedTracker(PLACES[:3], compiled=False) for _ in range(2))
+    answers = [single.update(row) for row in rows.tolist()]
+    assert same(whole.process(rows), map(np.array, zip(*answers, strict=True)))
+    assert np.isfinite(answers[-1].wavelength_mm) and answers[202].status == TrackingStatus.NO_VELOCITY
+    assert len(whole.process(np.empty((0, 4))).status) == 0
 
 
 def test_dead_and_contradicting_gauges_are_left_out(gauges):

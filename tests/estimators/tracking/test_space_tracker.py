@@ -46,6 +46,46 @@ def test_a_new_wavelength_is_found():
     assert found[1100:] == pytest.approx(np.full(300, 0.6), rel=0.05)
 
 
+@pytest.mark.parametrize("kind, wavelength, seed", [("act2", 1.8, 40004), ("act1", 3.0, 40001)])
+def test_a_poor_first_lock_is_left(kind, wavelength, seed):
+    """The finger starts from rest: the first lock is to a wrong wavelength, whose misfit must not pass for noise."""
+    made = scene(kind, wavelength, seed=seed, seconds=1.6)
+    estimator = plain()
+    found = estimator.process(made.block())
+    late = made.judged(1.2)
+    assert np.abs(found.wavelength_mm[late] / wavelength - 1).max() < 0.002
+    assert estimator.noise_sd < 2 * made.noise_sd
+
+
+@pytest.mark.parametrize("kind, other", [("act1", 2.9), ("act1", 4.1), ("act2", 2.9)])
+def test_two_wavelengths_in_active_touch_are_not_called_ok(kind, other):
+    made, second = (scene(kind, value, seed=2, seconds=1.4) for value in (1.8, other))
+    found = plain().process(made.block() + [1, 0] * second.block())
+    assert np.mean(found.status[made.judged()] == TrackingStatus.DISTURBED) > 0.9
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 1.0])
+def test_hum_is_tolerated_or_told(amplitude):
+    made = scene("act1", 1.8, seed=3, seconds=1.8)
+    block = made.block()
+    block[:, 0] += amplitude * np.sin(2 * np.pi * 50 * made.time_s + 1)
+    found = plain().process(block)
+    rows = made.judged()
+    called = rows & (found.status == TrackingStatus.OK)
+    if amplitude < 1:
+        assert called.sum() == rows.sum()
+        ratio = (found.wavelength_mm / 1.8 - 1)[called] * 1.8 / found.wavelength_sigma_mm[called]
+        assert math.sqrt(np.mean(ratio**2)) < 2
+    else:
+        assert np.mean(found.status[rows] == TrackingStatus.DISTURBED) > 0.5
+
+
+@pytest.mark.parametrize("kind, snr", [("const", -6.0), ("act1", 0.0), ("act2", 20.0)])
+def test_white_noise_is_not_called_a_disturbance(kind, snr):
+    made = scene(kind, 1.8, snr_dB=snr, seed=3, seconds=1.5)
+    assert set(plain().process(made.block()).status[made.judged()].tolist()) == {int(TrackingStatus.OK)}
+
+
 def test_chunks_do_not_change_a_bit():
     block = scene("act1", 1.2, seed=1, seconds=0.6).block()
     block[100:110, 0], block[200, 1], block[300:330, 1] = np.nan, np.inf, 0.0
@@ -107,6 +147,45 @@ def test_bad_samples_are_answered_with_a_status():
         assert answer.status == status and answer.wavelength_mm == pytest.approx(held, rel=1e-3)
         assert answer.sentence
     assert math.isnan(estimator.update((0.5, math.nan)).frequency_Hz)
+
+
+def test_rows_without_a_velocity_took_their_time_too():
+    """Dropped rows arrive as NaN: the finger moved on meanwhile, and the phase with it."""
+    made = scene("act1", 1.8, seed=4, seconds=1.4)
+    block = made.block()
+    rng = np.random.default_rng(0)
+    for start in rng.integers(300, 1350, 8):
+        block[start : start + rng.integers(1, 40)] = np.nan
+    found = plain().process(block)
+    known = (made.time_s > 0.6) & (found.status == TrackingStatus.OK)
+    assert known.sum() > 500
+    assert np.abs(found.wavelength_mm[known] / 1.8 - 1).max() < 0.005
+
+
+def test_steps_of_the_baseline_hardly_move_the_wavelength():
+    made = scene("const", 1.8, seed=4, seconds=1.6)
+    block = made.block()
+    block[900:, 0] += 20.0
+    block[1200:, 0] -= 35.0
+    found = plain().process(block)
+    ratio = (found.wavelength_mm - 1.8)[700:] / found.wavelength_sigma_mm[700:]
+    assert np.abs(found.wavelength_mm[700:] / 1.8 - 1).max() < 0.001
+    assert math.sqrt(np.mean(ratio**2)) < 2.5
+
+
+def test_of_two_wavelengths_one_is_answered_and_not_a_mix():
+    made, other = (scene("const", value, seed=2, seconds=1.6) for value in (1.8, 1.1))
+    block = made.block()
+    block[:, 0] += other.readings[:, 0]
+    found = plain().process(block).wavelength_mm[800:]
+    nearest = np.where(np.abs(found / 1.8 - 1) < np.abs(found / 1.1 - 1), 1.8, 1.1)
+    assert np.abs(found / nearest - 1).max() < 0.01
+
+
+def test_a_step_up_is_found_within_three_periods():
+    made = scene("const", 1.0, seed=6, seconds=1.2, step_to_mm=4.0, step_at_s=0.9)
+    found = plain().process(made.block()).wavelength_mm
+    assert found[1000:] == pytest.approx(np.full(200, 4.0), rel=0.05)
 
 
 def test_aliases_are_refused():

@@ -2,12 +2,14 @@
 
 Averaging E is wrong: near its saturation S_d turns symmetric noise into skewed E. What is averaged instead is h(E) =
 ln S_d(E) at one reference force, in which all forces are nearly straight lines; it is inverted once, at the end. Every
-sample is linearised at the estimate before it, which its own noise cannot have moved (a Kalman filter of one constant).
+sample is linearised at an estimate before it, which its own noise cannot have moved (a Kalman filter of one constant),
+and at the force that S_d and the force sensor together make likeliest: S_d bends over the noise of a force sensor, but
+hardly over what is left of it when S_d itself measures the force.
 """
 
 import math
 from dataclasses import dataclass
-from operator import mul
+from operator import eq, mul
 from typing import NamedTuple
 
 import numpy as np
@@ -15,10 +17,14 @@ import numpy as np
 from papilla import checks
 from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
 from papilla.errors import InputError
+from papilla.estimators.softness.surfaces import Section, Sections, sd_force_table
 
 # As plain integers: looking a member up in its enumeration costs as much as evaluating the surface.
-_OK, _NOT_IDENTIFIABLE, _SOFTER, _HARDER, _BELOW, _ABOVE, _NO_CONTACT, _BAD_GAUGE, _BAD_INPUT = map(int, SoftnessStatus)
+_CODES = tuple(map(int, SoftnessStatus))
+_OK, _NOT_IDENTIFIABLE, _SOFTER, _HARDER, _BELOW, _ABOVE, _NO_CONTACT, _BAD_GAUGE, _BAD_INPUT, *_ = _CODES
 _NONE = math.nan
+NOISE_REACH = 4.0
+"""Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
 
 
 class SoftnessEstimate(NamedTuple):
@@ -44,13 +50,15 @@ class SoftnessState:
     """All that the estimator remembers.
 
     level : weighted mean of h; information : sum of the weights, squares : the same with squared forgetting factors, so
-    that the variance of `level` is squares / information^2. last, repeats : the readings of the last sample, and how
+    that the variance of `level` is squares / information^2; linearised : ln E where samples are linearised, NaN before
+    the first. last, repeats : the readings of the last sample, and how
     often each gauge has repeated itself while another moved.
     """
 
     level: float = 0.0
     information: float = 0.0
     squares: float = 0.0
+    linearised: float = math.nan
     last: tuple[float, ...] = ()
     repeats: tuple[int, ...] = ()
 
@@ -65,7 +73,7 @@ class Softness:
     force_sigma_N : standard deviation of the force's noise, N.
     memory_s : time constant of forgetting; inf remembers until contact is lost.
     sample_rate_Hz : what a sample is in time; matters for a finite memory only.
-    contact_force_N : below it there is no contact, and what was learnt of the last specimen is dropped.
+    contact_force_N : with force and S_d below it there is no contact, and what was learnt is dropped.
     saturation : |reading| in microstrain from which a gauge is saturated.
     stuck_samples : a gauge that repeats itself so often while another moves is stuck.
 
@@ -98,15 +106,19 @@ class Softness:
         self._gauges = count = len(calibration.gauges)
         self._sd_variance = self._gauge_sigma**2 / count
         self._surface = calibration.surface
-        self._point = calibration.surface.point
         self._low_force, self._high_force = calibration.domain["force_N"]
+        # Noise may carry a force out of the domain; to drop such samples would pick those with the noise inwards.
+        slack = NOISE_REACH * force_sigma_N
+        self._least_force, self._most_force = self._low_force - slack, self._high_force + slack
         self._prepare()
+        self._least_sd = self._forces.lowest * self._contact / self._low_force
         self.reset()
 
     def _prepare(self) -> None:
         surface, known = self._surface.surface, self._surface.uncertainty
         reference = 0.5 * (math.log(self._low_force) + math.log(self._high_force))
-        self._curve = self._point.curve(reference)
+        self._sections, self._forces = Sections([surface]), sd_force_table(surface)
+        self._curve = self._surface.point.curve(reference)
         self._bottom, self._top = self._surface.usable_nodes(reference)
         if self._bottom >= self._top:
             raise InputError("S_d of this calibration does not rise with the modulus: no softness can be estimated")
@@ -123,16 +135,20 @@ class Softness:
     @property
     def state(self) -> SoftnessState:
         """All that the estimator remembers, to be kept or to be set again."""
-        return SoftnessState(self._level, self._information, self._squares, self._last, tuple(self._repeats))
+        at = math.nan if self._section is None else self._section.ln_modulus
+        return SoftnessState(self._level, self._information, self._squares, at, tuple(self._last), tuple(self._repeats))
 
     @state.setter
     def state(self, state: SoftnessState) -> None:
         if len(state.last) not in (0, self._gauges) or len(state.repeats) not in (0, self._gauges):
             raise InputError(f"the state is of {len(state.last)} gauges, the calibration has {self._gauges}")
         self._level, self._information, self._squares = state.level, state.information, state.squares
-        self._last = state.last or (_NONE,) * self._gauges
+        self._last = list(state.last) or [_NONE] * self._gauges
         self._repeats = list(state.repeats) or [0] * self._gauges
-        self._ln_modulus = self._inverted(state.level)[0]
+        self._repeating = any(self._repeats)
+        self._section: Section | None = None
+        if not math.isnan(state.linearised):
+            self._linearise(state.linearised)
 
     def reset(self) -> None:
         """Forget everything."""
@@ -170,77 +186,98 @@ class Softness:
         healthy = self._watch(readings) and total - total == 0.0
         if force - force != 0.0:
             return SoftnessEstimate(_NONE, _NONE, _BAD_INPUT)
-        if force < self._contact:
+        mean = total / self._gauges
+        deviations = [value - mean for value in readings]
+        sd = math.sqrt(sum(map(mul, deviations, deviations)) / self._gauges)
+        # A noisy force alone does not end a touch: S_d has to agree, where it is to be trusted.
+        if force < self._contact and not (healthy and sd > self._least_sd):
             self._level = self._information = self._squares = 0.0
+            self._section = None
             return SoftnessEstimate(_NONE, _NONE, _NO_CONTACT)
-        if not self._low_force <= force <= self._high_force:
+        if not self._least_force <= force <= self._most_force:
             return SoftnessEstimate(_NONE, _NONE, _BELOW if force < self._low_force else _ABOVE)
         if not healthy:
             return SoftnessEstimate(_NONE, _NONE, _BAD_GAUGE)
-        mean = total / self._gauges
-        deviations = [value - mean for value in readings]
-        return self._learn(math.sqrt(sum(map(mul, deviations, deviations)) / self._gauges), force)
+        return self._learn(sd, force)
 
     def _watch(self, readings: list[float]) -> bool:
-        """Whether no gauge is saturated or stuck; counts the repeats of each."""
-        last, repeats, healthy = self._last, self._repeats, True
-        same = [a == b for a, b in zip(readings, last, strict=True)]
-        if True in same and False in same:
-            for number, repeated in enumerate(same):
-                repeats[number] = repeats[number] + 1 if repeated else 0
-                if repeats[number] >= self._stuck:
-                    healthy = False
-        elif False in same:
-            self._repeats = [0] * self._gauges
-        else:
-            healthy = max(repeats) < self._stuck
-        self._last = tuple(readings)
-        return healthy and max(readings) < self._saturation and -self._saturation < min(readings)
+        """Whether no gauge is saturated or stuck; counts how often each has repeated itself while another moved."""
+        same = list(map(eq, readings, self._last))
+        self._last = readings
+        if True in same:
+            if False in same:
+                self._repeats = [count + 1 if again else 0 for count, again in zip(self._repeats, same, strict=True)]
+                self._repeating = True
+        elif self._repeating:
+            self._repeats, self._repeating = [0] * self._gauges, False
+        if self._repeating and max(self._repeats) >= self._stuck:
+            return False
+        return max(readings) < self._saturation and -self._saturation < min(readings)
 
     def _learn(self, sd: float, force: float) -> SoftnessEstimate:
-        """Take one S_d into the mean of h, and invert it."""
-        ln_force = math.log(force)
-        softest, hardest, systematic = self._cells[self._point.force_cell(ln_force)]
-        at = self._ln_modulus if self._information else self._start(ln_force, sd)
-        if not softest <= at <= hardest:
-            return SoftnessEstimate(_NONE, _NONE, _NOT_IDENTIFIABLE)
-        ln_sd, along_force, along_modulus = self._point.evaluate(ln_force, at)
-        level, slope = self._curve.evaluate(at)
-        if not (along_modulus > 0 and slope > 0):
-            return SoftnessEstimate(_NONE, _NONE, _NOT_IDENTIFIABLE)
+        """Take one S_d into the mean of h, and invert it.
+
+        At force f0 and modulus E0, R = S_d - S - S_f (f_m - f0) has variance v = sigma_sd^2 + S_f^2 sigma_f^2 and slope
+        S_E in ln E; the likeliest f0 is off by the variance p = sigma_sd^2 sigma_f^2 / v, and not correlated with R.
+        Two biases of R are of second order: -S_ff p / 2, because f0 is likelier on the side where S_d bends away from
+        its noise, and that of a standard deviation of g noisy readings, (g - 2) / 2 sigma_sd^2 / S.
+        """
+        section = self._section
+        if section is None:
+            start = self._start(math.log(min(max(force, self._low_force), self._high_force)), sd)
+            if start is None:
+                return SoftnessEstimate(_NONE, _NONE, _NOT_IDENTIFIABLE)
+            section = self._linearise(start)
+        gauges, noise = self._sd_variance, self._force_variance
+        at = force
+        if noise and sd > 0:
+            ln_force, along = self._forces.ln_force(math.log(sd), section.ln_modulus)
+            by_sd = math.exp(ln_force)
+            own = gauges * (along * by_sd / sd) ** 2
+            at = by_sd + (force - by_sd) * own / (own + noise)
+        if not self._low_force <= at <= self._high_force:
+            return self._nothing_told(_BELOW if at < self._low_force else _ABOVE)
+        cell, ((ln_sd, along_modulus, along_force, bend),) = section.evaluate(math.log(at))
+        softest, hardest, systematic = self._cells[cell]
+        if not (softest <= section.ln_modulus <= hardest and along_modulus > 0 and self._slope_there > 0):
+            return self._nothing_told(_NOT_IDENTIFIABLE)
         expected = math.exp(ln_sd)
-        of_force = self._force_variance / (force * force)
-        of_gauges = self._sd_variance / (expected * expected)
-        by_force = along_force * along_force * of_force
-        variance = of_gauges + by_force
-        residual = sd / expected - 1.0 + self._bias(along_force, of_force, of_gauges, by_force)
-        gain = along_modulus / slope
+        slope = expected * along_force / at
+        variance = gauges + slope * slope * noise
+        curved = expected * (bend + along_force * (along_force - 1.0)) / (at * at) * gauges * noise / variance
+        residual = sd - expected - slope * (force - at) + 0.5 * (curved - (self._gauges - 2) * gauges / expected)
+        gain = expected * along_modulus / self._slope_there
         weight = gain * gain / variance
         self._information = information = self._keep * self._information + weight
         self._squares = self._keep * self._keep * self._squares + weight
-        self._level += weight / information * (level - self._level + residual / gain)
-        self._ln_modulus, slope, status = self._inverted(self._level)
+        self._level += weight / information * (self._level_there - self._level + residual / gain)
+        ln_modulus, slope, status = self._inverted(self._level)
+        random = self._squares / (information * information * slope * slope)
+        whole = random + systematic / (along_modulus * along_modulus)
+        if section.is_far(ln_modulus, whole):
+            self._linearise(ln_modulus)
         if status:
             return SoftnessEstimate(_NONE, _NONE, status)
-        random = self._squares / (information * information * slope * slope)
-        relative = math.sqrt(random + systematic / (along_modulus * along_modulus))
-        modulus = math.exp(self._ln_modulus)
+        relative, modulus = math.sqrt(whole), math.exp(ln_modulus)
         return SoftnessEstimate(modulus, relative * modulus, _NOT_IDENTIFIABLE if relative > IDENTIFIABLE else _OK)
 
-    def _bias(self, along_force: float, of_force: float, of_gauges: float, by_force: float) -> float:
-        """What is added to a relative residual to take off its second-order bias.
+    def _nothing_told(self, status: int) -> SoftnessEstimate:
+        if not self._information:
+            self._section = None
+        return SoftnessEstimate(_NONE, _NONE, status)
 
-        A standard deviation of g noisy readings is too large by (g - 2) / 2 of its own variance. A force read too high
-        makes the expected S_d too large and the weight of the sample too, so their product has a mean: with x = ln f,
-        s = d ln S_d / dx and weights w, as if the residual were (s + s^2) / 2 - s d ln w / dx, times (sigma_f / f)^2.
-        """
-        per_force = 2 * (along_force * of_gauges + by_force) / (of_gauges + by_force)
-        by_weight = along_force * of_force * (per_force - 0.5 - 0.5 * along_force)
-        return by_weight - 0.5 * (self._gauges - 2) * of_gauges
+    def _linearise(self, ln_modulus: float) -> Section:
+        """Linearise the samples to come at a modulus."""
+        self._section = section = self._sections.at(ln_modulus)
+        self._level_there, self._slope_there = self._curve.evaluate(ln_modulus)
+        return section
 
-    def _start(self, ln_force: float, sd: float) -> float:
-        """Where to linearise the first sample: its own inverse, or the nearest end of the calibrated moduli."""
+    def _start(self, ln_force: float, sd: float) -> float | None:
+        """Where to linearise the first sample: its own inverse, or the nearest end of the calibrated moduli; None where
+        S_d does not rise with the modulus."""
         low, high = self._surface.usable_nodes(ln_force)
+        if low >= high:
+            return None
         ln_modulus, status = self._surface.ln_modulus(ln_force, math.log(sd) if sd > 0 else -math.inf)
         if status is SoftnessStatus.OK:
             return ln_modulus

@@ -1,0 +1,30 @@
+"""What a pipeline answers: the documented columns of one sample, and a status in words that says why one is empty."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class PipelineEstimate(NamedTuple):
+    """The columns of `papilla estimate`: NaN where there is no answer, and a status that says why.
+
+    status : "ok", or what is wrong with the time, the gauges and each estimator, then `no <output>: <why>` of what is
+    switched off. Of a block, arrays (n,) and a list of n sentences.
+    """
+
+    modulus_MPa: float | np.ndarray
+    modulus_sigma_MPa: float | np.ndarray
+    frequency_Hz: float | np.ndarray
+    wavelength_mm: float | np.ndarray
+    wavelength_sigma_mm: float | np.ndarray
+    mu_kinetic: float | np.ndarray
+    mu_static: float | np.ndarray
+    status: str | list[str]
+
+
+COLUMNS = PipelineEstimate._fields
+
+
+def sentence(live: list[str], off: dict[str, str]) -> str:
+    """One status of the sentences of what runs (without those that are ok) and of what is switched off."""
+    return "; ".join([*(live or ["ok"]), *(f"no {output}: {why}" for output, why in off.items())])

@@ -1,0 +1,81 @@
+"""Which gauge is wrong and how: missing, saturated, stuck while the others move."""
+
+import math
+from dataclasses import dataclass
+
+from papilla.errors import InputError
+
+GOOD, MISSING, SATURATED, STUCK = range(4)
+_WORDS = {MISSING: "missing", SATURATED: "saturated", STUCK: "stuck"}
+STUCK_SAMPLES = 50
+"""A gauge that repeats itself so often while another one moves is stuck: dead, or held at the end of its range."""
+
+
+@dataclass(frozen=True)
+class HealthState:
+    """last : the last finite reading of each gauge; repeats : how often it came again while another gauge moved."""
+
+    last: tuple[float, ...]
+    repeats: tuple[int, ...]
+
+
+class GaugeHealth:
+    """Watches g readings; |reading| >= saturation is saturated."""
+
+    def __init__(self, gauges: int, saturation: float):
+        self._gauges, self._saturation = gauges, saturation
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.state = HealthState((math.nan,) * self._gauges, (0,) * self._gauges)
+
+    @property
+    def state(self) -> HealthState:
+        """All that is remembered, to be kept or to be set again."""
+        return HealthState(self._last, tuple(self._repeats))
+
+    @state.setter
+    def state(self, state: HealthState) -> None:
+        if len(state.last) != self._gauges or len(state.repeats) != self._gauges:
+            raise InputError(f"the state is of {len(state.last)} gauges, this pipeline has {self._gauges}")
+        self._last, self._repeats = state.last, list(state.repeats)
+
+    def look(self, readings: tuple[float, ...]) -> tuple[int, ...]:
+        """What each gauge is now; an empty tuple when all are good."""
+        last, repeats, limit = self._last, self._repeats, self._saturation
+        same = [new == old for new, old in zip(readings, last, strict=True)]
+        finite = [-math.inf < new < math.inf for new in readings]
+        if True in same:
+            moved = any(
+                known and not equal and old == old for known, equal, old in zip(finite, same, last, strict=True)
+            )
+            for number, equal in enumerate(same):
+                if not equal:
+                    repeats[number] = 0
+                elif moved:
+                    repeats[number] = min(repeats[number] + 1, STUCK_SAMPLES)
+        elif any(repeats):
+            self._repeats = repeats = [0] * self._gauges
+        self._last = tuple(new if known else old for new, old, known in zip(readings, last, finite, strict=True))
+        found = tuple(
+            MISSING
+            if not known
+            else SATURATED
+            if not -limit < new < limit
+            else STUCK
+            if repeated == STUCK_SAMPLES
+            else GOOD
+            for new, known, repeated in zip(readings, finite, repeats, strict=True)
+        )
+        return found if any(found) else ()
+
+
+def words(found: tuple[int, ...]) -> list[str]:
+    """Sentences such as `g2, g4 missing` of what `look` found."""
+    sentences = []
+    for kind, word in _WORDS.items():
+        named = [f"g{number}" for number, own in enumerate(found, start=1) if own == kind]
+        if named:
+            sentences.append(f"{', '.join(named)} {word}")
+    return sentences

@@ -1,0 +1,249 @@
+"""The estimators of a pipeline: each is fed with what it wants of the samples and answers some columns of each."""
+
+import math
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.estimators.friction import Friction, FrictionStatus
+from papilla.estimators.line_tracker import LineTracker
+from papilla.estimators.pipeline.clock import Tick
+from papilla.estimators.softness import GaugeSoftness, Softness
+from papilla.estimators.softness.faults import in_words
+from papilla.estimators.tracking import FusedTracker, SpaceTracker, TrackingStatus
+from papilla.estimators.tracking.blind import ChirpStatus, ChirpTracker
+
+TRACKER_RATE_HZ = 200.0
+"""The tracker's bank remembers 0.25 s: with fewer than 50 samples in it, spectra of a stretch of the path answer."""
+LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
+"""Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
+_NONE = math.nan
+_BY_SD, _STATUSES = 32, 64
+"""A status, whether it is that of S_d, and the faults of all channels make one number: faults x 64 + 32 + status."""
+
+
+class Row(NamedTuple):
+    """One sample that is not left out: readings (g), forces in N (NaN where unknown), and its `Tick`."""
+
+    readings: tuple[float, ...]
+    force_N: float
+    tangential_N: float
+    tick: Tick
+
+
+class Part(ABC):
+    """One estimator of the pipeline; `estimator` has reset and state."""
+
+    estimator: Any
+
+    @abstractmethod
+    def advance(self, rows: list[Row]) -> list[tuple]:
+        """For each row its columns, and last the status as a number."""
+
+    @abstractmethod
+    def sentence(self, status: int) -> str:
+        """The status in words."""
+
+    @property
+    def state(self):
+        """What the estimator remembers, to be kept or to be set again."""
+        return self.estimator.state
+
+    @state.setter
+    def state(self, state) -> None:
+        self.estimator.state = state
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.estimator.reset()
+
+
+class GaugesPart(Part):
+    """modulus_MPa, modulus_sigma_MPa from every gauge and the force; its status also says which of them is wrong.
+
+    Where the readings contradict each other (over a texture they do) S_d answers, which that moves much less.
+    """
+
+    def __init__(self, calibration: Calibration, rate_Hz: float, **options):
+        self._every = GaugeSoftness(calibration, **options)
+        self._sd = Softness(calibration, sample_rate_Hz=rate_Hz, **options)
+        self._channels = len(calibration.gauges) + 1
+
+    @property
+    def state(self):
+        """The states of both estimators."""
+        return self._every.state, self._sd.state
+
+    @state.setter
+    def state(self, state) -> None:
+        self._every.state, self._sd.state = state
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._every.reset()
+        self._sd.reset()
+
+    def advance(self, rows):
+        """For each row its columns, and last the status as a number."""
+        return [self._both((*row.readings, row.force_N)) for row in rows]
+
+    def _both(self, sample: tuple[float, ...]) -> tuple:
+        modulus, sigma, status = self._sd.update(sample)
+        found = self._every.update(sample)
+        if status == SoftnessStatus.NO_CONTACT and found.modulus_MPa != found.modulus_MPa:
+            return modulus, sigma, status
+        if found.status == SoftnessStatus.MISFIT:
+            return modulus, sigma, status + _BY_SD
+        return found.modulus_MPa, found.modulus_sigma_MPa, found.status + _STATUSES * found.left_out
+
+    def sentence(self, status):
+        """The status in words."""
+        bad, code = divmod(status, _STATUSES)
+        text = SoftnessStatus(code % _BY_SD).sentence
+        if code >= _BY_SD:
+            return "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
+        faults = in_words(bad, self._channels)
+        return f"{text}, {faults}" if faults else text
+
+
+class SdPart(Part):
+    """modulus_MPa, modulus_sigma_MPa from S_d and the force: for calibrations without usable gauges."""
+
+    def __init__(self, calibration: Calibration, rate_Hz: float, **options):
+        self.estimator = Softness(calibration, sample_rate_Hz=rate_Hz, **options)
+
+    def advance(self, rows):
+        """For each row its columns, and last the status as a number."""
+        return _run(self.estimator, [(*row.readings, row.force_N) for row in rows])
+
+    def sentence(self, status):
+        """The status in words."""
+        return SoftnessStatus(status).sentence
+
+
+class TrackerPart(Part):
+    """frequency_Hz, wavelength_mm, wavelength_sigma_mm of the trackers of all gauges, at the pace of the clock."""
+
+    def __init__(self, gauges: int, **options):
+        # The places of the gauges matter only for the answer by phase, which is not asked for here.
+        self.estimator = SpaceTracker(**options) if gauges == 1 else FusedTracker(range(gauges), **options)
+        self._lost = (_NONE,) * gauges
+
+    def advance(self, rows):
+        """For each row its columns, and last the status as a number."""
+        even, places = _evenly(rows, lambda row: (*row.readings, row.tick.pace_mm_s), self._lost)
+        for row, place in zip(rows, places, strict=True):
+            begin = place - row.tick.missing
+            even[begin] = (*even[begin][:-1], row.tick.first_mm_s)
+        answers = _run(self.estimator, even)
+        return [
+            (*_with_frequency(row.tick.velocity_mm_s, *answers[place][:2]), answers[place][3])
+            for row, place in zip(rows, places, strict=True)
+        ]
+
+    def sentence(self, status):
+        """The status in words."""
+        return TrackingStatus(status).sentence
+
+
+class LinePart(Part):
+    """The same columns of spectra over the path, for samples that are too far apart for a tracker."""
+
+    def __init__(self, gauges: int, wavelength_range_mm: tuple[float, float]):
+        self.estimator = LineTracker(gauges, wavelength_range_mm=wavelength_range_mm)
+
+    def advance(self, rows):
+        """For each row its columns, and last the status as a number."""
+        answers = _run(self.estimator, [(*row.readings, row.tick.place_mm) for row in rows])
+        return [
+            (*_with_frequency(row.tick.velocity_mm_s, wavelength, sigma), status)
+            for row, (wavelength, sigma, status) in zip(rows, answers, strict=True)
+        ]
+
+    def sentence(self, status):
+        """The status in words."""
+        return TrackingStatus(status).sentence
+
+
+class BlindPart(Part):
+    """frequency_Hz without a velocity: the median over the gauges that their chirp trackers follow, `lag_s` ago."""
+
+    def __init__(self, gauges: int, rate_Hz: float):
+        self._trackers = [ChirpTracker(sample_rate_Hz=rate_Hz) for _ in range(gauges)]
+        self.lag_s = self._trackers[0].lag_s
+
+    @property
+    def state(self):
+        """The states of the gauges' trackers, to be kept or to be set again."""
+        return tuple(tracker.state for tracker in self._trackers)
+
+    @state.setter
+    def state(self, state) -> None:
+        for tracker, own in zip(self._trackers, state, strict=True):
+            tracker.state = own
+
+    def reset(self) -> None:
+        """Forget everything."""
+        for tracker in self._trackers:
+            tracker.reset()
+
+    def advance(self, rows):
+        """For each row its columns, and last the status as a number."""
+        even, places = _evenly(rows, lambda row: row.readings, (_NONE,) * len(self._trackers))
+        gauges = [_run(one, [(row[number],) for row in even]) for number, one in enumerate(self._trackers)]
+        return [_median([(gauge[place][0], gauge[place][-1]) for gauge in gauges]) for place in places]
+
+    def sentence(self, status):
+        """The status in words."""
+        return ChirpStatus(status).sentence
+
+
+class FrictionPart(Part):
+    """mu_kinetic, mu_static."""
+
+    def __init__(self, rate_Hz: float, low_pass_Hz: float):
+        self.estimator = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz)
+
+    def advance(self, rows):
+        """For each row its columns, and last the status as a number."""
+        answers = _run(self.estimator, [(row.tangential_N, row.force_N, row.tick.slope_mm_s) for row in rows])
+        return [(kinetic, static, status) for kinetic, static, _offset, status in answers]
+
+    def sentence(self, status):
+        """The status in words."""
+        return FrictionStatus(status).sentence
+
+
+def _run(estimator, rows: list[tuple]) -> list[tuple]:
+    """The estimator's answers to the rows."""
+    if len(rows) == 1:
+        return [estimator.update(rows[0])]
+    return list(zip(*(column.tolist() for column in estimator.process(np.array(rows))), strict=True))
+
+
+def _evenly(rows: list[Row], values, lost: tuple) -> tuple[list[tuple], list[int]]:
+    """Values of the rows with the missing samples between them, and where the rows are in that list."""
+    even: list[tuple] = []
+    places = []
+    for row in rows:
+        own = values(row)
+        even += [(*lost, *own[len(lost) :])] * row.tick.missing
+        places.append(len(even))
+        even.append(own)
+    return even, places
+
+
+def _with_frequency(velocity: float, wavelength: float, sigma: float) -> tuple[float, float, float]:
+    return abs(velocity) / wavelength, wavelength, sigma
+
+
+def _median(answers: list[tuple[float, int]]) -> tuple[float, int]:
+    """Median of the frequencies with the best status of (frequency, status), and that status."""
+    status = min((own for frequency, own in answers if frequency == frequency), default=None)
+    if status is None:
+        return _NONE, min(own for _, own in answers)
+    known = sorted(frequency for frequency, own in answers if own == status and frequency == frequency)
+    middle = len(known) // 2
+    return known[middle] if len(known) % 2 else 0.5 * (known[middle - 1] + known[middle]), status

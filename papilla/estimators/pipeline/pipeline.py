@@ -1,0 +1,269 @@
+"""The pipeline: one `update(sample)` runs every estimator that the columns of the sample allow."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from papilla import checks
+from papilla.calibration import Calibration
+from papilla.errors import InputError
+from papilla.estimators.pipeline import health
+from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
+from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
+from papilla.estimators.pipeline.health import SATURATED, GaugeHealth, HealthState
+from papilla.estimators.pipeline.parts import (
+    LOW_PASS_HZ,
+    LOW_PASS_SHARE,
+    TRACKER_RATE_HZ,
+    BlindPart,
+    FrictionPart,
+    GaugesPart,
+    LinePart,
+    Part,
+    Row,
+    SdPart,
+    TrackerPart,
+)
+
+OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
+DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
+DEFAULT_RANGE_MM = (0.4, 6.0)
+CHUNK = 4096
+"""Rows that are handed to the estimators at once: bounds the memory of a long block."""
+_OUTPUTS = {"modulus": COLUMNS[:2], "wavelength": COLUMNS[2:5], "frequency": COLUMNS[2:3], "friction": COLUMNS[5:7]}
+_NONE = math.nan
+
+
+@dataclass(frozen=True)
+class PipelineState:
+    """What the clock, the watch over the gauges and each running estimator, by its output, remember."""
+
+    clock: ClockState
+    health: HealthState
+    parts: tuple[tuple[str, Any], ...]
+
+
+class Pipeline:
+    """All estimators over one stream; one sample is (t_s, g1, ..., gg, then the optional columns in their order).
+
+    Outputs: `modulus` (calibration and force), `wavelength` with frequency (velocity or position), `frequency` alone
+    (where neither is known), `friction` (tangential and normal force, velocity or position). What the columns or the
+    sampling rate do not allow is switched off: `off` says why, and so does every status.
+
+    Time: a sample that is not later than the one before is left out; one that is more than 1.5 periods later has
+    missing samples before it, which estimators see as missing; after more than 1 s everything begins anew, as it does
+    when the time goes back by more than that. A time that is not finite counts as one period after the last. The path
+    is from position_mm where there is one, else from the velocity over the time that passed.
+
+    Parameters
+    ----------
+    calibration : of the same gauges in the same order; without it there is no modulus.
+    gauges : number of gauges, g.
+    columns : which of force_N, velocity_mm_s, position_mm, tangential_N a sample has, in this order.
+    sample_rate_Hz : nominal rate. From 200 Hz on the trackers of `papilla.estimators.tracking` answer for the
+        wavelength, below it the spectra of `LineTracker`.
+    wavelength_range_mm : (shortest, longest) wavelength that is looked for.
+    gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
+    saturation : |reading| from which a gauge is saturated, and its reading is not used.
+
+    Raises `InputError` for unusable values, and for a calibration of another number of gauges.
+    """
+
+    def __init__(
+        self,
+        calibration: Calibration | None = None,
+        *,
+        gauges: int = 5,
+        columns: tuple[str, ...] = DEFAULT_COLUMNS,
+        sample_rate_Hz: float = 1000.0,
+        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
+        gauge_sigma: float = 1.0,
+        force_sigma_N: float = 1e-3,
+        saturation: float = 1e12,
+    ):
+        if gauges < 1:
+            raise InputError(f"gauges must be at least 1, got {gauges}")
+        if calibration is not None and len(calibration.gauges) != gauges:
+            raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {gauges}")
+        if unknown := [name for name in columns if name not in OPTIONAL]:
+            raise InputError(f"columns must be among {', '.join(OPTIONAL)}, got {', '.join(map(str, unknown))}")
+        if len(set(columns)) < len(columns):
+            raise InputError(f"columns must differ, got {', '.join(columns)}")
+        low, high = (checks.positive("wavelength_range_mm", value) for value in wavelength_range_mm)
+        if low >= high:
+            raise InputError(f"wavelength_range_mm must rise, got {low:g} and {high:g}")
+        rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
+        limit = checks.positive("saturation", saturation)
+        self._gauges = int(gauges)
+        self.columns = ("t_s", *(f"g{number}" for number in range(1, gauges + 1)), *columns)
+        self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
+        self.off: dict[str, str] = {}
+        self._parts: dict[str, Part] = {}
+        self._notes: list[str] = []
+        self._add_modulus(calibration, rate, {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N})
+        self._add_wavelength(rate, (low, high))
+        self._add_friction(rate)
+        self._words = lru_cache(maxsize=1024)(self._sentence)
+
+    def _add_modulus(self, calibration, rate, noise) -> None:
+        if calibration is None:
+            self.off["modulus"] = "no calibration was given"
+        elif "force_N" not in self.columns:
+            self.off["modulus"] = "no column force_N"
+        else:
+            try:
+                self._parts["modulus"] = GaugesPart(calibration, rate, **noise)
+            except InputError as error:
+                self._parts["modulus"] = SdPart(calibration, rate, **noise)
+                self._notes.append(f"modulus: from S_d alone, not from each gauge: {error}")
+
+    def _add_wavelength(self, rate, wavelengths) -> None:
+        if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
+            if rate >= TRACKER_RATE_HZ:
+                tracker = TrackerPart(self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate)
+                self._parts["wavelength"] = tracker
+            else:
+                self._parts["wavelength"] = LinePart(self._gauges, wavelengths)
+                self._notes.append(
+                    f"wavelength: from spectra over the path, because trackers need {TRACKER_RATE_HZ:g} Hz; "
+                    "a wavelength below two steps of the path is not seen and may pose as a longer one"
+                )
+            return
+        self.off["wavelength"] = "no column velocity_mm_s or position_mm"
+        try:
+            blind = BlindPart(self._gauges, rate)
+        except InputError as error:
+            self.off["frequency"] = f"{rate:g} Hz is too slow without a velocity: {error}"
+            return
+        self._parts["frequency"] = blind
+        self._notes.append(f"frequency: without a velocity, that of {blind.lag_s:.3g} s before")
+
+    def _add_friction(self, rate) -> None:
+        lacking = [name for name in ("tangential_N", "force_N") if name not in self.columns]
+        if "velocity_mm_s" not in self.columns and "position_mm" not in self.columns:
+            lacking.append("velocity_mm_s or position_mm")
+        if lacking:
+            self.off["friction"] = f"no column {', '.join(lacking)}"
+            return
+        low_pass = min(LOW_PASS_HZ, LOW_PASS_SHARE * rate)
+        self._parts["friction"] = FrictionPart(rate, low_pass)
+        if low_pass < LOW_PASS_HZ:
+            self._notes.append(
+                f"friction: forces behind a low-pass of {low_pass:.3g} Hz, {LOW_PASS_SHARE:g} of the sampling rate, "
+                "which lowers the static coefficient"
+            )
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
+        return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes)
+
+    @property
+    def state(self) -> PipelineState:
+        """All that the pipeline remembers, to be kept or to be set again."""
+        parts = tuple((name, part.state) for name, part in self._parts.items())
+        return PipelineState(self._clock.state, self._health.state, parts)
+
+    @state.setter
+    def state(self, state: PipelineState) -> None:
+        if [name for name, _ in state.parts] != list(self._parts):
+            theirs, ours = ", ".join(name for name, _ in state.parts), ", ".join(self._parts)
+            raise InputError(
+                f"the state is of a pipeline for {theirs or 'nothing'}, this one is for {ours or 'nothing'}"
+            )
+        self._clock.state, self._health.state = state.clock, state.health
+        for name, own in state.parts:
+            self._parts[name].state = own
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._clock.state = ClockState()
+        self._forget()
+
+    def _forget(self) -> None:
+        self._health.reset()
+        for part in self._parts.values():
+            part.reset()
+
+    def process(self, block) -> PipelineEstimate:
+        """Estimates after each row of a block (n, columns); bit for bit what `update` gives row by row.
+
+        Raises `InputError` for a block of another shape.
+        """
+        rows = np.asarray(block, float)
+        if rows.ndim != 2 or rows.shape[1] != len(self.columns):
+            shape = " x ".join(map(str, rows.shape))
+            raise InputError(f"a block must be n x {len(self.columns)} ({', '.join(self.columns)}), got {shape}")
+        answers: list[tuple] = []
+        for begin in range(0, len(rows), CHUNK):
+            answers += self._advance(rows[begin : begin + CHUNK].tolist())
+        columns = list(zip(*answers, strict=True)) if answers else [()] * len(COLUMNS)
+        return PipelineEstimate._make([*(np.array(column, float) for column in columns[:-1]), list(columns[-1])])
+
+    def update(self, sample) -> PipelineEstimate:
+        """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
+        if len(sample) != len(self.columns):
+            raise InputError(f"a sample must be {', '.join(self.columns)}, got {len(sample)} values")
+        return PipelineEstimate(*self._advance([[float(value) for value in sample]])[0])
+
+    def _advance(self, samples: list[list[float]]) -> list[tuple]:
+        """Columns of each sample."""
+        gauges, names = self._gauges, self.columns
+        force, velocity, position, tangential = (names.index(name) if name in names else None for name in OPTIONAL)
+        answers: list[tuple] = []
+        rows: list[Row] = []
+        times: list[tuple[int, tuple[int, ...]]] = []
+        for sample in samples:
+            tick = self._clock.tick(
+                sample[0],
+                _NONE if velocity is None else sample[velocity],
+                _NONE if position is None else sample[position],
+            )
+            if tick.status == BEGUN_ANEW:
+                answers += self._answers(times, rows)
+                rows, times = [], []
+                self._forget()
+            if tick.status == REPEATED:
+                times.append((REPEATED, ()))
+                continue
+            readings = tuple(sample[1 : 1 + gauges])
+            found = self._health.look(readings)
+            times.append((tick.status, found))
+            if SATURATED in found:
+                readings = tuple(_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True))
+            normal = _NONE if force is None else sample[force]
+            rows.append(Row(readings, normal, _NONE if tangential is None else sample[tangential], tick))
+        return answers + self._answers(times, rows)
+
+    def _answers(self, times, rows: list[Row]) -> list[tuple]:
+        """Columns of samples of these time and gauge statuses; those that are left out have no row."""
+        if not times:
+            return []
+        found = {name: iter(part.advance(rows) if rows else ()) for name, part in self._parts.items()}
+        answers = []
+        for time, gauges in times:
+            if time == REPEATED:
+                answers.append((*[_NONE] * 7, self._words(REPEATED, (), ())))
+                continue
+            own = {name: next(answer) for name, answer in found.items()}
+            columns = dict.fromkeys(COLUMNS[:-1], _NONE)
+            for name, (*values, _) in own.items():
+                columns.update(zip(_OUTPUTS[name], values, strict=True))
+            codes = tuple((name, int(answer[-1])) for name, answer in own.items())
+            answers.append((*columns.values(), self._words(time, gauges, codes)))
+        return answers
+
+    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[tuple[str, int], ...]) -> str:
+        """The status in words."""
+        if time == REPEATED:
+            return ClockStatus(time).sentence
+        live = [f"time: {ClockStatus(time).sentence}"] if time else []
+        live += health.words(gauges)
+        for name, code in codes:
+            text = self._parts[name].sentence(code)
+            if text != "ok":
+                live.append(f"{name}: {text}")
+        return sentence(live if codes or live else ["nothing to estimate"], self.off)

@@ -1,0 +1,53 @@
+"""What is wrong with a channel (a gauge, or the force), as small integers and in words."""
+
+from enum import IntEnum
+
+BASE = 8
+"""Faults of all channels make one integer, a digit of this base for each, the first gauge the lowest."""
+
+
+class Fault(IntEnum):
+    """Why a channel is left out; `sentence` says it in words."""
+
+    NONE = 0
+    MISSING = 1
+    SATURATED = 2
+    STUCK = 3
+    OFF_SURFACE = 4
+    SIGN_FLIPPED = 5
+    SWAPPED = 6
+
+    @property
+    def sentence(self) -> str:
+        """The fault in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Fault.NONE: "in use",
+    Fault.MISSING: "no reading",
+    Fault.SATURATED: "saturated",
+    Fault.STUCK: "stuck",
+    Fault.OFF_SURFACE: "contradicts the others",
+    Fault.SIGN_FLIPPED: "sign flipped",
+    Fault.SWAPPED: "swapped with another",
+}
+
+
+def pack(faults) -> int:
+    """The faults of all channels as one integer."""
+    code = 0
+    for fault in reversed(faults):
+        code = code * BASE + fault
+    return code
+
+
+def in_words(code: int, channels: int) -> str:
+    """Such as "g3 left out: stuck, force left out: no reading"; the last channel is the force."""
+    parts = []
+    for number in range(channels):
+        code, fault = divmod(code, BASE)
+        if fault:
+            name = "force" if number == channels - 1 else f"g{number + 1}"
+            parts.append(f"{name} left out: {Fault(fault).sentence}")
+    return ", ".join(parts)

@@ -1,0 +1,270 @@
+"""Softness estimators on pressed fingers: S_d alone and five gauges, each against its Cramér-Rao bound.
+
+Readings come from the surfaces that the estimators invert (noise is then the only error), from finite-element presses,
+and from presses on a mesh that the calibration has never seen: there the stated sigma has to hold what is not known.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from papilla.calibration import LEVEL, NORMAL_FACTOR, Calibration
+from papilla.errors import InputError
+from papilla.estimators.softness import GaugeSoftness, Softness
+from papilla.estimators.softness.surfaces import GaugeSurfaces
+from papilla.fem import ReducedFinger, prepare, press
+from papilla.finger import Finger
+from papilla.references.softness_bound import modulus_bound
+from papilla.specimen import Block
+
+MODULI_MPA = (0.05, 0.3, 0.72)
+NOISES = ((20.0, 0.002), (50.0, 0.005), (50.0, 0.02))
+"""Noise of a gauge (microstrain) and of the force (N)."""
+PROFILES = ("press", "light", "firm")
+SAMPLES = 200
+THICKNESS_MM = 10.0
+HELD_OUT = 20_000
+"""First seed of the comparison."""
+FORCES = 33
+"""Presses of a profile; its samples visit them to and fro."""
+DEAD = 2
+"""The gauge (from 0) that is stuck in the runs with a dead gauge: the middle one tells most of the modulus."""
+SLOPE_STEP = 1e-4
+UNSEEN_VARIANT = 5
+"""Calibrations take their mesh scatter from variants 1 to 4."""
+SURFACE = "surface"
+
+
+@dataclass(frozen=True)
+class SoftnessRow:
+    """One estimator on one specimen, over all trials; errors are of ln E.
+
+    mesh : "surface" (readings from the calibration's surfaces, which are then taken as exact), or the name of a finger
+    that was pressed. error : RMS. bound : Cramér-Rao, of the noise and, with a finger, of the stated errors of the
+    calibration. bias_over_bound : mean error over the bound: one mesh's error is the same in all trials. sigma_ratio :
+    RMS of error over stated sigma. coverage : share of trials whose truth lies within the stated 95 % (1.96 sigma in
+    ln E). answered : share of trials with an answer.
+    """
+
+    estimator: str
+    mesh: str
+    profile: str
+    modulus_MPa: float
+    gauge_sigma: float
+    force_sigma_N: float
+    error: float
+    bound: float
+    error_over_bound: float
+    bias_over_bound: float
+    sigma_ratio: float
+    coverage: float
+    answered: float
+
+    def to_json(self) -> dict:
+        """As plain values, NaN and infinity as None."""
+        return {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in asdict(self).items()
+        }
+
+
+def force_profile(name: str) -> np.ndarray:
+    """(SAMPLES,) force in N: "press" goes from 0.15 to 0.9 and back, "light" and "firm" waver about 0.12 and 0.8.
+
+    Raises `InputError` for another name.
+    """
+    low, high = _limits(name)
+    places = np.abs((np.arange(SAMPLES) * 2 * (FORCES - 1) // SAMPLES) - (FORCES - 1))
+    return np.linspace(low, high, FORCES)[FORCES - 1 - places]
+
+
+def _limits(name: str) -> tuple[float, float]:
+    limits = {"press": (0.15, 0.9), "light": (0.1, 0.14), "firm": (0.75, 0.85)}
+    if name not in limits:
+        raise InputError(f"profile must be one of {', '.join(PROFILES)}, got {name!r}")
+    return limits[name]
+
+
+def pressed_readings(reduced: ReducedFinger, modulus_MPa: float, profile: str) -> np.ndarray:
+    """(SAMPLES, g) readings in microstrain of presses on a 10 mm block, without noise; raises what `press` raises."""
+    forces, start, rows = np.linspace(*_limits(profile), FORCES), None, {}
+    for force in forces.tolist():
+        found = press(reduced, Block(modulus_MPa, THICKNESS_MM), force=force, fidelity="contact", start=start)
+        start, rows[force] = found.active, found.reading
+    return np.array([rows[force] for force in force_profile(profile).tolist()])
+
+
+def gauge_bound(calibration: Calibration, modulus: float, force, gauge_sigma: float, force_sigma_N: float, used=None):
+    """Bound of ln E from the gauges `used` (their numbers, all by default) at forces (n,), with the errors of the
+    calibration: of each gauge, but the same for gauges that mirror each other."""
+    force = np.asarray(force, float)
+    picked = list(range(len(calibration.gauges))) if used is None else list(used)
+    along_modulus, along_force = _slopes(calibration.predict_readings, force, modulus)
+    surfaces = GaugeSurfaces(calibration)
+    errors = np.zeros((len(force), len(picked), max(surfaces.groups) + 1))
+    for row, value in enumerate(force):
+        own = surfaces.errors[surfaces.force_cell(math.log(value))]
+        for place, number in enumerate(picked):
+            group = surfaces.groups[number]
+            errors[row, place, group] = own[group] * value
+    return modulus_bound(along_modulus[:, picked], along_force[:, picked], gauge_sigma, force_sigma_N, errors)
+
+
+def sd_bound(calibration: Calibration, modulus: float, force, gauge_sigma: float, force_sigma_N: float) -> float:
+    """Bound of ln E from S_d and force (n,), with the error of the calibrated S_d."""
+    force, known = np.asarray(force, float), calibration.surface.uncertainty
+    along_modulus, along_force = _slopes(calibration.predict, force, modulus)
+    noise = gauge_sigma / math.sqrt(len(calibration.gauges))
+    errors = [math.hypot(known.fit_rms, known.scatter_at(value)) for value in force.tolist()]
+    moved = np.array(errors) * calibration.predict(force, modulus)
+    return modulus_bound(along_modulus[:, None], along_force[:, None], noise, force_sigma_N, moved[:, None, None])
+
+
+def taken_as_exact(calibration: Calibration) -> Calibration:
+    """The calibration without any stated error: what is left is the noise."""
+
+    def sure(readout):
+        known = readout.uncertainty
+        return replace(readout, uncertainty=replace(known, fit_rms=0.0, fit_max=0.0, scatter=0.0 * known.scatter))
+
+    return replace(calibration, surface=sure(calibration.surface), gauges=tuple(map(sure, calibration.gauges)))
+
+
+def study_fingers(finger: Finger, progress: Callable[[str], None] | None = None) -> dict[str, ReducedFinger]:
+    """The finger on the mesh of its calibration and on one that no calibration uses (made once, then cached)."""
+    variants = {"calibrated": 0, "unseen": UNSEEN_VARIANT}
+    return {name: prepare(finger, variant=variant, progress=progress) for name, variant in variants.items()}
+
+
+def _slopes(predict: Callable, force: np.ndarray, modulus: float) -> tuple[np.ndarray, np.ndarray]:
+    """Central differences of a prediction in ln E, and in force."""
+    up, down = 1 + SLOPE_STEP, 1 - SLOPE_STEP
+    along_modulus = (predict(force, modulus * up) - predict(force, modulus * down)) / (2 * SLOPE_STEP)
+    along_ln_force = (predict(force * up, modulus) - predict(force * down, modulus)) / (2 * SLOPE_STEP)
+    return along_modulus, (along_ln_force.T / force).T
+
+
+def compare_softness(
+    calibration: Calibration,
+    fingers: dict[str, ReducedFinger],
+    *,
+    trials: int = 100,
+    moduli: Sequence[float] = MODULI_MPA,
+    noises: Sequence[tuple[float, float]] = NOISES,
+    profiles: Sequence[str] = PROFILES,
+    first_seed: int = HELD_OUT,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> tuple[SoftnessRow, ...]:
+    """The table: S_d alone, five gauges, five without a force sensor, and five with the middle gauge stuck.
+
+    Parameters
+    ----------
+    fingers : name of the mesh ("calibrated", "unseen", ...) -> finger whose presses are measured; see `study_fingers`.
+    trials : noisy repetitions of each press; noise is the same for all estimators.
+    progress : called with rows of the table done and total.
+
+    Raises `InputError` for fewer than two trials or an unknown profile, and what `press` raises.
+    """
+    if trials < 2:
+        raise InputError(f"trials must be at least 2, got {trials}")
+    rows: list[SoftnessRow] = []
+    sources: dict[str, ReducedFinger | None] = {SURFACE: None} | fingers
+    total = len(sources) * len(profiles) * len(moduli) * len(noises) * len(ENTRANTS)
+    for mesh, reduced in sources.items():
+        known = taken_as_exact(calibration) if reduced is None else calibration
+        for profile in profiles:
+            force = force_profile(profile)
+            for modulus in moduli:
+                readings = (
+                    calibration.predict_readings(force, modulus)
+                    if reduced is None
+                    else pressed_readings(reduced, modulus, profile)
+                )
+                for gauge_sigma, force_sigma_N in noises:
+                    seeds = range(first_seed, first_seed + trials)
+                    blocks = [_noisy(readings, force, gauge_sigma, force_sigma_N, seed) for seed in seeds]
+                    for entrant in ENTRANTS:
+                        case = (mesh, profile, modulus, gauge_sigma, force_sigma_N)
+                        rows.append(_row(entrant, known, case, force, blocks))
+                        progress(len(rows), total)
+    return tuple(rows)
+
+
+ENTRANTS = ("S_d alone", "five gauges", "five gauges, no force", "five gauges, g3 stuck")
+
+
+def _noisy(readings, force, gauge_sigma: float, force_sigma_N: float, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    noisy = readings + gauge_sigma * rng.normal(size=readings.shape)
+    return np.column_stack([noisy, force + force_sigma_N * rng.normal(size=len(force))])
+
+
+def _row(entrant: str, calibration: Calibration, case: tuple, force: np.ndarray, blocks: list) -> SoftnessRow:
+    mesh, profile, modulus, gauge_sigma, force_sigma_N = case
+    options = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N}
+    estimator: Softness | GaugeSoftness
+    if entrant == "S_d alone":
+        estimator, bound = Softness(calibration, **options), sd_bound(calibration, modulus, force, **options)
+    elif entrant == "five gauges, no force":
+        options["force_sigma_N"] = math.inf
+        estimator, bound = GaugeSoftness(calibration, **options), gauge_bound(calibration, modulus, force, **options)
+        blocks = [np.column_stack([block[:, :-1], np.full(len(block), np.nan)]) for block in blocks]
+    elif entrant == "five gauges, g3 stuck":
+        others = [number for number in range(len(calibration.gauges)) if number != DEAD]
+        estimator = GaugeSoftness(calibration, **options)
+        bound = gauge_bound(calibration, modulus, force, **options, used=others)
+        blocks = [_stuck(block) for block in blocks]
+    else:
+        estimator, bound = GaugeSoftness(calibration, **options), gauge_bound(calibration, modulus, force, **options)
+    found = np.array([_last(estimator, block) for block in blocks])
+    told = np.isfinite(found).all(axis=1)
+    error = np.log(found[told, 0] / modulus)
+    relative = found[told, 1] / found[told, 0]
+    nothing = not told.any()
+    rms = math.nan if nothing else math.sqrt(np.mean(error**2))
+    return SoftnessRow(
+        estimator=entrant,
+        mesh=mesh,
+        profile=profile,
+        modulus_MPa=modulus,
+        gauge_sigma=gauge_sigma,
+        force_sigma_N=force_sigma_N,
+        error=rms,
+        bound=bound,
+        error_over_bound=rms / bound,
+        bias_over_bound=math.nan if nothing else float(error.mean()) / bound,
+        sigma_ratio=math.nan if nothing else math.sqrt(np.mean((error / relative) ** 2)),
+        coverage=math.nan if nothing else float(np.mean(np.abs(error) <= NORMAL_FACTOR * relative)),
+        answered=float(told.mean()),
+    )
+
+
+def _stuck(block: np.ndarray) -> np.ndarray:
+    """The block with the middle gauge silent, as a broken lead leaves it."""
+    block = block.copy()
+    block[:, DEAD] = 0.0
+    return block
+
+
+def _last(estimator, block: np.ndarray) -> tuple[float, float]:
+    estimator.reset()
+    answer = estimator.process(block)
+    return float(answer.modulus_MPa[-1]), float(answer.modulus_sigma_MPa[-1])
+
+
+def in_words(rows: Sequence[SoftnessRow]) -> dict[str, str]:
+    """Per estimator and mesh, the medians of the table in a sentence."""
+    sentences = {}
+    for key in dict.fromkeys((row.estimator, row.mesh) for row in rows):
+        own = [row for row in rows if (row.estimator, row.mesh) == key and math.isfinite(row.error)]
+        if own:
+            over, inside = (float(np.median([getattr(row, name) for row in own])) for name in _JUDGED)
+            sentences[", ".join(key)] = (
+                f"{over:.2f} x bound, {100 * inside:.0f} % within the stated {100 * LEVEL:.0f} %"
+            )
+    return sentences
+
+
+_JUDGED = ("error_over_bound", "coverage")

@@ -1,0 +1,265 @@
+"""What every estimator promises: chunks change no bit, a reset forgets, a state goes on, any number type, no growth."""
+
+import importlib
+import inspect
+import pickle
+import pkgutil
+
+import numpy as np
+import pytest
+
+import papilla.estimators
+from papilla.errors import InputError
+from papilla.estimators import (
+    ChirpTracker,
+    CrossRidge,
+    Friction,
+    FusedTracker,
+    GaugeSoftness,
+    ImpulseDensity,
+    ImpulseInterval,
+    LineTracker,
+    Okamoto,
+    Pipeline,
+    ReciprocalCounter,
+    ShortTimeSpectrum,
+    Softness,
+    SpaceTracker,
+    WavenumberBank,
+    ZeroCrossing,
+)
+
+ROWS = 900
+RATE = 1000.0
+
+
+def stream(seed: int, columns: str, pressed) -> np.ndarray:
+    """Random rows of these columns: readings (g), force (f), tangential (t), velocity (v), position (x), time (T).
+
+    pressed : force (n,) -> readings (n, 5) of a press.
+
+    A grating of 1.2 mm under noise, with bursts of NaN, an infinity, a rest and a turn.
+    """
+    rng = np.random.default_rng(seed)
+    time = np.arange(ROWS) / RATE
+    velocity = np.where(time < 0.6, 80.0, -60.0) * (1 + 0.05 * np.sin(9 * time))
+    velocity[700:720] = 0.0
+    place = np.cumsum(velocity) / RATE
+    force = 0.4 + 0.2 * np.sin(5 * time)
+    press = iter(pressed(force).T)
+    made = []
+    for number, kind in enumerate(columns):
+        if kind == "g":
+            texture = np.sin(2 * np.pi * (place - 2.0 * number) / 1.2) + rng.normal(0, 0.2, ROWS)
+            values = next(press) + 20 * texture
+        elif kind == "t":
+            values = 0.6 * force * np.sign(velocity) + rng.normal(0, 0.01, ROWS)
+        else:
+            values = {"f": force + rng.normal(0, 1e-3, ROWS), "v": velocity, "x": place, "T": 36_000 + time}[
+                kind
+            ].copy()
+        if kind != "T":
+            begin = 150 + 40 * number
+            values[begin : begin + 12] = np.nan
+            values[500 + number] = np.inf
+        made.append(values)
+    return np.column_stack(made)
+
+
+class Case:
+    """How an estimator is made, and the columns of its samples."""
+
+    def __init__(self, make, columns: str):
+        self.make, self.columns = make, columns
+
+
+CASES = {
+    "Softness": Case(lambda c: Softness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
+    "GaugeSoftness": Case(lambda c: GaugeSoftness(c, gauge_sigma=400.0, force_sigma_N=1e-3), "gggggf"),
+    "Friction": Case(lambda c: Friction(), "tfv"),
+    "SpaceTracker": Case(lambda c: SpaceTracker(), "gv"),
+    "FusedTracker": Case(lambda c: FusedTracker((0.0, 2.0, 5.0)), "gggv"),
+    "WavenumberBank": Case(lambda c: WavenumberBank(), "gv"),
+    "ReciprocalCounter": Case(lambda c: ReciprocalCounter(), "gv"),
+    "ChirpTracker": Case(lambda c: ChirpTracker(), "gv"),
+    "CrossRidge": Case(lambda c: CrossRidge(), "gg"),
+    "LineTracker": Case(lambda c: LineTracker(2, wavelength_range_mm=(1.0, 6.0)), "ggx"),
+    "Pipeline": Case(lambda c: Pipeline(c), "Tgggggfvt"),
+    **{
+        f"{kind.__name__}-{variant}": Case(lambda c, kind=kind, variant=variant: kind(variant=variant), "gvT")
+        for kind in (ImpulseDensity, ImpulseInterval, Okamoto, ShortTimeSpectrum, ZeroCrossing)
+        for variant in ("as_printed", "corrected")
+    },
+    "Pipeline-positions": Case(
+        lambda c: Pipeline(None, gauges=3, columns=("force_N", "position_mm", "tangential_N")), "Tgggfxt"
+    ),
+    "Pipeline-slow": Case(
+        lambda c: Pipeline(
+            None, gauges=2, columns=("velocity_mm_s",), sample_rate_Hz=100.0, wavelength_range_mm=(1.0, 6.0)
+        ),
+        "Tggv",
+    ),
+    "Pipeline-blind": Case(lambda c: Pipeline(None, gauges=3, columns=()), "Tggg"),
+}
+
+
+every = pytest.mark.parametrize("name", CASES)
+
+
+@pytest.fixture
+def case(name, calibration, touch):
+    """make() and rows(seed) of one case."""
+    found = CASES[name]
+
+    def pressed(force):
+        if name == "GaugeSoftness":
+            return np.column_stack([gauge.reading(force, 0.3) for gauge in calibration.gauges])
+        # A press is far greater than a texture: only what needs one gets it.
+        return touch(0.3, force)[:, :-1] * ("f" in found.columns)
+
+    return lambda: found.make(calibration), lambda seed=0: stream(seed, found.columns, pressed)
+
+
+def same(first, second) -> bool:
+    """Whether two answers of blocks are alike bit for bit."""
+    for a, b in zip(first, second, strict=True):
+        if isinstance(a, np.ndarray):
+            if not np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):
+                return False
+        elif a != b:
+            return False
+    return True
+
+
+def joined(answers) -> list:
+    """The answers of blocks as one; what is no column must be the same in all."""
+    columns = []
+    for values in zip(*answers, strict=True):
+        if isinstance(values[0], np.ndarray):
+            columns.append(np.concatenate(values))
+        elif isinstance(values[0], list):
+            columns.append([entry for value in values for entry in value])
+        else:
+            assert len(set(values)) == 1
+            columns.append(values[0])
+    return columns
+
+
+def one_by_one(estimator, rows, whole) -> list:
+    """Answers of `update`, in the form of those of a block."""
+    columns = []
+    for values, block in zip(zip(*map(estimator.update, rows), strict=True), whole, strict=True):
+        if isinstance(block, np.ndarray):
+            columns.append(np.array(values, block.dtype))
+        else:
+            columns.append(list(values) if isinstance(block, list) else values[0])
+    return columns
+
+
+def estimators() -> list[str]:
+    """Names of all concrete public classes below papilla.estimators that have `process`, `update` and `reset`."""
+    found = set()
+    for module in pkgutil.walk_packages(papilla.estimators.__path__, "papilla.estimators."):
+        for name, value in vars(importlib.import_module(module.name)).items():
+            if not inspect.isclass(value) or name.startswith("_") or inspect.isabstract(value):
+                continue
+            if all(callable(getattr(value, method, None)) for method in ("process", "update", "reset")):
+                found.add(name)
+    return sorted(found)
+
+
+def test_every_estimator_has_a_case_and_every_case_an_estimator():
+    assert {name.split("-")[0] for name in CASES} == set(estimators())
+    assert set(estimators()) <= set(papilla.estimators.__all__), "every estimator is among the curated names"
+
+
+def test_curated_names_are_there_documented_and_free_until_used():
+    for name in papilla.estimators.__all__:
+        value = getattr(papilla.estimators, name)
+        assert value.__doc__, name
+        assert value is getattr(papilla.estimators, name)
+    assert set(papilla.estimators.__all__) <= set(dir(papilla.estimators))
+    with pytest.raises(AttributeError, match="module 'papilla.estimators' has no attribute 'Sofntess'"):
+        papilla.estimators.Sofntess  # noqa: B018
+
+
+@every
+def test_the_rows_wake_the_estimator(case):
+    make, rows = case
+    answer = make().process(rows())
+    numbers = [column for column in answer if isinstance(column, np.ndarray) and column.dtype.kind == "f"]
+    assert any(np.isfinite(column).sum() > 100 for column in numbers), "a contract on silence proves nothing"
+
+
+@every
+def test_chunks_and_single_samples_change_no_bit(case):
+    make, rows = case
+    rows = rows()
+    whole, chunked = make().process(rows), make()
+    parts = np.split(rows, [1, 2, 155, 156, 163, 509, 701, 702])
+    assert same(joined([chunked.process(part) for part in parts]), whole)
+    assert same(one_by_one(make(), rows.tolist(), whole), whole)
+
+
+@every
+def test_a_reset_is_as_good_as_new(case):
+    make, rows = case
+    used = make()
+    used.process(rows(1))
+    used.reset()
+    assert repr(used.state) == repr(make().state)
+    assert same(used.process(rows()), make().process(rows()))
+
+
+@every
+def test_a_state_that_was_saved_goes_on_bit_for_bit(case):
+    make, rows = case
+    first, second = make(), make()
+    first.process(rows()[:508])
+    saved = pickle.dumps(first.state)
+    second.process(rows(1))
+    second.state = pickle.loads(saved)
+    rest = first.process(rows()[508:])
+    assert same(rest, second.process(rows()[508:]))
+    third = make()
+    third.state = pickle.loads(saved)
+    assert same(third.process(rows()[508:]), rest), "a state that was handed out does not change later"
+
+
+@every
+def test_float32_and_integer_samples_are_their_numbers(case):
+    make, rows = case
+    single = rows().astype(np.float32)
+    whole = make().process(single.astype(float))
+    assert same(make().process(single), whole)
+    assert same(one_by_one(make(), list(single[:300]), whole), make().process(single[:300].astype(float)))
+    counts = np.nan_to_num(rows(), posinf=0).round().astype(np.int32)
+    whole = make().process(counts.astype(float))
+    assert same(make().process(counts), whole)
+    assert same(one_by_one(make(), list(counts[:300]), whole), make().process(counts[:300].astype(float)))
+
+
+@every
+def test_the_state_does_not_grow(case):
+    make, rows = case
+    estimator = make()
+    block = rows()
+    sizes = []
+    for number in range(4):
+        later = block.copy()
+        if isinstance(estimator, Pipeline):
+            later[:, 0] += number * ROWS / RATE
+        estimator.process(later)
+        sizes.append(len(pickle.dumps(estimator.state)))
+    assert sizes[3] <= 1.02 * sizes[1] + 100
+
+
+@every
+def test_blocks_and_samples_of_another_width_are_refused(case):
+    make, rows = case
+    with pytest.raises(InputError, match="must be n "):
+        make().process(np.zeros((3, 17)))
+    with pytest.raises(InputError, match="must be"):
+        make().update((1.0,) * 17)
+    nothing = make().process(rows()[:0])
+    assert all(len(column) == 0 for column in nothing if isinstance(column, np.ndarray | list))

@@ -1,0 +1,228 @@
+"""The pipeline: right answers from whatever columns there are, and words for what is wrong or missing."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators import Pipeline
+
+PLACES = np.array([0.0, 3.0, 7.1])
+"""Where three gauges are along the sliding direction, mm."""
+
+
+def slid(wavelength=1.2, seconds=2.0, rate=1000.0, speed=80.0, seed=0, drift=1.0, jitter=0.0, amplitude=20.0):
+    """Times, positions, velocities and readings (n, 3) of a slide at a nominal rate whose clock is off by a factor."""
+    rng = np.random.default_rng(seed)
+    count = round(seconds * rate)
+    time = 100 + (np.arange(count) * drift + jitter * rng.uniform(-1, 1, count)) / rate
+    position = speed * (time - 100) + 3 * np.sin(4 * (time - 100))
+    velocity = speed + 12 * np.cos(4 * (time - 100))
+    phase = 2 * np.pi * (position[:, None] - PLACES) / wavelength
+    texture = np.sin(phase) + 0.4 * np.sin(2 * phase + 1)
+    return time, position, velocity, amplitude * (texture + rng.normal(0, 0.1, phase.shape))
+
+
+def tracked(rows, *columns, rate=1000.0, **options):
+    return Pipeline(gauges=3, columns=columns, sample_rate_Hz=rate, **options).process(rows)
+
+
+def settled(answer, wavelength, tolerance, last=300):
+    """The wavelength is right over the last rows, and its sigma of a fitting size."""
+    off = answer.wavelength_mm[-last:] / wavelength - 1
+    assert np.sqrt(np.mean(off**2)) < tolerance
+    assert (answer.wavelength_sigma_mm[-last:] > 0).all()
+
+
+@pytest.mark.parametrize("drift, jitter", [(1.0, 0.0), (0.985, 0.0), (1.02, 0.0), (1.0, 0.3)])
+def test_neither_drift_nor_jitter_of_the_clock_bends_the_wavelength(drift, jitter):
+    time, position, velocity, readings = slid(drift=drift, jitter=jitter)
+    by_velocity = tracked(np.column_stack([time, readings, velocity]), "velocity_mm_s")
+    settled(by_velocity, 1.2, 1e-3)
+    np.testing.assert_allclose(by_velocity.frequency_Hz[-300:], velocity[-300:] / 1.2, rtol=3e-3)
+    by_position = tracked(np.column_stack([time, readings, position]), "position_mm")
+    settled(by_position, 1.2, 1e-3)
+
+
+def test_a_start_after_ten_hours_changes_nothing():
+    time, position, _, readings = slid(seconds=1.2)
+    early = tracked(np.column_stack([time, readings, position]), "position_mm")
+    late = tracked(np.column_stack([time + 36_000, readings, position + 3.6e6]), "position_mm")
+    np.testing.assert_allclose(late.wavelength_mm, early.wavelength_mm, rtol=1e-6)
+    assert late.status == early.status
+
+
+def test_gaps_are_named_and_bridged_by_the_path():
+    time, _, velocity, readings = slid()
+    kept = np.r_[0:1200, 1260:2000]
+    answer = tracked(np.column_stack([time, readings, velocity])[kept], "velocity_mm_s")
+    assert answer.status[1200].startswith("time: samples are missing before this one")
+    assert answer.status[1199].startswith("ok") and answer.status[-1].startswith("ok")
+    settled(answer, 1.2, 1e-3)
+
+
+def test_repeated_and_late_rows_are_left_out_and_said_so():
+    time, _, velocity, readings = slid(seconds=1.0)
+    rows = np.column_stack([time, readings, velocity])
+    doubled = np.repeat(rows, 2, axis=0)
+    doubled[1::2, 1:4] += 500
+    doubled[501, 0] -= 0.1
+    clean, answer = tracked(rows, "velocity_mm_s"), tracked(doubled, "velocity_mm_s")
+    for a, b in zip(answer[:-1], clean[:-1], strict=True):
+        np.testing.assert_array_equal(a[::2], b)
+        assert np.isnan(a[1::2]).all()
+    assert answer.status[::2] == clean.status
+    assert set(answer.status[1::2]) == {"left out: the sample is not later than the one before"}
+
+
+def test_after_a_long_gap_everything_begins_anew():
+    time, _, velocity, readings = slid()
+    rows = np.column_stack([time, readings, velocity])
+    rows[1000:, 0] += 5.0
+    answer = tracked(rows, "velocity_mm_s")
+    assert answer.status[1000].startswith("time: begun anew")
+    alone = tracked(rows[1000:], "velocity_mm_s")
+    for a, b in zip(answer[:-1], alone[:-1], strict=True):
+        np.testing.assert_array_equal(a[1000:], b)
+
+
+def test_bad_gauges_are_named_and_the_others_answer():
+    time, _, velocity, readings = slid()
+    readings[500:, 0] = readings[500, 0]
+    readings[900:1000, 1] = np.nan
+    readings[1500:, 2] = 5e4
+    answer = tracked(np.column_stack([time, readings, velocity]), "velocity_mm_s", saturation=4e4)
+    assert answer.status[700].startswith("g1 stuck")
+    assert answer.status[950].startswith("g2 missing; g1 stuck")
+    assert answer.status[1600].startswith("g3 saturated; g1 stuck")
+    settled(answer, 1.2, 2e-3)
+
+
+def test_standstill_holds_the_wavelength_with_a_growing_sigma():
+    time, position, velocity, readings = slid()
+    rows = np.column_stack([time, readings, velocity])
+    rows[1500:, 1:] = np.r_[rows[1500, 1:4], 0.0]
+    rows[1500:, 1:4] += np.random.default_rng(3).normal(0, 1, (500, 3))
+    answer = tracked(rows, "velocity_mm_s")
+    assert "no movement" in answer.status[-1]
+    assert answer.wavelength_mm[-1] == pytest.approx(1.2, rel=5e-3)
+    assert answer.wavelength_sigma_mm[-1] >= answer.wavelength_sigma_mm[1510]
+    assert answer.frequency_Hz[-1] == 0.0
+
+
+@pytest.mark.parametrize("rate, speed, wavelengths", [(35.6, 20.0, (1.5, 8.0)), (100.0, 30.0, (1.0, 6.0))])
+def test_slow_sampling_is_answered_by_spectra_over_the_path(rate, speed, wavelengths):
+    time, _, velocity, readings = slid(3.99, 200 / speed, rate, speed)
+    readings += 200 * np.sin(2 * np.pi * (time - 100) / 9)[:, None]
+    rows = np.column_stack([time, readings, velocity])
+    answer = tracked(rows, "velocity_mm_s", rate=rate, wavelength_range_mm=wavelengths)
+    settled(answer, 3.99, 5e-3, last=20)
+    pipeline = Pipeline(gauges=3, columns=("velocity_mm_s",), sample_rate_Hz=rate)
+    assert any("trackers need 200 Hz" in line for line in pipeline.messages)
+
+
+@pytest.mark.parametrize("rate", [2500.0, 10_000.0])
+def test_fast_sampling(rate):
+    time, _, velocity, readings = slid(seconds=1.0, rate=rate)
+    answer = tracked(np.column_stack([time, readings, velocity]), "velocity_mm_s", rate=rate)
+    settled(answer, 1.2, 2e-3)
+
+
+def test_integer_counts_give_the_same_wavelength():
+    time, _, velocity, readings = slid()
+    counts = np.round(readings)
+    settled(tracked(np.column_stack([time, counts, velocity]), "velocity_mm_s"), 1.2, 1.5e-3)
+
+
+def test_without_a_velocity_there_is_a_frequency():
+    time, _, velocity, readings = slid()
+    answer = tracked(np.column_stack([time, readings]))
+    off = answer.frequency_Hz[-500:] / (velocity[-514:-14] / 1.2) - 1
+    assert np.sqrt(np.mean(off**2)) < 0.03, "as it was 14 ms before"
+    assert np.isnan(answer.wavelength_mm).all()
+    assert "no wavelength: no column velocity_mm_s or position_mm" in answer.status[-1]
+
+
+def test_without_a_velocity_a_slow_log_has_no_frequency_and_says_so():
+    pipeline = Pipeline(gauges=1, columns=(), sample_rate_Hz=20.0)
+    assert "20 Hz is too slow without a velocity" in pipeline.off["frequency"]
+    answer = pipeline.update((0.0, 1.0))
+    assert np.isnan(answer[:-1]).all() and answer.status.startswith("nothing to estimate; no modulus")
+
+
+def test_a_gauge_alone_is_tracked():
+    time, _, velocity, readings = slid()
+    answer = Pipeline(gauges=1, columns=("velocity_mm_s",)).process(np.column_stack([time, readings[:, 0], velocity]))
+    settled(answer, 1.2, 2e-3)
+
+
+def test_friction_from_the_positions(calibration):
+    count = 3000
+    time = np.arange(count) / 1000
+    position = 40 * np.sin(3 * time)
+    force = 0.5 + 0.2 * np.sin(2 * time)
+    tangential = 0.6 * force * np.sign(np.cos(3 * time)) + 0.05
+    rows = np.column_stack([time, np.zeros(count), force, np.round(position, 3), tangential])
+    answer = Pipeline(gauges=1, columns=("force_N", "position_mm", "tangential_N")).process(rows)
+    assert answer.mu_kinetic[-1] == pytest.approx(0.6, rel=0.02)
+
+
+def test_softness_uses_every_gauge_or_s_d(calibration, touch):
+    rng = np.random.default_rng(4)
+    force = np.full(800, 0.4)
+    force[600:] = 0.0
+    rows = touch(0.3, force[:600], 2.0, 1e-3, rng)
+    rows = np.vstack([rows, np.column_stack([rng.normal(0, 2, (200, 5)), rng.normal(0, 1e-3, 200)])])
+    pipeline = Pipeline(calibration, columns=("force_N",), gauge_sigma=2.0)
+    answer = pipeline.process(np.column_stack([np.arange(800) / 1000, rows]))
+    assert abs(answer.modulus_MPa[599] / 0.3 - 1) < 4 * answer.modulus_sigma_MPa[599] / 0.3 < 0.1
+    assert "modulus: no contact" in answer.status[-1]
+    assert np.isnan(answer.modulus_MPa[-1])
+
+
+def test_switched_off_outputs_have_a_message_each(calibration):
+    bare = Pipeline(calibration, columns=())
+    assert bare.off["modulus"] == "no column force_N"
+    assert bare.off["friction"] == "no column tangential_N, force_N, velocity_mm_s or position_mm"
+    assert bare.messages[:-1] == tuple(f"no {output}: {why}" for output, why in bare.off.items())
+    assert bare.messages[-1] == "frequency: without a velocity, that of 0.014 s before"
+    full = Pipeline(columns=("force_N", "velocity_mm_s", "position_mm", "tangential_N"))
+    assert full.off == {"modulus": "no calibration was given"}
+    assert full.columns[-4:] == ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
+
+
+def test_unusable_arguments_are_refused(calibration):
+    for arguments, message in (
+        ({"gauges": 0}, "gauges must be at least 1, got 0"),
+        ({"gauges": 3, "calibration": calibration}, "the calibration is of 5 gauges, the pipeline of 3"),
+        ({"columns": ("speed",)}, "columns must be among force_N, .* got speed"),
+        ({"columns": ("force_N", "force_N")}, "columns must differ"),
+        ({"wavelength_range_mm": (6, 0.4)}, "wavelength_range_mm must rise, got 6 and 0.4"),
+        ({"wavelength_range_mm": (np.nan, 4)}, "wavelength_range_mm must be finite"),
+        ({"sample_rate_Hz": 0}, "sample_rate_Hz must be greater than 0"),
+        ({"saturation": -1}, "saturation must be greater than 0"),
+    ):
+        with pytest.raises(InputError, match=message):
+            Pipeline(**arguments)
+    with pytest.raises(InputError, match="the state is of a pipeline for wavelength, this one is for frequency"):
+        Pipeline(columns=()).state = Pipeline(columns=("velocity_mm_s",)).state
+
+
+@pytest.mark.slow
+def test_a_long_stream_keeps_its_size_and_its_wavelength():
+    """200 s at 1 kHz from ten hours on: nothing grows, and the answer is that of a fresh pipeline."""
+    sizes, pipeline = [], Pipeline(gauges=1, columns=("velocity_mm_s",))
+    rng = np.random.default_rng(5)
+    for block in range(20):
+        count = np.arange(block * 10_000, (block + 1) * 10_000)
+        velocity = 100 * np.sin(2 * np.pi * count / 1000)
+        position = 100 / (2 * np.pi) * (1 - np.cos(2 * np.pi * count / 1000))
+        reading = np.sin(2 * np.pi * position / 1.2) + rng.normal(0, 0.1, 10_000)
+        rows = np.column_stack([36_000 + count / 1000, reading, velocity])
+        answer = pipeline.process(rows)
+        sizes.append(len(pickle.dumps(pipeline.state)))
+    assert max(sizes) <= 1.02 * sizes[1]
+    fresh = Pipeline(gauges=1, columns=("velocity_mm_s",)).process(rows)
+    errors = [float(np.sqrt(np.nanmean((own.wavelength_mm[5000:] / 1.2 - 1) ** 2))) for own in (answer, fresh)]
+    assert errors[0] < 5e-3 and errors[0] < 2 * errors[1]

@@ -1,0 +1,99 @@
+"""The clock of a pipeline: gaps, repeats, drift, and the path whatever the clock does."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.estimators.pipeline import path
+from papilla.estimators.pipeline.clock import Clock, ClockState, ClockStatus
+
+NAN = math.nan
+
+
+def ticks(rate, times, velocities=None, positions=None):
+    clock = Clock(rate)
+    nothing = [NAN] * len(times)
+    return [clock.tick(*sample) for sample in zip(times, velocities or nothing, positions or nothing, strict=True)]
+
+
+def test_the_path_is_the_integral_over_the_time_that_passed():
+    rng = np.random.default_rng(1)
+    time = 36_000 + np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 4000))
+    velocity = 100 * np.sin(7 * time)
+    found = np.array(path(1000.0, time.tolist(), velocity.tolist(), None))
+    expected = np.concatenate([[0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))])
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_paces_add_up_to_the_path_by_trapezoids_at_the_nominal_rate():
+    """What a tracker integrates stays within a quarter of a change of step of the true path, for ever."""
+    rng = np.random.default_rng(2)
+    time = np.cumsum(rng.uniform(0.5e-3, 1.4e-3, 5000))
+    position = 20 * np.sin(5 * time) + rng.normal(0, 1e-3, 5000)
+    found = ticks(1000.0, time.tolist(), None, position.tolist())[2:]
+    pace = np.array([tick.pace_mm_s for tick in found])
+    tracked = np.concatenate([[0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) / 1000)])
+    off = tracked - (position[2:] - position[2])
+    steps = np.diff(position)
+    assert np.abs(off - off[0]).max() <= 0.51 * np.abs(np.diff(steps)).max()
+
+
+def test_gaps_repeats_and_long_gaps():
+    found = ticks(100.0, [5.0, 5.01, 5.01, 5.004, 5.06, 5.07, 7.0, 7.01, 3.0], [10.0] * 9)
+    kinds = [ClockStatus(tick.status).name for tick in found]
+    assert kinds == ["OK", "OK", "REPEATED", "REPEATED", "GAP", "OK", "BEGUN_ANEW", "OK", "BEGUN_ANEW"]
+    assert [tick.missing for tick in found] == [0, 0, 0, 0, 4, 0, 0, 0, 0]
+    assert found[4].place_mm == pytest.approx(0.6), "the path goes on through the gap"
+    assert found[4].pace_mm_s == pytest.approx(10.0)
+    assert found[6].place_mm == 0.0 and found[8].place_mm == 0.0
+    assert all(status.sentence for status in ClockStatus)
+
+
+def test_a_time_that_is_missing_counts_as_one_period():
+    found = ticks(100.0, [1.0, NAN, math.inf, 1.03, NAN], [10.0] * 5)
+    assert [tick.status for tick in found] == [ClockStatus.OK] * 5
+    assert [tick.place_mm for tick in found] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
+
+
+@pytest.mark.parametrize("true_rate", [700.0, 1300.0, 35.6])
+def test_another_rate_than_stated_is_told(true_rate):
+    time = np.arange(400) / true_rate
+    late = ticks(1000.0, time.tolist(), [1.0] * 400)[-100:]
+    assert {tick.status for tick in late} == {ClockStatus.OTHER_RATE}
+    near = ticks(1000.0, (np.arange(400) / 1020.0).tolist(), [1.0] * 400)
+    assert {tick.status for tick in near} == {ClockStatus.OK}
+
+
+def test_an_unknown_velocity_leaves_no_hole_in_the_path():
+    velocity = [10.0, 10.0, NAN, math.inf, 10.0, 10.0]
+    found = ticks(100.0, [k / 100 for k in range(6)], velocity)
+    places = [tick.place_mm for tick in found]
+    assert math.isnan(places[2]) and math.isnan(places[3])
+    assert places[4:] == pytest.approx([0.4, 0.5])
+    assert math.isnan(found[2].pace_mm_s)
+
+
+def test_positions_begin_where_the_velocity_has_led_and_fill_in_for_each_other():
+    positions = [NAN, NAN, 7.0, 7.1, NAN, 7.3]
+    found = ticks(100.0, [k / 100 for k in range(6)], [10.0] * 6, positions)
+    assert [tick.place_mm for tick in found] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5])
+
+
+def test_the_slope_of_coarse_positions_is_smooth():
+    time = np.arange(1000) / 1000
+    position = np.round(37.0 * time, 2)
+    found = ticks(1000.0, time.tolist(), None, position.tolist())[100:]
+    assert np.abs([tick.slope_mm_s - 37.0 for tick in found]).max() <= 1.01
+    assert np.abs([tick.velocity_mm_s - 37.0 for tick in found]).max() > 10
+
+
+def test_the_state_is_small_and_goes_on():
+    clock, other = Clock(1000.0), Clock(1000.0)
+    time = np.arange(3000) / 1000
+    position = np.cumsum(np.sin(time)).tolist()
+    first = [clock.tick(t, NAN, x) for t, x in zip(time[:2000].tolist(), position[:2000], strict=True)]
+    assert isinstance(clock.state, ClockState) and len(clock.state.trail) <= 64 and first
+    other.state = clock.state
+    for t, x in zip(time[2000:].tolist(), position[2000:], strict=True):
+        assert clock.tick(t, NAN, x) == other.tick(t, NAN, x)

@@ -1,0 +1,87 @@
+"""The streaming ridge against the cross-wavelet of the whole record, and what noise and faults become."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.wavelet import CrossRidge, RidgeStatus, cross_wavelet
+
+RATE = 300.0
+
+
+def make(**more):
+    return CrossRidge(**{"low_Hz": 20.0, "sample_rate_Hz": RATE, **more})
+
+
+def touch(period_mm=0.48, distance_mm=0.6, noise=0.05, count=900):
+    """(n, 2) of two channels a distance apart on a grating while the speed grows, and the frequency (n,)."""
+    speed = np.interp(np.arange(count), [0, count], [12.0, 35.0])
+    place = np.cumsum(speed) / RATE
+    generator = np.random.default_rng(0)
+    rows = [np.cos(2 * np.pi * (place - at) / period_mm) for at in (0.0, distance_mm)]
+    return np.column_stack(rows) + noise * generator.normal(size=(count, 2)), speed / period_mm
+
+
+def test_each_instant_is_that_of_the_whole_record():
+    rows, truth = touch()
+    estimator = make()
+    found = estimator.process(rows)
+    whole = cross_wavelet(rows[:, 0], rows[:, 1], RATE, estimator.frequency_Hz).ridge
+    lag = round(estimator.lag_s * RATE)
+    ahead = np.arange(100, 700)
+    late = ahead + lag
+    np.testing.assert_array_equal(found.frequency_Hz[late], whole.frequency_Hz[ahead])
+    np.testing.assert_allclose(found.magnitude[late], whole.magnitude[ahead], rtol=0.01)
+    turned = np.angle(np.exp(1j * (found.phase[late] - whole.phase[ahead])))
+    assert np.abs(turned).max() < 0.01
+    np.testing.assert_allclose(found.frequency_Hz[late], truth[ahead], rtol=0.04)
+    assert (found.status[late] == RidgeStatus.OK).all() and found.sentence[late[0]] == "ok"
+    window = whole.window(300 - 19, 300)
+    assert found.mean_Hz[300 + lag] == pytest.approx(window.mean_Hz)
+    assert found.sd_Hz[300 + lag] == pytest.approx(window.sd_Hz)
+
+
+def test_answers_are_held_for_a_three_hundredth_of_a_second():
+    rows = np.repeat(touch(count=400)[0], 4, axis=0)
+    found = make(sample_rate_Hz=1200.0).process(rows)
+    changes = np.flatnonzero(np.diff(found.magnitude[400:]) != 0)
+    assert changes.size > 200 and (np.diff(changes) % 4 == 0).all()
+
+
+def test_noise_is_seldom_a_ridge():
+    """White noise and noise with a memory: one in twenty instants at most twice over."""
+    white = np.random.default_rng(3).normal(size=(9000, 2))
+    red = white.copy()
+    for row in range(1, len(red)):
+        red[row] += 0.9 * red[row - 1]
+    for rows in (white, red):
+        status = make().process(rows).status[500:]
+        assert 0.005 < (status == RidgeStatus.OK).mean() < 0.1
+        assert set(status.tolist()) == {RidgeStatus.OK, RidgeStatus.NOT_SIGNIFICANT}
+
+
+def test_faults_are_statuses():
+    rows, _ = touch()
+    clean = make().process(rows)
+    few, many, still = rows.copy(), rows.copy(), rows.copy()
+    few[400:403, 0], many[400:440, 1], still[:, 1] = np.nan, np.inf, 3.1
+    answer = make().process(few)
+    assert (answer.status == clean.status).all()
+    np.testing.assert_allclose(answer.mean_Hz[600:], clean.mean_Hz[600:])
+    answer = make().process(many)
+    assert (answer.status[420:480] == RidgeStatus.GAP).all() and np.isnan(answer.frequency_Hz[420:480]).all()
+    assert answer.status[-1] == RidgeStatus.OK
+    assert (make().process(still).status[200:] == RidgeStatus.SILENT).all()
+    assert make().update(rows[0]).status == RidgeStatus.WARMING_UP
+    assert make().update(rows[0]).sentence == "the wavelets reach beyond the first sample"
+
+
+def test_unusable_values_are_refused():
+    with pytest.raises(InputError, match="high_Hz must be below half of sample_rate_Hz, got 100 at 150 Hz"):
+        CrossRidge(sample_rate_Hz=150.0)
+    with pytest.raises(InputError, match="n x 2 .* got 3 x 1"):
+        make().process(np.zeros((3, 1)))
+    with pytest.raises(InputError, match="two channels, got 3 values"):
+        make().update((1.0, 2.0, 3.0))
+    with pytest.raises(InputError, match="the wavelets reach over"):
+        make().state = make(low_Hz=30.0).state

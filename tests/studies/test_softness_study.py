@@ -1,0 +1,73 @@
+"""The softness study: readings of the surfaces against bounds, profiles, and rows as plain values."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration.quadratic import Quadratic
+from papilla.errors import InputError
+from papilla.studies.estimators import softness
+
+FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    """Five gauges of a made-up finger, and S_d of their readings."""
+    known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, 0.002), 2.0, 4)
+    x, y = np.linspace(-3.2, 0.2, 13)[:, None], np.linspace(-4.1, 1.8, 23)[None, :]
+    soft = 1 / (1 + np.exp(y - math.log(0.1)))
+    tables = [
+        -17500 + 0 * (x + y),
+        (-29000 + 9500 * x) * (1 - 0.25 * soft),
+        54000 * np.exp(-0.47 * x) * (1 - 0.3 * soft),
+    ]
+    sd = SdSurface(
+        Surface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft), np.tile([0, 20], (10, 1)), np.full((10, 2), np.nan), known
+    )
+    own = replace(known, scatter=np.full(2, 100.0))
+    gauges = tuple(
+        GaugeSurface(f"g{number + 1}", Surface(FORCE, MODULUS, tables[table]), own)
+        for number, table in enumerate((0, 1, 2, 1, 0))
+    )
+    forward = Quadratic(np.array([-3.0, 500, -9000, 12000, 900]), np.ones(5), np.eye(5), 1.0, 2.0, (0.089, 0.72), 9.0)
+    return Calibration({"name": "", "sha256": ""}, {}, forward, forward.inverse, sd, gauges, {})
+
+
+def test_rows_hold_errors_over_bounds(calibration):
+    options = {"trials": 12, "moduli": (0.1,), "noises": ((50.0, 0.02),), "profiles": ("press",)}
+    steps = []
+    rows = softness.compare_softness(
+        calibration, {}, **options, progress=lambda done, total: steps.append((done, total))
+    )
+    assert [row.estimator for row in rows] == list(softness.ENTRANTS) and steps[-1] == (4, 4)
+    five, alone = (next(row for row in rows if row.estimator == name) for name in ("five gauges", "S_d alone"))
+    assert five.bound < 0.5 * alone.bound
+    assert 0.5 < five.error_over_bound < 1.6 and 0.5 < five.sigma_ratio < 1.6 and five.answered == 1
+    assert json.loads(json.dumps(five.to_json()))["mesh"] == softness.SURFACE
+    assert set(softness.in_words(rows)) == {f"{name}, surface" for name in softness.ENTRANTS}
+
+
+def test_bounds_hold_the_errors_of_the_calibration(calibration):
+    force, sure = softness.force_profile("press"), softness.taken_as_exact(calibration)
+    for bound in (softness.gauge_bound, softness.sd_bound):
+        assert bound(calibration, 0.1, force, 20.0, 0.002) > 2 * bound(sure, 0.1, force, 20.0, 0.002)
+    fewer = softness.gauge_bound(sure, 0.1, force, 20.0, 0.002, used=[0, 1, 3, 4])
+    assert fewer > softness.gauge_bound(sure, 0.1, force, 20.0, 0.002)
+
+
+def test_profiles_go_to_and_fro():
+    force = softness.force_profile("press")
+    assert force.shape == (softness.SAMPLES,) and np.ptp(force) == pytest.approx(0.75)
+    assert (np.diff(force[:100]) >= 0).all() and (np.diff(force[101:]) <= 0).all()
+
+
+def test_what_it_refuses(calibration):
+    with pytest.raises(InputError, match="trials must be at least 2, got 1"):
+        softness.compare_softness(calibration, {}, trials=1)
+    with pytest.raises(InputError, match="profile must be one of press, light, firm, got 'slap'"):
+        softness.force_profile("slap")

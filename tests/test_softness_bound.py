@@ -1,0 +1,59 @@
+"""The bound of a modulus: closed forms, a maximum-likelihood fit that reaches it, and what it refuses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.references.softness_bound import modulus_bound
+
+
+def test_one_reading_and_a_known_force():
+    slopes = np.array([[3.0], [4.0]])
+    assert modulus_bound(slopes, np.zeros((2, 1)), 10.0, 1.0) == pytest.approx(10 / 5)
+
+
+def test_one_reading_whose_force_is_noisy():
+    """The force's noise adds to that of the reading: sigma^2 = noise^2 + (slope force_sigma)^2."""
+    assert modulus_bound([[3.0]], [[50.0]], 4.0, 0.06) == pytest.approx(math.hypot(4, 3) / 3)
+
+
+def test_without_a_force_sensor_one_reading_tells_nothing_and_two_do():
+    assert modulus_bound([[3.0]], [[50.0]], 4.0, math.inf) == math.inf
+    assert modulus_bound([[3.0, 0.0]], [[0.0, 50.0]], 4.0, math.inf) == pytest.approx(4 / 3)
+    assert modulus_bound([[3.0, 6.0]], [[50.0, 100.0]], 4.0, math.inf) == math.inf
+
+
+def test_a_calibration_error_does_not_average_out():
+    n = 10_000
+    slopes, errors = np.full((n, 1), 2.0), np.full((n, 1, 1), 0.6)
+    assert modulus_bound(slopes, np.zeros((n, 1)), 5.0, 1.0, errors) == pytest.approx(math.hypot(0.3, 2.5 / 100))
+
+
+def test_a_maximum_likelihood_fit_reaches_it():
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(2, 30, 5)) * [[[20.0]], [[9e3]]]
+    noise, force_sigma, truth, found = 50.0, 0.004, 0.1, []
+    for _ in range(4000):
+        force_error = force_sigma * rng.normal(size=30)
+        readings = a * truth - b * force_error[:, None] + noise * rng.normal(size=a.shape)
+        # Whitening: every sample's covariance is noise^2 + force_sigma^2 b b'.
+        left = np.linalg.cholesky(noise**2 * np.eye(5) + force_sigma**2 * b[:, :, None] * b[:, None, :])
+        design, data = (np.linalg.solve(left, part[..., None])[..., 0].ravel() for part in (a, readings))
+        found.append(design @ data / (design @ design))
+    assert np.std(found) == pytest.approx(modulus_bound(a, b, noise, force_sigma), rel=0.04)
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (([[1.0]], [[1.0]], 0, 1), "reading_sigma must be greater than 0"),
+        (([[1.0]], [[1.0]], 1, 0), "force_sigma must be greater than 0, got 0"),
+        (([1.0], [1.0], 1, 1), r"slopes must be two arrays \(n, g\), got \(1,\) and \(1,\)"),
+        (([[1.0]], [[1.0]], 1, 1, [[1.0]]), r"errors must be \(n, g, k\) with n x g = \(1, 1\), got \(1, 1\)"),
+    ],
+)
+def test_what_it_refuses(arguments, message):
+    with pytest.raises(InputError, match=message):
+        modulus_bound(*arguments)
