@@ -25,6 +25,10 @@ class SolverError(PapillaError, RuntimeError):
     """A linear or contact solve did not reach its tolerance."""
 
 
+class MemoryEstimateError(PapillaError, MemoryError):
+    """A job would need more memory than is free; the message says how much, and what would fit."""
+
+
 class ContactRangeError(InputError):
     """The press leaves what the model covers: too deep, or the contact reaches the rim of its patch."""
 

@@ -9,23 +9,47 @@ import math
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
 
+if TYPE_CHECKING:
+    from papilla.materials import Material
+
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
+
+ROUNDING = 0.005
+"""Relative difference of a layer's modulus from its material's that three written digits explain."""
 
 
 @dataclass(frozen=True)
 class Layer:
-    """An isotropic elastic layer: Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5]."""
+    """An isotropic layer: small-strain Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5].
+
+    `material` is its hyperelastic card for the finite rung (`papilla.materials`), None for neo-Hookean with `modulus`.
+    Raises `InputError` for values out of range and for a card whose small-strain modulus is another one.
+    """
 
     modulus: float
     nu: float = 0.4999
+    material: "Material | None" = None
 
     def __post_init__(self):
         checks.positive("layer modulus (MPa)", self.modulus)
         checks.poisson("layer nu", self.nu)
+        if self.material is not None:
+            own = _small_strain_modulus(self.material, self.nu)
+            if abs(self.modulus / own - 1) > ROUNDING:
+                raise InputError(
+                    f"modulus {self.modulus:g} MPa is not that of its {self.material.kind} material, {own:.4g} MPa: "
+                    "leave the modulus out or correct one of them"
+                )
+
+    @classmethod
+    def of(cls, material: "Material", nu: float = 0.4999) -> "Layer":
+        """A layer of a hyperelastic material, its modulus E = 2 mu (1 + nu) taken from the card."""
+        return cls(_small_strain_modulus(material, checks.poisson("layer nu", nu)), nu, material)
 
 
 @dataclass(frozen=True)
@@ -183,7 +207,8 @@ class Finger:
 
     def describe(self) -> dict:
         """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
-        return {**asdict(self), "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
+        layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
+        return {**asdict(self), **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
 
     @cached_property
     def sha256(self) -> str:
@@ -210,10 +235,37 @@ def _shape(table: dict, folder: Path) -> Shape:
 
 
 def _layer(name: str, table: dict) -> Layer:
+    modulus, nu = table["modulus_MPa"], table["nu"]
+    if modulus is None and table["material"] is None:
+        raise InputError(f"key {name}.modulus_MPa is missing")
     try:
-        return Layer(table["modulus_MPa"], table["nu"])
+        card = None if table["material"] is None else _material(table["material"])
+        return Layer.of(card, nu) if card is not None and modulus is None else Layer(modulus, nu, card)
     except InputError as error:
         raise InputError(f"[{name}] {error}") from error
+
+
+def _material(table: dict) -> "Material":
+    from papilla.materials import material_class
+
+    card = material_class(table["model"])
+    return card(**{key.removesuffix("_MPa"): value for key, value in table.items() if key != "model"})
+
+
+def _small_strain_modulus(material: "Material", nu: float) -> float:
+    from papilla.materials import NeoHookean, Ogden, Yeoh
+
+    if not isinstance(material, NeoHookean | Yeoh | Ogden):
+        raise InputError(f"layer material must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
+    return 2 * material.shear_modulus * (1 + nu)
+
+
+def _describe(layer: Layer | None) -> dict | None:
+    """A layer as plain values; without a card there is no word of one, so that hashes stay what they were."""
+    if layer is None:
+        return None
+    card = {} if layer.material is None else {"material": layer.material.describe()}
+    return {"modulus": layer.modulus, "nu": layer.nu, **card}
 
 
 def _ridges(table: dict) -> Ridges:

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from papilla.errors import FileAccessError, FileFormatError
 
@@ -20,9 +20,40 @@ Pair = Annotated[tuple[Number, Number], Field(strict=False)]
 Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 
 
+class _NeoHookean(_Table):
+    model: Literal["neo-hookean"]
+    mu_MPa: Number
+
+
+class _Yeoh(_Table):
+    model: Literal["yeoh"]
+    c1_MPa: Number
+    c2_MPa: Number = 0.0
+    c3_MPa: Number = 0.0
+
+
+class _Ogden(_Table):
+    model: Literal["ogden"]
+    mu_MPa: Number
+    alpha: Number
+
+
+def _named_in_lower_case(table):
+    """A material's table with the people's names in small letters: "neo-Hookean" is "neo-hookean"."""
+    if isinstance(table, dict) and isinstance(table.get("model"), str):
+        return {**table, "model": table["model"].lower()}
+    return table
+
+
+_Material = Annotated[
+    Annotated[_NeoHookean | _Yeoh | _Ogden, Field(discriminator="model")], BeforeValidator(_named_in_lower_case)
+]
+
+
 class _Layer(_Table):
-    modulus_MPa: Number
+    modulus_MPa: Number | None = None
     nu: Number = 0.4999
+    material: _Material | None = None
 
 
 class _Dome(_Table):
@@ -76,6 +107,10 @@ class _FingerFile(_Table):
     gauges: list[_Gauge] = Field(min_length=1)
 
 
+_KINDS = ("dome", "slab", "surfaces", "neo-hookean", "yeoh", "ogden")
+"""What pydantic puts into the place of a problem although it is no key."""
+
+
 def read_design(path: Path) -> dict:
     """The checked tables of a design file as nested plain values, under the keys of the file.
 
@@ -99,7 +134,7 @@ def _first_problem(error: ValidationError) -> str:
     """The first problem of a validation as one line: key, message, value."""
     # A misspelt key is both unknown and missing: the unknown one tells more
     problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-    key = ".".join(str(part) for part in problem["loc"] if part not in ("dome", "slab", "surfaces"))
+    key = ".".join(str(part) for part in problem["loc"] if part not in _KINDS)
     if problem["type"] == "extra_forbidden":
         return f"unknown key {key}"
     if problem["type"] == "missing":

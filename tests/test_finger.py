@@ -9,6 +9,7 @@ import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError, PapillaError
 from papilla.finger import DEFAULT_FINGER, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.materials import NeoHookean, Ogden, Yeoh
 
 TEXT = DEFAULT_FINGER.read_text()
 SLAB = """
@@ -164,6 +165,66 @@ def test_hashes_of_surface_files_follow_their_bytes(load, tmp_path):
     (tmp_path / "skin.stl").unlink()
     with pytest.raises(FileAccessError, match="cannot read surface file .*skin.stl: No such file"):
         _ = load(SURFACES).sha256
+
+
+# ---- Material cards
+
+CARDS = {
+    'model = "neo-Hookean", mu_MPa = 0.0403': NeoHookean(0.0403),
+    'model = "yeoh", c1_MPa = 0.02015, c3_MPa = 0.001': Yeoh(0.02015, 0.0, 0.001),
+    'model = "ogden", mu_MPa = 0.0403, alpha = 3.25': Ogden(0.0403, 3.25),
+}
+
+
+def with_card(modulus: str, card: str) -> str:
+    return edit("modulus_MPa = 0.136\n", f"{modulus}\nmaterial = {{ {card} }}\n")
+
+
+@pytest.mark.parametrize("text, card", CARDS.items(), ids=lambda value: type(value).__name__)
+def test_a_card_gives_its_layer_the_small_strain_modulus(load, text, card):
+    layer = load(with_card("", text)).outer
+    assert layer.material == card
+    assert layer.modulus == pytest.approx(2 * 0.0403 * 1.4999, rel=1e-12)
+    assert layer == Layer.of(card, 0.4999)
+    both = load(with_card("modulus_MPa = 0.121", text)).outer
+    assert both == Layer(0.121, 0.4999, card), "three digits of one modulus agree with three of the other"
+
+
+def test_a_card_changes_the_hash_and_only_then(load):
+    default = Finger.default()
+    assert default.sha256 == "6805f8ba7854cd3a4185836baee161ef7c6d1d11da25d2799322eadfc78eb9f6"
+    assert "material" not in json.dumps(default.describe())
+    cards = [load(with_card("", text)) for text in CARDS]
+    assert len({default.sha256, *(finger.sha256 for finger in cards)}) == 4
+    assert {finger.geometry_sha256 for finger in cards} == {default.geometry_sha256}
+    assert cards[2].describe()["outer"]["material"] == {"kind": "ogden", "mu": 0.0403, "alpha": 3.25}
+    json.dumps(cards[2].describe(), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    "modulus, card, message",
+    [
+        (
+            "modulus_MPa = 0.2",
+            'model = "yeoh", c1_MPa = 0.05',
+            "[outer] modulus 0.2 MPa is not that of its yeoh material, 0.3 MPa: leave the modulus out",
+        ),
+        ("", 'model = "cube"', "outer.material: input tag 'cube' found using 'model' does not match"),
+        ("", "mu_MPa = 1", "outer.material: unable to extract tag using discriminator 'model'"),
+        ("", 'model = "yeoh"', "key outer.material.c1_MPa is missing"),
+        ("", 'model = "ogden", mu_MPa = 0.1, alpha = 0', "[outer] Ogden alpha must not be 0"),
+        ("", 'model = "ogden", mu_MPa = -1, alpha = 2', "[outer] Ogden mu (MPa) must be greater than 0, got -1"),
+        ("", 'model = "ogden", mu = 0.1, alpha = 2', "unknown key outer.material.mu"),
+        ("", 'model = "neo-hookean", mu_MPa = "soft"', "outer.material.mu_MPa: input should be a valid number"),
+    ],
+)
+def test_unusable_cards(load, modulus, card, message):
+    assert message in refusal(load, with_card(modulus, card))
+
+
+def test_a_card_is_a_material():
+    with pytest.raises(InputError, match="layer material must be NeoHookean, Yeoh or Ogden, got float"):
+        Layer(0.1, 0.4999, 0.033)
 
 
 # ---- What does not load: one line that names the file and the key

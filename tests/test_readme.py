@@ -1,4 +1,4 @@
-"""README's Python example runs as printed, and its commands exist."""
+"""README's Python examples run as printed, and its commands exist."""
 
 import re
 from pathlib import Path
@@ -8,20 +8,20 @@ import pytest
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
-def example() -> str:
-    """The first block of Python in the README."""
-    return re.search(r"```python\n(.*?)```", README, re.DOTALL).group(1)
+EXAMPLES = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 
 
-def test_the_example_is_short():
-    assert len(example().splitlines()) <= 25
+def test_the_examples_are_short():
+    assert EXAMPLES and all(len(example.splitlines()) <= 25 for example in EXAMPLES)
 
 
 @pytest.mark.slow
-def test_the_example_runs_as_printed(tmp_path, monkeypatch, capsys):
+def test_the_examples_run_as_printed_one_after_the_other(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    exec(compile(example(), "README.md", "exec"), {"__name__": "__main__"})
-    assert capsys.readouterr().out.strip()
+    names = {"__name__": "__main__"}
+    for example in EXAMPLES:
+        exec(compile(example, "README.md", "exec"), names)
+        assert capsys.readouterr().out.strip()
 
 
 def test_the_commands_exist():

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import typer
 
+from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.press import press
@@ -28,6 +29,7 @@ app.command()(press)
 app.command()(estimate)
 app.command()(view)
 app.command()(verify)
+app.command()(bench)
 
 
 def _show_version(wanted: bool) -> None:

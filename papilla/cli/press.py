@@ -28,7 +28,7 @@ def press(
     radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
     at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
     fidelity: Annotated[
-        Fidelity, typer.Option(help="auto: the cheapest linear rung within 2 %; finite: large strain, seconds.")
+        Fidelity, typer.Option(help="auto: the cheaper of hertz and contact within 2 %; finite: large strain, seconds.")
     ] = "auto",
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,

@@ -9,7 +9,7 @@ doi:10.1016/0305-0548(94)90106-6). All decisions are signs, so rescaled units ch
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from papilla.errors import SolverError
 
@@ -72,14 +72,10 @@ def _solve_active(compliance, mass, gap, active, force, indentation) -> tuple[np
     if not active.any():
         return pressure, float(indentation)
     index = np.flatnonzero(active)
-    try:
-        factor = cho_factor(compliance[np.ix_(index, index)], lower=True, overwrite_a=True, check_finite=False)
-    except np.linalg.LinAlgError as error:
-        raise SolverError(
-            "the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen"
-        ) from error
-    both = np.column_stack([mass[index], gap[index]])
-    per_depth, offset = cho_solve(factor, both, check_finite=False).T
+    factor, failed = dpotrf(compliance[np.ix_(index, index)].T, lower=True, overwrite_a=True, clean=False)
+    if failed:
+        raise SolverError("the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen")
+    per_depth, offset = dpotrs(factor, np.stack([mass[index], gap[index]]).T, lower=True)[0].T
     depth = indentation if force is None else (force + mass[index] @ offset) / (mass[index] @ per_depth)
     pressure[index] = depth * per_depth - offset
     return pressure, float(depth)

@@ -7,8 +7,9 @@ import numpy as np
 from papilla.errors import ContactRangeError
 from papilla.fem.compliance import quadrature
 from papilla.fem.contact import ContactSolution, solve_contact
-from papilla.fem.ellipse import contact_shape
-from papilla.fem.hertz import hertz_scene
+from papilla.fem.ellipse import ContactShape, contact_shape
+from papilla.fem.hertz import HertzScene, hertz_scene
+from papilla.fem.hertz_table import hertz_table
 from papilla.fem.reduced import ReducedFinger
 from papilla.fem.scene import Press, press_result
 from papilla.specimen import Block, Specimen, Sphere
@@ -22,6 +23,9 @@ for: two meshes differ by up to 4.6 % there (`papilla verify --only places`)."""
 
 DEEPEST = 0.5
 """Share of the soft tissue, or of a bonded block, that a press may take up before it is refused."""
+
+SAME_ELLIPSE = 0.1
+"""Difference of area from that of the Hertz rung, up to which its layer term is taken for that of the contact."""
 
 BESIDE = 1e3
 """Gap beside a ball, in ball radii: far beyond any contact."""
@@ -55,7 +59,7 @@ def contact_press(
         radius = float(np.hypot(*patch.xy[patch.rim].T).min())
         raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
     total = float(reduced.multiplicity * patch.mass @ solution.pressure)
-    shape = contact_shape(patch, solution.pressure)
+    shape = _shape(reduced, specimen, solution.pressure, total)
     resolved, status = _resolution(reduced, solution, shape.area)
     strain, curvature = reduced.strain_rows @ solution.pressure, reduced.curvature_rows @ solution.pressure
     return press_result(
@@ -79,12 +83,40 @@ def contact_press(
 
 def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
     """Active nodes (n,) of the Hertz rung, or None where it has no answer; only where the search starts."""
-    try:
-        a, b = hertz_scene(reduced, specimen, force, indentation).semi_axes
-    except ContactRangeError:
+    scene = _hertzian(reduced, specimen, force, indentation)
+    if scene is None:
         return None
     x, y = reduced.patch.xy.T
-    return (x / a) ** 2 + (y / b) ** 2 < 1
+    return (x / scene.semi_axes[0]) ** 2 + (y / scene.semi_axes[1]) ** 2 < 1
+
+
+def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShape:
+    """Area and peak of the nodal pressure (n,), the layer term from the Hertz rung where both see the same ellipse."""
+    scene = _hertzian(reduced, specimen, force, None)
+    if scene is not None:
+        shape = contact_shape(reduced.patch, pressure, scene.layer_term)
+        if abs(np.pi * np.prod(scene.semi_axes) / shape.area - 1) < SAME_ELLIPSE:
+            return shape
+    return contact_shape(reduced.patch, pressure)
+
+
+def _hertzian(reduced, specimen, force, indentation) -> HertzScene | None:
+    if not _has_table(reduced, specimen):
+        return None
+    try:
+        return hertz_scene(reduced, specimen, force, indentation)
+    except ContactRangeError:
+        return None
+
+
+@lru_cache(maxsize=64)
+def _has_table(reduced, specimen) -> bool:
+    """Whether the Hertz rung knows this finger and specimen; asked once, for the answer takes as long as the table."""
+    try:
+        hertz_table(reduced, specimen)
+    except ContactRangeError:
+        return False
+    return True
 
 
 @lru_cache(maxsize=64)
@@ -123,15 +155,16 @@ def _resolution(reduced: ReducedFinger, solution: ContactSolution, area: float) 
 
 def _refuse_deep_parts(reduced: ReducedFinger, specimen: Specimen, solution: ContactSolution) -> None:
     """Refuse what small-strain theory cannot mean: half of the soft tissue, or of a bonded block, gone."""
-    mass = reduced.patch.mass
-    own = float((reduced.compliance @ solution.pressure / mass).max())
+    moved = reduced.compliance @ solution.pressure
+    own = float((moved / reduced.patch.mass).max())
     if own > DEEPEST * reduced.depth:
         raise ContactRangeError(
             f"the press reaches {own:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
             f"more than {100 * DEEPEST:g} % is beyond the model"
         )
     if isinstance(specimen, Block):
-        taken = float((reduced.specimen_compliance(specimen) @ solution.pressure / mass).max())
+        both = _total_compliance(reduced, specimen) @ solution.pressure
+        taken = float(((both - moved) / reduced.patch.mass).max())
         if taken > DEEPEST * specimen.thickness:
             raise ContactRangeError(
                 f"the press takes {taken:.3g} mm off a block of {specimen.thickness:g} mm: "

@@ -1,9 +1,9 @@
 """Contact area and peak pressure from the moments of the nodal pressure.
 
 Counting active nodes steps by a whole row of elements, and single nodes overshoot at the edge; moments are as smooth
-and accurate as the gauge rows. The pressure is taken as F / (pi a b) [(1 - q) 3/2 sqrt(1 - u) + q 5/2 (1 - u)^(3/2)]
-with u = (x/a)^2 + (y/b)^2: Hertz's, and one term more for layers; its second and fourth moments give a, b and q in
-closed form.
+and accurate as the gauge rows. The pressure is taken as `papilla.fem.profile` has it; its second and fourth moments
+give a, b and q in closed form. The fourth is at the mercy of the edge: where few elements lie across the contact, q is
+that of the Hertz rung, which takes it from the energy.
 """
 
 from dataclasses import dataclass
@@ -12,11 +12,7 @@ import numpy as np
 
 from papilla.fem.compliance import quadrature
 from papilla.fem.patch import Patch
-
-_SECOND = (2 / 5, 2 / 7)
-_FOURTH = (8 / 35, 8 / 63)
-_SIXTH = (16 / 105, 16 / 231)
-"""Moments of u, u^2 and u^3 under the two profiles, per unit force."""
+from papilla.fem.profile import FLATTEST, FOURTH, SECOND, SHARPEST, SIXTH, mean_square, peak_over_mean
 
 TRUSTED = 0.05
 """Mismatch of the sixth moment above which the contact is no such ellipse (a slab's line contact, say)."""
@@ -24,8 +20,8 @@ TRUSTED = 0.05
 CUT_OFF = 0.01
 """Share of the peak pressure that, at the patch's outline, means that the contact is cut off there."""
 
-RESOLVING_ELEMENTS = 4.0
-"""Elements across the contact radius that tell q from the mesh's noise; with fewer, q goes to Hertz's 0."""
+TELLING_ELEMENTS, RESOLVING_ELEMENTS = 4.0, 8.0
+"""Elements across the contact radius from which the moments tell q better than Hertz's 0, and than the energy's q."""
 
 EDGE_BAND = 0.5
 """Elements around the edge by which the active nodes of a true ellipse may differ from it (0.36 was measured at most; a
@@ -41,64 +37,52 @@ class ContactShape:
     elliptic: bool
 
 
-def contact_shape(patch: Patch, pressure: np.ndarray) -> ContactShape:
-    """Area and peak of a nodal pressure (n,) in MPa on a patch with all its images."""
+def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None = None) -> ContactShape:
+    """Area and peak of a nodal pressure (n,) in MPa on a patch with all its images.
+
+    `expected_q` is the profile's layer term as the energy has it, for contacts too small for their moments to tell.
+    """
     points, weights, hats = quadrature(patch)
     load = weights * (hats @ pressure)
-    share = load / load.sum()
+    total = float(load.sum())
+    share = load / total
     mirrored = (patch.images < 0).any(axis=0)
-    centred = points - np.where(mirrored, 0.0, share @ points)
-    covariance = centred.T @ (share[:, None] * centred)
-    if mirrored.any():
-        covariance = np.diag(np.diag(covariance))
+    x, y = (points - np.where(mirrored, 0.0, share @ points)).T
+    xx, yy = float(share @ x**2), float(share @ y**2)
+    xy = 0.0 if mirrored.any() else float(share @ (x * y))
+    determinant = xx * yy - xy**2
     counted = ContactShape(len(patch.images) * float(patch.mass[pressure > 0].sum()), float(pressure.max()), False)
     # Cut off by the skin's own edge, as on a slab, it is no ellipse either
     cut_off = pressure[patch.outline].max() > CUT_OFF * pressure.max()
-    if cut_off or np.linalg.det(covariance) <= 0:
+    if cut_off or determinant <= 0:
         return counted
-    square = np.einsum("ki,ij,kj->k", centred, np.linalg.inv(covariance), centred) / 2
-    solution = _profile(float(share @ square**2))
-    if solution is None:
+    square = (yy * x**2 - 2 * xy * x * y + xx * y**2) / (2 * determinant)
+    q = _layer_term(float(share @ square**2))
+    if q is None:
         return counted
-    q, scale = solution
-    sixth = scale**3 * ((1 - q) * _SIXTH[0] + q * _SIXTH[1])
+    sixth = ((1 - q) * SIXTH[0] + q * SIXTH[1]) / mean_square(q) ** 3
     if abs(sixth / float(share @ square**3) - 1) > TRUSTED:
         return counted
     # By Hertz alone the radius is nearly right already: enough to count the elements across it
     edge = patch.edge_length[pressure > 0].mean()
-    elements = np.sqrt(2 * np.sqrt(np.linalg.det(covariance)) / _SECOND[0]) / edge
-    q /= 1 + (RESOLVING_ELEMENTS / elements) ** 6
-    area = 2 * np.pi * _scale(q) * float(np.sqrt(np.linalg.det(covariance)))
+    spread = float(np.sqrt(determinant))
+    elements = float(np.sqrt(2 * spread / SECOND[0]) / edge)
+    known, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
+    q = known + (q - known) / (1 + (needed / elements) ** 6)
+    area = 2 * np.pi * spread / mean_square(q)
     if abs(area - counted.area) > EDGE_BAND * edge * 2 * np.sqrt(np.pi * area):
         return counted
-    mean = len(patch.images) * float(load.sum()) / area
-    return ContactShape(area, mean * _peak_over_mean(q), True)
+    mean = len(patch.images) * total / area
+    return ContactShape(area, mean * peak_over_mean(q), True)
 
 
-def _profile(fourth: float) -> tuple[float, float] | None:
-    """(q, scale of u) from the mean of the squared normalised radius; None where the family has no such member."""
-    d1, d2 = _SECOND[0] - _SECOND[1], _FOURTH[0] - _FOURTH[1]
-    roots = np.roots([fourth * d1**2, d2 - 2 * _SECOND[0] * d1 * fourth, _SECOND[0] ** 2 * fourth - _FOURTH[0]])
-    roots = roots[np.isreal(roots)].real
-    if len(roots) == 0:
+def _layer_term(fourth: float) -> float | None:
+    """q from the mean of the squared normalised radius; None where the family has no such member."""
+    d1, d2 = SECOND[0] - SECOND[1], FOURTH[0] - FOURTH[1]
+    square, linear = fourth * d1**2, d2 - 2 * SECOND[0] * d1 * fourth
+    constant = SECOND[0] ** 2 * fourth - FOURTH[0]
+    discriminant = linear**2 - 4 * square * constant
+    if discriminant < 0:
         return None
-    q = float(roots[np.abs(roots).argmin()])
-    # Outside, the pressure would be negative at the centre or at the edge
-    if not -1.5 <= q <= 1:
-        return None
-    return q, _scale(q)
-
-
-def _scale(q: float) -> float:
-    """Scale of u that makes its mean, 1 by construction, that of the profile."""
-    return 1 / (_SECOND[0] - (_SECOND[0] - _SECOND[1]) * q)
-
-
-def _peak_over_mean(q: float) -> float:
-    """Largest value of (1 - q) 3/2 t + q 5/2 t^3 over 0 <= t <= 1."""
-    values = [1.5 * (1 - q) + 2.5 * q]
-    if q < 0:
-        t = np.sqrt((1 - q) / (-5 * q))
-        if t < 1:
-            values.append(1.5 * (1 - q) * t + 2.5 * q * t**3)
-    return float(max(values))
+    q = -2 * constant / (linear + np.copysign(np.sqrt(discriminant), linear))
+    return float(q) if FLATTEST <= q <= SHARPEST else None

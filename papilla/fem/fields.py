@@ -6,10 +6,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.elasticity import TaylorHood, parity_signs
 from papilla.fem.model import FingerModel, image_of
 from papilla.fem.reduced import ReducedFinger
 from papilla.fem.scene import Press
+from papilla.fem.space import Space, parity_signs
 from papilla.mesh.layered import LayeredMesh
 
 
@@ -24,8 +24,9 @@ class Field:
 
 def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
     """The field of a press of `reduced`, which must come from `model`; raises `InputError` where it does not."""
-    if (reduced.finger_sha256, reduced.mesh_sha256) != (model.finger.sha256, model.mesh.sha256):
-        raise InputError("the reduced finger does not come from this model: finger or mesh differ")
+    theirs = (reduced.finger_sha256, reduced.mesh_sha256, reduced.element)
+    if theirs != (model.finger.sha256, model.mesh.sha256, model.space.name):
+        raise InputError("the reduced finger does not come from this model: finger, mesh or element differ")
     space, mesh = model.space, model.mesh
     displacement = np.zeros((len(mesh.points), 3))
     strain = np.zeros((len(mesh.tets), 3, 3))
@@ -80,13 +81,13 @@ def _fold(mesh: LayeredMesh, points: np.ndarray, cell_points: np.ndarray) -> tup
     return cKDTree(cell_points).query(folded)[1], images
 
 
-def _centroid_strain(space: TaylorHood, solution: np.ndarray) -> np.ndarray:
-    """Small strain (cells, 3, 3) of a P2 displacement: its mean over each cell, which is the value at the centroid."""
+def _centroid_strain(space: Space, solution: np.ndarray) -> np.ndarray:
+    """Small strain (cells, 3, 3) of a displacement: its mean over each cell, which is the value at the centroid."""
     basis = space.displacement
     corners = space.mesh.points[space.mesh.tets]
     inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
     centre = np.full((3, 1), 0.25)
-    local = np.stack([basis.elem.lbasis(centre, i)[1][:, 0] for i in range(10)])
+    local = np.stack([basis.elem.lbasis(centre, i)[1][:, 0] for i in range(len(basis.element_dofs))])
     gradients = np.einsum("ni,cij->cnj", local, inverse)
     values = solution[basis.element_dofs.T]
     gradient = np.einsum("cni,cnj->cij", values, gradients)

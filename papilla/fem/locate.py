@@ -1,4 +1,4 @@
-"""Values of P2 fields at given points: a point locator that tolerates points a little outside the cells.
+"""Values of displacement fields at given points: a point locator that tolerates points a little outside the cells.
 
 Gauge points lie on the exact interface, up to a sagitta off the faceted one, and cell faces are hit at machine
 precision; the cell that holds a point best is taken, and its polynomial is evaluated where the point is.
@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.elasticity import TaylorHood
+from papilla.fem.space import Space
 
 CANDIDATES = 80
 """Cells looked at for each point, nearest centroids first."""
@@ -18,20 +18,20 @@ TOLERANCE = 0.25
 """How negative the smallest barycentric coordinate may be before a point counts as outside the mesh."""
 
 
-def interpolation(space: TaylorHood, points: np.ndarray) -> sp.csr_matrix:
-    """Matrix (k, nodes) that evaluates a scalar P2 field at `points` (k, 3), in mm, of the cell.
+def interpolation(space: Space, points: np.ndarray) -> sp.csr_matrix:
+    """Matrix (k, nodes) that evaluates a component of the displacement at `points` (k, 3), in mm, of the cell.
 
     Raises `InputError` for a point outside the mesh.
     """
     cells, local = locate(space, points)
-    element = space.displacement.elem
-    values = np.stack([element.lbasis(local.T, i)[0] for i in range(10)], axis=1)
     columns = space.displacement.element_dofs.T[cells]
-    rows = np.repeat(np.arange(len(points)), 10)
+    functions = range(columns.shape[1])
+    values = np.stack([space.displacement.elem.lbasis(local.T, i)[0] for i in functions], axis=1)
+    rows = np.repeat(np.arange(len(points)), len(functions))
     return sp.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(len(points), space.nodes))
 
 
-def locate(space: TaylorHood, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cell number (k,) and reference coordinates (k, 3) of each point; raises `InputError` for one outside."""
     corners = space.mesh.points[space.mesh.tets]
     tree = cKDTree(corners.mean(axis=1))

@@ -12,13 +12,17 @@ import scipy.sparse as sp
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.fem.assembly import restricted, scaled
 from papilla.fem.compliance import half_space_compliance
-from papilla.fem.elasticity import SYMMETRIC, TaylorHood, lame, parity_signs
+from papilla.fem.elasticity import lame
+from papilla.fem.elements import DEFAULT_ELEMENT, space_of
 from papilla.fem.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
 from papilla.fem.locate import interpolation
+from papilla.fem.memory import refuse_reduction
 from papilla.fem.patch import Frame, LoadedPatch, build_patch
 from papilla.fem.reduced import ReducedFinger
-from papilla.fem.solver import Factor, factorise
+from papilla.fem.solver import BATCH, Factor, factorise
+from papilla.fem.space import SYMMETRIC, parity_signs
 from papilla.finger import Finger, Layer
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import surfaces_of
@@ -31,15 +35,19 @@ STABILISATION = 1e-5
 
 
 class FingerModel:
-    """Linear elasticity of `finger` on `mesh` (mm, MPa)."""
+    """Linear elasticity of `finger` on `mesh` (mm, MPa).
 
-    def __init__(self, finger: Finger, mesh: LayeredMesh):
+    `element` is "Taylor-Hood", or "P2" or "P1" in displacements alone: these lock near nu = 0.5, and are there to be
+    priced (`papilla.fem.pure_displacement`). Raises `InputError` for another name, or a mesh that is not the finger's.
+    """
+
+    def __init__(self, finger: Finger, mesh: LayeredMesh, element: str = DEFAULT_ELEMENT):
         if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
             raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
         self.finger = finger
         self.mesh = mesh
         self.surfaces = surfaces_of(finger)
-        self.space = TaylorHood(mesh.cell())
+        self.space = space_of(element, mesh.cell())
         self._factors: dict[tuple[int, int], tuple[np.ndarray, Factor]] = {}
 
     @cached_property
@@ -52,9 +60,11 @@ class FingerModel:
         """Condense the finger to contact compliance and gauge influence for a specimen that touches down at `at`.
 
         `at` is (x, y) in mm; the specimen comes along the skin's inward normal there. Raises `InputError` where there
-        is no skin, `SolverError` where the equations cannot be solved.
+        is no skin, `MemoryEstimateError` where the mesh is too fine for the memory left, `SolverError` where the
+        equations cannot be solved.
         """
         loaded, parities = self._patch(at)
+        refuse_reduction(self.space, len(loaded.patch.xy), len(set(parities) - set(self._factors)))
         strain, curvature = self._gauge_functionals()
         compliance, rows = self._condense(loaded, parities, strain + curvature)
         gauges = self.finger.gauges
@@ -74,34 +84,33 @@ class FingerModel:
             half_space=half_space_compliance(loaded.patch),
             strain_rows=rows[: len(gauges)],
             curvature_rows=rows[len(gauges) :],
+            element=self.space.name,
         )
 
     def cell_displacements(self, pressure: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
-        """Parity -> displacement (P2 nodes of the cell, 3) in mm under nodal patch pressures (n,) in MPa."""
+        """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,) in MPa."""
         loaded, parities = self._patch(at)
         if np.shape(pressure) != (len(loaded.patch.xy),):
             raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(pressure)}")
         solutions = {}
         for parity in parities:
-            load = loaded.loads(parity, self.space.nodes) @ pressure[:, None]
+            load = loaded.loads(parity) @ pressure[:, None]
             solutions[parity] = self._solve(parity, load)[:, 0].reshape(-1, 3) / len(parities)
         return solutions
 
     def gauge_adjoints(self) -> dict:
-        """Parity -> displacement (P2 nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
+        """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
         newton of force there, component by component (reciprocity)."""
         strain, _ = self._gauge_functionals()
         parities = self._all_parities()
-        return {
-            parity: self._solve(parity, self._rows(strain, parity).T).reshape(-1, 3, len(strain)) / len(parities)
-            for parity in parities
-        }
+        loads = {parity: self._rows(strain, parity).T.toarray() / len(parities) for parity in parities}
+        return {parity: self._solve(parity, load).reshape(-1, 3, len(strain)) for parity, load in loads.items()}
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
         """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""
         if parity not in self._factors:
             free = self.space.free(parity, self.mesh.mirrors)
-            matrix = _restrict(self._matrix, free)
+            matrix = restricted(self.matrix, free)
             negative = int(free[3 * self.space.nodes :].sum())
             self._factors[parity] = free, factorise(matrix, negative, stabilised=self._stabilised(matrix, free))
         return self._factors[parity]
@@ -117,18 +126,17 @@ class FingerModel:
         return np.repeat([(mu * length) ** -0.5, (mu / length**3) ** 0.5], [3 * self.space.nodes, self.space.pressures])
 
     @cached_property
-    def _matrix(self) -> sp.csc_matrix:
-        return self._scaled(self.space.matrix(self.layers))
-
-    def _scaled(self, matrix: sp.csc_matrix) -> sp.csc_matrix:
-        return (sp.diags(self._scale) @ matrix @ sp.diags(self._scale)).tocsc()
+    def matrix(self) -> sp.csc_matrix:
+        """Lower triangle of the assembled matrix, free of units, boundary conditions not yet removed."""
+        return scaled(self.space.matrix(self.layers), self._scale)
 
     def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
         """The matrix with some pressure mass added where a layer is so incompressible that it has next to none."""
         empty = [number for number, layer in self.layers.items() if _compressibility_ratio(layer) < INCOMPRESSIBLE]
         for number in empty:
             mu = lame(self.layers[number])[0]
-            matrix = matrix - STABILISATION / mu * _restrict(self._scaled(self.space.parts["mass", number]), free)
+            mass = scaled(self.space.part("mass", number), self._scale)
+            matrix = matrix - STABILISATION / mu * restricted(mass, free)
         return matrix.tocsc() if empty else None
 
     def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
@@ -162,32 +170,29 @@ class FingerModel:
         strain = [strain_functional(gauge, frame, interface) for gauge, frame in pairs]
         return strain, [curvature_functional(gauge, frame, interface) for gauge, frame in pairs]
 
-    def _rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> np.ndarray:
+    def _rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> sp.csr_matrix:
         """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
         points = np.concatenate([functional.points for functional in functionals])
         weights = np.concatenate([functional.weights for functional in functionals])
         images = image_of(points, self.mesh.mirrors)
         signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
         values = interpolation(self.space, points * np.column_stack([images, np.ones(len(points), dtype=int)]))
-        owner = np.repeat(np.arange(len(functionals)), [len(functional.points) for functional in functionals])
-        rows = np.zeros((len(functionals), self.space.nodes, 3))
-        for component in range(3):
-            pick = sp.csr_matrix(
-                ((weights * signs)[:, component], (owner, np.arange(len(points)))),
-                shape=(len(functionals), len(points)),
-            )
-            rows[:, :, component] = (pick @ values).toarray()
-        return rows.reshape(len(functionals), -1)
+        starts = np.cumsum([0] + [3 * len(functional.points) for functional in functionals])
+        shape = (len(functionals), 3 * len(points))
+        pick = sp.csr_matrix(((weights * signs).ravel(), np.arange(3 * len(points)), starts), shape=shape)
+        return pick @ sp.kron(values, sp.eye(3), format="csr")
 
     def _condense(self, loaded, parities, functionals) -> tuple[np.ndarray, np.ndarray]:
         """Patch compliance (n, n) and functional rows (k, n) against nodal pressure."""
         n = len(loaded.patch.xy)
         compliance, influence = np.zeros((n, n)), np.zeros((len(functionals), n))
         for parity in parities:
-            loads = loaded.loads(parity, self.space.nodes)
-            solution = self._solve(parity, loads)
-            compliance += loads.T @ solution / len(parities)
-            influence += self._rows(functionals, parity) @ solution / len(parities)
+            loads, rows = loaded.loads(parity), self._rows(functionals, parity)
+            for first in range(0, n, BATCH):
+                block = slice(first, first + BATCH)
+                solution = self._solve(parity, loads[:, block].toarray()) / len(parities)
+                compliance[:, block] += loads.T @ solution
+                influence[:, block] += rows @ solution
         return (compliance + compliance.T) / 2, influence
 
     def _depth(self, frame: Frame) -> float:
@@ -206,10 +211,6 @@ def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
     for axis in ("xyz".index(name) for name in mirrors):
         images[points[:, axis] < 0, axis] = -1
     return images
-
-
-def _restrict(matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix:
-    return matrix[:, free].tocsr()[free].tocsc()
 
 
 def _compressibility_ratio(layer: Layer) -> float:

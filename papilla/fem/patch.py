@@ -10,15 +10,15 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import BilinearForm, ElementTetP1, ElementTetP2, FacetBasis, LinearForm
+from skfem import BilinearForm, ElementTetP1, FacetBasis, LinearForm
 
 from papilla.errors import InputError
-from papilla.fem.elasticity import TaylorHood, parity_signs
+from papilla.fem.space import Space, parity_signs
 from papilla.mesh.layered import LayeredMesh
 from papilla.mesh.surfaces import Surface
 
 LOAD_QUADRATURE_ORDER = 4
-"""For products of P2 displacement, P1 pressure and the gap on the skin's triangles."""
+"""For products of up to quadratic displacement, P1 pressure and the gap on the skin's triangles."""
 
 STEEPEST = 0.2
 """Cosine between skin and contact plane below which the skin can no longer be part of a patch."""
@@ -97,24 +97,24 @@ class Patch:
 @dataclass(frozen=True, eq=False)
 class LoadedPatch:
     """A patch with what couples it to the displacement: for each image of the cell, (nodes of the cell, n) integrals of
-    P2 shape function times hat function over the contact plane."""
+    displacement shape function times hat function over the contact plane."""
 
     patch: Patch
     frame: Frame
     couplings: dict[tuple[int, int], sp.csr_matrix]
 
-    def loads(self, parity: tuple[int, int], nodes: int) -> np.ndarray:
+    def loads(self, parity: tuple[int, int]) -> sp.csc_matrix:
         """Displacement load (3 * nodes, n) of a unit pressure at each patch node, for fields of one parity."""
         normal = self.frame.axes[2]
-        columns = len(self.patch.xy)
-        loads = np.zeros((nodes, 3, columns))
-        for image, coupling in self.couplings.items():
-            loads -= coupling.toarray()[:, None, :] * (parity_signs(parity, image) * normal)[:, None]
-        return loads.reshape(3 * nodes, columns)
+        parts = [
+            sp.kron(coupling, -(parity_signs(parity, image) * normal)[:, None])
+            for image, coupling in self.couplings.items()
+        ]
+        return sum(parts[1:], start=parts[0]).tocsc()
 
 
 def build_patch(
-    space: TaylorHood, whole: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
+    space: Space, whole: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
 ) -> LoadedPatch:
     """The patch of `radius` mm around a contact frame.
 
@@ -175,8 +175,10 @@ def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
     chosen = near[triangles].all(axis=1) & facing & outward
     if not chosen.any():
         return None
-    p2 = FacetBasis(space.skmesh, ElementTetP2(), facets=facets[chosen], intorder=LOAD_QUADRATURE_ORDER)
-    p1 = FacetBasis(space.skmesh, ElementTetP1(), facets=facets[chosen], intorder=LOAD_QUADRATURE_ORDER)
+    moved, loaded = (
+        FacetBasis(space.skmesh, element, facets=facets[chosen], intorder=LOAD_QUADRATURE_ORDER)
+        for element in (space.scalar_element, ElementTetP1())
+    )
     normal = frame.axes[2] * mirror
 
     def projected(w):
@@ -187,9 +189,9 @@ def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
         return gap_of(skin, frame, points.reshape(-1, 3)).reshape(points.shape[:-1])
 
     vertices = np.unique(triangles[chosen])
-    mass = LinearForm(lambda v, w: v * projected(w)).assemble(p1)[vertices]
-    gap = LinearForm(lambda v, w: v * projected(w) * distance(w)).assemble(p1)[vertices]
-    coupling = BilinearForm(lambda u, v, w: u * v * projected(w)).assemble(p1, p2)[:, vertices]
+    mass = LinearForm(lambda v, w: v * projected(w)).assemble(loaded)[vertices]
+    gap = LinearForm(lambda v, w: v * projected(w) * distance(w)).assemble(loaded)[vertices]
+    coupling = BilinearForm(lambda u, v, w: u * v * projected(w)).assemble(loaded, moved)[:, vertices]
     outside = np.isin(vertices, np.unique(triangles[~chosen]))
     return _Piece(image, vertices, triangles[chosen], mass, gap, outside, coupling.tocsr())
 

@@ -29,6 +29,7 @@ class ReducedFinger:
     gains, levers : (g,) reading = gain * strain + lever (mm) * curvature change.
     depth : soft tissue below the touch-down point, mm.
     outer_modulus : E / (1 - nu^2) of the outer layer, MPa: what a vanishing contact feels.
+    element : that the finger was solved with.
     """
 
     finger_name: str
@@ -46,6 +47,7 @@ class ReducedFinger:
     half_space: np.ndarray
     strain_rows: np.ndarray
     curvature_rows: np.ndarray
+    element: str = "Taylor-Hood"
 
     @property
     def multiplicity(self) -> int:
@@ -71,6 +73,7 @@ class ReducedFinger:
             "gauge_names": list(self.gauge_names),
             "depth": self.depth,
             "outer_modulus": self.outer_modulus,
+            "element": self.element,
         }
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"patch_{item.name}": getattr(self.patch, item.name) for item in fields(Patch)}

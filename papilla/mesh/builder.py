@@ -10,6 +10,7 @@ from papilla.finger import Finger
 from papilla.mesh import cache as store
 from papilla.mesh.body import Body, body_of
 from papilla.mesh.layered import LayeredMesh
+from papilla.mesh.memory import refuse_size
 from papilla.mesh.mirroring import mirrored
 from papilla.mesh.packing import pack, unpack
 from papilla.mesh.reference import reference
@@ -54,8 +55,9 @@ def build(
     progress : called with a line of text about twice a second while the mesher runs.
     cache : look for the mesh among the shipped and the cached ones, and keep it (`papilla.mesh.cache`).
 
-    Raises `InputError` for a size or variant out of range or a gauge off the interface, `FileAccessError` and
-    `FileFormatError` for surface files, `MeshError` where the mesher fails or its mesh must not be used.
+    Raises `InputError` for a size or variant out of range or a gauge off the interface, `MemoryEstimateError` for a
+    mesh that could not be pressed in the memory left, `FileAccessError` and `FileFormatError` for surface files,
+    `MeshError` where the mesher fails or its mesh must not be used.
     """
     if isinstance(variant, bool) or not isinstance(variant, int) or variant < 0:
         raise InputError(f"variant must be a whole number >= 0, got {variant!r}")
@@ -78,6 +80,7 @@ def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: P
     checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
     sizing = Sizing(body.apex, size_mm, finger.patch_radius)
     keep_bone = finger.bone is not None
+    refuse_size(body, sizing, keep_bone)
     diagonal = float(np.linalg.norm(body.high - body.low))
     envelope = max(ENVELOPE, ENVELOPE_SIZES * size_mm / diagonal)
     points, tets = tetrahedralise(_soup(body, sizing, envelope, variant), progress)

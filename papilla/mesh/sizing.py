@@ -27,6 +27,10 @@ FAR_LIMIT_MM = 5.0
 
 DEPTH_STRETCH = 1.4
 
+CELLS_PER_VOLUME, FEWEST_CELLS = 9.5, 2500
+"""Tetrahedra in a volume of size^3, and those that the surfaces take whatever the size: with them the six meshes of the
+default finger from 2 to 0.35 mm (2632 to 40,157 tetrahedra) are predicted within 20 %."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
@@ -50,6 +54,10 @@ class Sizing:
         """Size (n,) in mm at points (n, 3)."""
         distance = np.linalg.norm((points - self.apex) * [1, 1, DEPTH_STRETCH], axis=1) / self.patch_radius
         return np.clip(self.near_mm * (1 + GROWTH * (distance - FINE_ZONE)), self.near_mm, self.far_mm)
+
+    def cell_count(self, points: np.ndarray, volume: float) -> float:
+        """Expected number of tetrahedra of a body sampled at points (n, 3), each standing for `volume` mm3."""
+        return FEWEST_CELLS + CELLS_PER_VOLUME * float((volume / self(points) ** 3).sum())
 
 
 def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

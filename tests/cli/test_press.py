@@ -105,3 +105,29 @@ def test_the_finite_rung_is_a_choice(papilla):
     assert facts["fidelity"] == "finite"
     assert facts["sd_microstrain"] == pytest.approx(linear["sd_microstrain"], rel=0.02)
     assert facts["sd_microstrain"] != linear["sd_microstrain"]
+
+
+def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(papilla, tmp_path, monkeypatch):
+    from papilla import memory
+    from papilla.finger import DEFAULT_FINGER
+
+    text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", "modulus_MPa = 0.1357")
+    (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(memory, "available_bytes", lambda: 2 * 10**8)
+    answer = papilla("press", "--modulus", 0.5, "--force", 0.1, "--finger", "finger.toml", "--json")
+    assert (answer.code, answer.out) == (2, "")
+    line = answer.err.splitlines()[-1]
+    assert line.startswith(
+        "papilla: factorising a mesh of 7,425 tetrahedra (37,489 unknowns, size_mm 0.7) needs about "
+    )
+    assert " GiB of memory, 0.19 GiB are free: mesh with size_mm >= " in line
+
+
+def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):
+    from papilla.finger import DEFAULT_FINGER
+
+    card = 'modulus_MPa = 0.136\nmaterial = { model = "Ogden", mu_MPa = 0.1, alpha = 3.0 }'
+    text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", card)
+    (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
+    message = "[outer] modulus 0.136 MPa is not that of its ogden material, 0.3 MPa"
+    assert message in refused("press", "--modulus", 0.5, "--force", 1, "--finger", "finger.toml")

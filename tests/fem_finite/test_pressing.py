@@ -191,6 +191,17 @@ def test_a_meshed_bone_takes_a_card_of_its_own(coarse, dome):
     assert soft.indentation > 1.05 * rigid.indentation
 
 
+def test_the_card_of_a_layer_is_used_unless_another_is_given(coarse):
+    finger, mesh = coarse
+    card = Ogden(0.136 / (2 * 1.4999), 6.0)
+    carded = dataclasses.replace(finger, outer=Layer.of(card))
+    plain, own = (press_finite(one, mesh, HalfSpace(10), force=1.0).sd for one in (finger, carded))
+    named = press_finite(finger, mesh, HalfSpace(10), force=1.0, materials={"outer": card}).sd
+    again = press_finite(carded, mesh, HalfSpace(10), force=1.0, materials={"outer": NeoHookean(card.mu)}).sd
+    assert own == pytest.approx(named, rel=1e-12) and again == pytest.approx(plain, rel=1e-9)
+    assert abs(own / plain - 1) > 1e-3
+
+
 def test_elongation_keeps_the_digits_of_a_small_change():
     chord = np.array([2.0, 1.0, 0.0])
     assert elongation(chord, 1e-13 * chord) == pytest.approx(1e-13, rel=1e-9)

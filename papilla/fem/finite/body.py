@@ -1,6 +1,6 @@
 """The finger's body at finite strain: internal forces and tangent of its Taylor-Hood cell, by batched products.
 
-Unknowns are those of `papilla.fem.elasticity.TaylorHood`: displacement 3 * node + component, then layer-wise pressures.
+Unknowns are those of `papilla.fem.taylor_hood`: displacement 3 * node + component, then layer-wise pressures.
 The reference configuration is the mesh; nothing loops over cells.
 """
 
@@ -12,8 +12,9 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, ElementTetP1, ElementTetP2
 
-from papilla.fem.elasticity import TaylorHood, lame
+from papilla.fem.elasticity import lame
 from papilla.fem.finite.constitutive import Kinematics, energy, response
+from papilla.fem.taylor_hood import TaylorHood
 from papilla.finger import Layer
 from papilla.materials import Material
 
@@ -119,7 +120,7 @@ class Body:
 
     def pressure_mass(self, number: int) -> sp.csc_matrix:
         """Mass matrix (free, free) of a layer's pressures, mm3."""
-        return self._restrict(self.space.parts["mass", number])
+        return self._restrict(self.space.part("mass", number))
 
     def _parts(self):
         """Each card with the mask (cells,) of its cells."""

@@ -9,14 +9,17 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.contact_rung import DEEPEST, RESOLVED_RADIUS
-from papilla.fem.elasticity import SYMMETRIC, TaylorHood, lame
+from papilla.fem.elasticity import lame
 from papilla.fem.ellipse import contact_shape
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, State, solve_level
 from papilla.fem.finite.readout import gauge_values
 from papilla.fem.finite.touching import Touching
+from papilla.fem.memory import refuse_finite
 from papilla.fem.patch import Frame, build_patch
 from papilla.fem.scene import Press
+from papilla.fem.space import SYMMETRIC
+from papilla.fem.taylor_hood import TaylorHood
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
@@ -46,14 +49,15 @@ def press_finite(
     Parameters
     ----------
     mesh : of `finger`; its mirror planes through the touch-down point are used, so the apex costs a quarter.
-    materials : "outer", "inner", "bone" -> `NeoHookean`, `Yeoh` or `Ogden`; a layer that is not named is neo-Hookean
-        with its own small-strain modulus. Poisson's ratio is always the layer's.
+    materials : "outer", "inner", "bone" -> `NeoHookean`, `Yeoh` or `Ogden`; a layer that is not named has the card of
+        the finger, and without one it is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
     at : (x, y) in mm where the specimen touches down, along the skin's inward normal.
     progress : called with a line for each load step.
 
     The `Press` has fidelity "finite", pressure per reference area projected on the contact plane, and peak pressure and
     contact area as they are in the deformed state. Raises `InputError` for unusable values, `ContactRangeError` where
-    the press leaves what the model covers, `SolverError` where no equilibrium is found.
+    the press leaves what the model covers, `MemoryEstimateError` where the mesh is too fine for the memory left,
+    `SolverError` where no equilibrium is found.
     """
     began = perf_counter()
     force, indentation = _check_scene(specimen, force, indentation)
@@ -84,6 +88,7 @@ class Scene:
         mesh = replace(mesh, mirrors=tuple(axis for axis in mesh.mirrors if frame.origin["xyz".index(axis)] == 0))
         space = TaylorHood(mesh.cell())
         loaded = build_patch(space, mesh, surfaces["skin"], frame, finger.patch_radius, bool(mesh.mirrors))
+        refuse_finite(space, len(loaded.patch.xy))
         body = Body(space, cards, space.free(SYMMETRIC, mesh.mirrors))
         return cls(finger, surfaces["interface"], mesh.mirrors, body, Touching(loaded, specimen))
 
@@ -113,7 +118,7 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
         layers["bone"] = finger.bone
     if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
         raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
-    cards = {name: Card(NeoHookean(lame(layer)[0]), layer.nu) for name, layer in layers.items()}
+    cards = {name: Card(layer.material or NeoHookean(lame(layer)[0]), layer.nu) for name, layer in layers.items()}
     for name, material in materials.items():
         if name not in layers:
             raise InputError(f"materials are for {', '.join(layers)}, got {name!r}")

@@ -12,9 +12,10 @@ import scipy.sparse as sp
 from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector, FacetBasis, LinearForm
 from skfem.helpers import ddot, div, dot, sym_grad
 
-from papilla.fem.elasticity import TaylorHood, lame
+from papilla.fem.elasticity import lame
 from papilla.fem.model import INCOMPRESSIBLE, STABILISATION
 from papilla.fem.solver import factorise
+from papilla.fem.taylor_hood import TaylorHood
 from papilla.finger import Layer
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh
 
@@ -99,7 +100,7 @@ class Discretisation:
         present = {int(k): lame(layers[int(k)]) for k in np.unique(self.mesh.layer)}
         empty = {k: mu for k, (mu, compressibility) in present.items() if mu * compressibility < INCOMPRESSIBLE}
         if empty:
-            masses = (self.space.parts["mass", k] * (STABILISATION / mu) for k, mu in empty.items())
+            masses = (self.space.part("mass", k) * (STABILISATION / mu) for k, mu in empty.items())
             stabilised = _reordered(matrix - sum(masses), order)
         return _reordered(matrix, order), stabilised
 

@@ -9,8 +9,9 @@ import scipy.sparse as sp
 
 from papilla.fem import FingerModel, ReducedFinger, press
 from papilla.fem.contact import solve_contact
-from papilla.fem.elasticity import SYMMETRIC, lame
+from papilla.fem.elasticity import lame
 from papilla.fem.patch import Frame, build_patch
+from papilla.fem.space import SYMMETRIC
 from papilla.finger import Dome, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
@@ -46,9 +47,9 @@ def _reciprocity() -> Iterator[Check]:
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
     loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
     adjoints = model.gauge_adjoints()
-    loads = loaded.loads(SYMMETRIC, model.space.nodes)
+    loads = loaded.loads(SYMMETRIC)
     # An apex press is symmetric in both planes: only that part of an adjoint, halved in each, does work with it
-    rows = len(adjoints) * adjoints[SYMMETRIC].reshape(len(loads), -1).T @ loads
+    rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
     worst = float(np.abs(rows - reduced.strain_rows).max() / np.abs(reduced.strain_rows).max())
     yield Check("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, TIGHT)
 
@@ -77,15 +78,15 @@ def _energy() -> Iterator[Check]:
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
     """Half of 2 mu eps : eps + p^2 / lambda over the cell, the pressure answering to the displacement, in N mm."""
     space, size = model.space, 3 * model.space.nodes
-    squeeze = (space.parts["divergence", -1][size:, :size] @ displacement)[:, None]
+    squeeze = (space.part("divergence")[size:, :size] @ displacement)[:, None]
     compressibility = sp.csc_matrix((space.pressures, space.pressures))
     energy = 0.0
     for number, layer in model.layers.items():
         mu, ratio = lame(layer)
-        shear = space.parts["shear", number][:size, :size]
+        shear = space.part("shear", number)[:size, :size]
         doubled = 2 * displacement @ (shear @ displacement) - displacement @ (shear.diagonal() * displacement)
         energy += mu * doubled / 2
-        lower = space.parts["mass", number][size:, size:]
+        lower = space.part("mass", number)[size:, size:]
         compressibility = compressibility + ratio * (lower + sp.tril(lower, -1).T)
     pressure = sp.linalg.spsolve(compressibility.tocsc(), squeeze[:, 0])
     return float(energy + squeeze[:, 0] @ pressure / 2)

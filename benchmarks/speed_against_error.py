@@ -1,0 +1,11 @@
+"""Speed against error of rungs, elements and meshes, beside other libraries: the table and plot of `papilla bench`.
+
+Run with `python benchmarks/speed_against_error.py [--short]`; options are those of the command.
+"""
+
+import sys
+
+from papilla.cli.main import run
+
+if __name__ == "__main__":
+    run(["bench", *sys.argv[1:]])

@@ -1,0 +1,91 @@
+"""`papilla bench`: speed against error of rungs, elements and meshes, and beside other libraries."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from papilla.cli.output import print_json, progress, say
+
+if TYPE_CHECKING:
+    from papilla.studies.bench import Bench
+
+PLOT = "speed_against_error.png"
+WIDTH = 130
+"""Characters that the table needs: away from a terminal it is not folded."""
+
+
+def bench(
+    finger: Annotated[Path | None, typer.Option(help="Design file; the default finger without it.")] = None,
+    short: Annotated[bool, typer.Option("--short", help="Coarse meshes and few rows.")] = False,
+    estimators: Annotated[bool, typer.Option("--estimators", help="Compare the estimators instead.")] = False,
+    out: Annotated[Path | None, typer.Option(help=f"Folder for {PLOT}; the working directory without it.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Price every rung, element and mesh: seconds and memory against the error to the finest mesh; a table and a plot.
+
+    Each row is measured in a process of its own. Other libraries (extra `peers`) make one press on the same mesh, where
+    they are installed. What the rungs are off by is kept for `papilla press --fidelity auto`, but not by --short.
+    All of it takes several minutes, most of them for rung finite and the finest mesh.
+    """
+    from papilla.errors import InputError
+
+    if estimators:
+        if finger is not None:
+            raise InputError("--finger is for the rungs, not for --estimators")
+        from papilla.cli.bench_estimators import bench_estimators
+
+        bench_estimators(short, out, as_json)
+        return
+    from papilla.files import check_writable
+    from papilla.finger import Finger
+    from papilla.studies import bench as study
+    from papilla.studies.bench.peers import missing_peers, run_peers
+    from papilla.studies.bench.plot import write_plot
+    from papilla.studies.pricing import price
+
+    folder = out or Path.cwd()
+    check_writable(folder)
+    design = Finger.default() if finger is None else Finger.load(finger)
+    with progress() as shown:
+        found = study.bench(design, study.SHORT if short else study.FULL, progress=shown.line)
+        if not short:
+            price(design, progress=shown.line)
+        peers = run_peers(design, found.peer_mesh, threads=found.cores, progress=shown.line)
+    plot = folder / PLOT
+    for sentence in missing_peers():
+        say(sentence)
+    write_plot(found, plot)
+    ratios = [{**peer.to_json(), "ratio": found.ratio(peer.seconds_one_press)} for peer in peers]
+    if as_json:
+        print_json({**found.to_json(), "peers": ratios, "peers_missing": list(missing_peers()), "plot": str(plot)})
+    else:
+        _print(found, ratios, plot)
+
+
+def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{found.finger_name}: errors in %, worst of 10-100 gf; * on the Pareto front")
+    for title in ("rung", "element"):
+        table.add_column(title, no_wrap=True)
+    for title in ("mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s", "S_d", "indentation", "area", "MiB", ""):
+        table.add_column(title, justify="right", no_wrap=True)
+    for row in found.rows:
+        numbers = [row.seconds_setup, 1e3 * row.seconds_per_scene, row.seconds_thousand]
+        seconds = [f"{value:.3g}" if value == value else "-" for value in numbers]
+        found_errors = (row.error_sd, row.error_indentation, row.error_area)
+        errors = [f"{100 * error:.2f}" if error == error else "-" for error in found_errors]
+        mark = "reference" if row.reference else "*" if row.pareto else ""
+        cells = [f"{row.size_mm:g}", f"{row.dofs:,}", *seconds, *errors, f"{row.peak_memory_MiB:.0f}", mark]
+        table.add_row(row.fidelity, row.element, *cells)
+    Console(width=max(Console().width, WIDTH)).print(table)
+    for line in found.sentences():
+        print(line)
+    for peer in peers:
+        print(
+            f"{peer['name']}: {peer['seconds_one_press']:.2f} s for one press on {found.default.size_mm:g} mm; "
+            f"papilla's set-up and 1000 scenes take {peer['ratio']:.3g} of it"
+        )
+    print(f"plot: {plot}")

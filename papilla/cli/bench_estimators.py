@@ -1,0 +1,268 @@
+"""`papilla bench --estimators`: the wavelength estimators side by side, as tables, JSON and plots."""
+
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING
+
+from papilla.cli.output import Stopwatch, print_json, progress, say
+
+if TYPE_CHECKING:
+    from papilla.studies.estimators.rows import SceneRow
+    from papilla.studies.estimators.runner import Comparison
+    from papilla.studies.estimators.softness import SoftnessRow
+    from papilla.studies.estimators.targets import Verdict
+    from papilla.studies.estimators.timing import Cost
+
+WORKERS = 2
+DETAIL_DB = 20.0
+PIPED_WIDTH = 150
+_WORDS = {
+    "ratio": "error / bound",
+    "error_over_bound": "error / bound",
+    "bias_over_bound": "bias / bound",
+    "error": "RMS error",
+    "median": "median error",
+    "aligned": "error, aligned",
+    "outliers": "beyond 10 %",
+    "sigma_ratio": "error / sigma",
+    "lag_ms": "lag",
+    "median_ms": "to 5 %, median",
+    "block_us": "a row of a block",
+    "update_us": "an update",
+    "update_p999_us": "an update, p99.9",
+    "error_answered": "RMS error",
+}
+_FRACTIONS = ("error", "median", "aligned", "outliers", "error_answered")
+
+
+def bench_estimators(short: bool, out: Path | None, as_json: bool) -> None:
+    """Compare all estimators of wavelength and softness; PNG plots go to the folder `out`.
+
+    `short` compares a few on two gratings, and leaves softness out, which needs a calibrated finger. Raises
+    `FileAccessError` before any work where `out` cannot be written.
+    """
+    from papilla.files import check_writable
+    from papilla.studies.estimators.plan import LONG, SHORT
+    from papilla.studies.estimators.runner import compare
+    from papilla.studies.estimators.touch import compare_touch
+
+    if out is not None:
+        check_writable(out)
+    watch = Stopwatch()
+    with progress() as shown:
+
+        def show(stage: str, done: int, total: int) -> None:
+            shown.line(stage)
+            shown.steps(done, total)
+
+        result = compare(SHORT if short else LONG, workers=WORKERS, progress=show)
+        touch = None if short else compare_touch(shown.line, shown.steps)
+    plots = _write_plots(result, out) if out is not None else []
+    for path in plots:
+        say(f"wrote {path}")
+    if as_json:
+        tables = result.to_json() | (touch.to_json() if touch else {})
+        print_json({"short": short, **tables, "plots": [str(path) for path in plots], "seconds": watch.seconds})
+        return
+    print_tables(result)
+    if touch is not None:
+        for table in (_softness(touch.softness), _costs(touch.costs), _targets(touch.targets)):
+            _print(*table)
+    print(f"{watch.seconds:.0f} s" + ("; --short has too few seeds for a verdict on a target" if short else ""))
+
+
+def print_tables(result: "Comparison") -> None:
+    """Print everything that a comparison found."""
+    for title, columns, rows in (
+        *_errors(result.scenes),
+        _against_bound(result.scenes),
+        _behaviour(result.scenes),
+        _steps_and_velocity(result),
+        _costs(result.costs),
+        _likelihood(result),
+        _prototypes(result),
+        _targets(result.targets),
+    ):
+        if rows:
+            _print(title, columns, rows)
+
+
+def _write_plots(result: "Comparison", out: Path) -> list[Path]:
+    from papilla.view import estimator_plots
+    from papilla.view.style import write_png
+
+    paths = []
+    for name, figure in estimator_plots.all_plots(result.to_json()).items():
+        paths.append(out / f"estimators_{name}.png")
+        write_png(figure, paths[-1])
+    return paths
+
+
+def _print(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold")
+    table.add_column(columns[0], no_wrap=True)
+    for column in columns[1:]:
+        table.add_column(column, justify="right")
+    for row in rows:
+        table.add_row(*row)
+    Console(width=None if sys.stdout.isatty() else PIPED_WIDTH).print(table)
+
+
+_Table = tuple[str, Sequence[str], list[Sequence[str]]]
+
+
+def _errors(rows: Sequence["SceneRow"]) -> "list[_Table]":
+    """A table a scene: RMS error over SNR, and the Cramér-Rao bounds of the declared memories."""
+    tables: list[_Table] = []
+    for scene in dict.fromkeys(row.scene for row in rows):
+        here = [row for row in rows if row.scene == scene]
+        levels = sorted({row.snr_dB for row in here}, reverse=True)
+        found = {(row.estimator, row.snr_dB): row for row in here}
+        lines: list[Sequence[str]] = []
+        for name in dict.fromkeys(row.estimator for row in here):
+            line = [found.get((name, level)) for level in levels]
+            lines.append((name, *("" if row is None else _percent(row.error) for row in line)))
+        title = f"RMS error in {scene}, %; no answer counts as 300"
+        tables.append((title, ("estimator", *(f"{level:g} dB" for level in levels)), lines))
+    return tables
+
+
+def _against_bound(rows: Sequence["SceneRow"]) -> _Table:
+    columns = ("estimator", "scene", "RMS %", "median %", "answered %", "RMS of these %", "bound %", "x bound")
+    lines: list[Sequence[str]] = [
+        (
+            row.estimator,
+            row.scene,
+            *map(_percent, (row.error, row.median, row.answered, row.error_answered, row.bound)),
+            _number(row.ratio),
+        )
+        for row in rows
+        if row.snr_dB == DETAIL_DB
+    ]
+    return f"Errors at {DETAIL_DB:g} dB, and the Cramer-Rao bound of the declared memory", columns, lines
+
+
+def _behaviour(rows: Sequence["SceneRow"]) -> _Table:
+    columns = ("estimator", "scene", "> 10 % off: %", "false locks: % of runs", "error / sigma", "lag ms", "aligned %")
+    lines: list[Sequence[str]] = [
+        (
+            row.estimator,
+            row.scene,
+            *map(_percent, (row.outliers, row.false_locks)),
+            _number(row.sigma_ratio),
+            _decimal(row.lag_ms),
+            _percent(row.aligned),
+        )
+        for row in rows
+        if row.snr_dB == DETAIL_DB
+    ]
+    return f"Outliers, false locks, stated sigma and lag at {DETAIL_DB:g} dB", columns, lines
+
+
+def _steps_and_velocity(result: "Comparison") -> _Table:
+    steps = {(row.estimator, row.from_mm, row.to_mm): row for row in result.steps}
+    changes = {(row.estimator, row.delay_ms, row.gain): row for row in result.velocity}
+    kinds = list(dict.fromkeys(key[1:] for key in steps))
+    wrongs = list(dict.fromkeys(key[1:] for key in changes))
+    columns = ["estimator", *(f"{before:g} to {after:g} mm: ms (90 %)" for before, after in kinds)]
+    columns += [f"{delay} ms late: %" if gain == 1 else f"x {gain:g}: %" for delay, gain in wrongs]
+    lines: list[Sequence[str]] = []
+    for name in dict.fromkeys(row.estimator for row in result.steps):
+        times = [steps[name, *kind] for kind in kinds]
+        errors = [changes[name, *wrong].error for wrong in wrongs]
+        lines.append(
+            (name, *(f"{row.median_ms:.0f} ({row.p90_ms:.0f})" for row in times), *map(_percent, errors)),
+        )
+    return "Time to 5 % after a step of the wavelength; error in act1 with a late or wrong velocity", columns, lines
+
+
+def _costs(costs: Sequence["Cost"]) -> _Table:
+    columns = ("estimator", "kernel", "us a row of a block", "us an update, median", "p99.9", "p99.9 of one run")
+    lines: list[Sequence[str]] = [
+        (row.estimator, row.kernel, *map(_number, (row.block_us, row.update_us, row.update_p999_us, row.loop_p999_us)))
+        for row in costs
+    ]
+    return "What a sample costs, timed while nothing else of the comparison runs", columns, lines
+
+
+def _likelihood(result: "Comparison") -> _Table:
+    columns = ("scene", "SNR dB", "window s", "scatter of the fit %", "bound %", "ratio", "fits")
+    lines: list[Sequence[str]] = [
+        (row.scene, f"{row.snr_dB:g}", f"{row.window_s:g}", _percent(row.scatter), _percent(row.bound),
+         _number(row.ratio), str(row.fits))
+        for row in result.likelihood
+    ]  # fmt: skip
+    return "Is the bound real? Maximum likelihood of whole windows, over many noises", columns, lines
+
+
+def _prototypes(result: "Comparison") -> _Table:
+    columns = ("as printed", "scene", "SNR dB", "measure", "prototype", "ours", "ratio", "differs by > 30 %")
+    lines: list[Sequence[str]] = [
+        (row.estimator, row.scene, f"{row.snr_dB:g}", _WORDS[row.measure], _measured(row.measure, row.prototype),
+         _measured(row.measure, row.ours), _number(row.ratio), row.note or "yes" if row.differs else "")
+        for row in result.prototypes
+    ]  # fmt: skip
+    return "Published estimators as printed, against prototypes written apart", columns, lines
+
+
+def _targets(targets: Sequence["Verdict"]) -> _Table:
+    columns = ("target", "where", "measure", "wanted", "measured", "")
+    lines: list[Sequence[str]] = []
+    for row in targets:
+        wanted = f"<= {_measured(row.measure, row.high)}"
+        if math.isfinite(row.low):
+            wanted = f"{_measured(row.measure, row.low)} ... {_measured(row.measure, row.high)}"
+        verdict = "met" if row.met else "[bold red]NOT MET[/]"
+        lines.append(
+            (row.estimator, row.where, _WORDS[row.measure], wanted + " (stretch)" * row.stretch,
+             _measured(row.measure, row.measured), verdict)
+        )  # fmt: skip
+    met = sum(row.met for row in targets)
+    return f"Targets: {met} of {len(lines)} met", columns, lines
+
+
+def _softness(rows: Sequence["SoftnessRow"]) -> _Table:
+    """A line for each estimator, mesh and profile: the median over moduli and noises."""
+    columns = ("softness", "readings of", "force", "RMS of ln E %", "x bound", "bias / bound", "error / sigma",
+               "in stated 95 %", "answered %")  # fmt: skip
+    groups: dict[tuple[str, str, str], list] = {}
+    for row in rows:
+        groups.setdefault((row.estimator, row.mesh, row.profile), []).append(row)
+    lines: list[Sequence[str]] = []
+    for (estimator, mesh, profile), own in groups.items():
+
+        def middle(name: str, own=own) -> float:
+            values = [getattr(row, name) for row in own]
+            return median([value for value in values if math.isfinite(value)] or [math.nan])
+
+        ratios = (middle(name) for name in ("error_over_bound", "bias_over_bound", "sigma_ratio"))
+        shares = (middle(name) for name in ("coverage", "answered"))
+        lines.append(
+            (estimator, mesh, profile, _percent(middle("error")), *map(_number, ratios), *map(_percent, shares))
+        )
+    return "Softness: medians over moduli and noises", columns, lines
+
+
+def _measured(measure: str, value: float) -> str:
+    if measure in _FRACTIONS:
+        return f"{_percent(value)} %"
+    unit = next((unit for ending, unit in (("_ms", " ms"), ("_us", " us")) if measure.endswith(ending)), "")
+    return f"{_decimal(value) if measure == 'lag_ms' else _number(value)}{unit}"
+
+
+def _number(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.3g}"
+
+
+def _decimal(value: float) -> str:
+    return "" if math.isnan(value) else f"{round(value, 2) + 0.0:.2f}"
+
+
+def _percent(value: float) -> str:
+    return _number(100 * value)

@@ -1,0 +1,10 @@
+"""`papilla bench`: what a press costs, and what it is worth, against the finest mesh and against other libraries.
+
+>>> found = papilla.studies.bench.bench(finger, SHORT)
+>>> found.rows[0].error_sd, found.rows[0].seconds_setup
+"""
+
+from papilla.studies.bench.row import BenchRow
+from papilla.studies.bench.runner import FULL, SHORT, Bench, Plan, bench
+
+__all__ = ["FULL", "SHORT", "Bench", "BenchRow", "Plan", "bench"]

@@ -1,0 +1,159 @@
+"""Runs the peers: on the quarter that symmetry leaves, with a sweep of penalties, then on the whole finger."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from papilla.errors import SolverError
+from papilla.fem import FingerModel, press
+from papilla.fem.scene import Press
+from papilla.finger import Finger
+from papilla.mesh.layered import LayeredMesh
+from papilla.specimen import HalfSpace
+from papilla.studies.bench.peers.installed import PEERS, Peer, PeerLibrary
+from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
+
+INDENTATION_MM = 0.8
+"""About 55 gf on the default finger."""
+
+RIGID_MPA = 1e9
+"""Modulus of papilla's flat, ten orders above the finger's: a rigid one in double precision."""
+
+PENALTIES = (10.0, 100.0, 1000.0, 1e4)
+"""Contact stiffnesses of the sweep, in what a library's `press` calls one."""
+
+CONVERGED = 1e-3
+"""Change of force, as a fraction, that a tenfold penalty may make where the penalty is called converged."""
+
+REPEATS = 2
+"""Presses that are timed; the fastest counts, since other work on the machine only adds."""
+
+ACROSS = {0: "whole finger", 1: "half by symmetry", 2: "quarter by symmetry"}
+
+
+@dataclass(frozen=True)
+class PeerPress:
+    """One press of a rigid flat by another library, beside papilla's contact rung on the same mesh.
+
+    name : library, and the part of the finger that it meshed.
+    seconds_one_press : assembly, factorisations and Newton steps of one press at `penalty`, the fastest of `REPEATS`;
+        no imports and no conversion of the mesh.
+    seconds_assembly : of the elastic matrix, part of the above.
+    force_N, force_papilla_N, difference : forces on the finger, and their relative difference.
+    sd_microstrain, sd_papilla_microstrain, difference_sd : the same of S_d at the gauges.
+    penalty : stiffness of the contact as the library takes it, the least of the sweep that is converged.
+    penalty_change : relative change of force when the penalty is raised tenfold from there.
+    penalty_sweep : penalties tried and their forces (N).
+    unknowns, systems : free unknowns, and linear systems that were factored in the press.
+    """
+
+    name: str
+    seconds_one_press: float
+    seconds_assembly: float
+    force_N: float
+    force_papilla_N: float
+    difference: float
+    sd_microstrain: float
+    sd_papilla_microstrain: float
+    difference_sd: float
+    penalty: float
+    penalty_change: float
+    penalty_sweep: tuple[tuple[float, float], ...]
+    unknowns: int
+    systems: int
+
+    def to_json(self) -> dict:
+        """The documented keys (`ratio` is the caller's, who knows papilla's seconds), as plain values."""
+        return {**vars(self), "penalty_sweep": [list(pair) for pair in self.penalty_sweep]}
+
+
+def missing_peers(peers: Sequence[Peer] = PEERS) -> tuple[str, ...]:
+    """A sentence for each peer that is not installed: what is absent, and how to install it."""
+    return tuple(peer.missing for peer in peers if peer.missing is not None)
+
+
+def run_peers(
+    finger: Finger,
+    mesh: LayeredMesh,
+    *,
+    threads: int = 2,
+    progress: Callable[[str], None] | None = None,
+    peers: Sequence[Peer] = PEERS,
+) -> tuple[PeerPress, ...]:
+    """The press by every installed peer; those that are not are named by `missing_peers`.
+
+    A mirrored mesh gives two rows a peer: the part that mirrors leave, as papilla uses it, and the whole.
+    Raises `SolverError` where a peer does not settle or its penalty does not converge, and what `FingerModel.reduce`
+    and `fem.press` raise.
+    """
+    available = [peer for peer in peers if peer.missing is None]
+    if not available:
+        return ()
+    report = progress if progress is not None else _silent
+    flat = HalfSpace(RIGID_MPA)
+    ours = press(FingerModel(finger, mesh).reduce(), flat, indentation=INDENTATION_MM, fidelity="contact")
+    return tuple(row for peer in available for row in _rows(peer, finger, mesh, threads, report, ours))
+
+
+def _rows(peer: Peer, finger, mesh, threads, report, ours) -> list[PeerPress]:
+    part = PeerScene(finger, mesh.cell(), mesh.mirrors, INDENTATION_MM)
+    name = f"{peer.name}, {ACROSS[len(mesh.mirrors)]}"
+    report(name)
+    library = peer.prepare(part, threads)
+    sweep = _sweep(name, library)
+    penalty = list(sweep)[-2]
+    rows = [_row(name, part, library, penalty, sweep, ours, found=(sweep[penalty],))]
+    if mesh.mirrors:
+        # The whole mesh is the part's mirror image, so that the part's sweep holds for it
+        whole = PeerScene(finger, mesh, (), INDENTATION_MM)
+        name = f"{peer.name}, {ACROSS[0]}"
+        report(name)
+        rows.append(_row(name, whole, peer.prepare(whole, threads), penalty, sweep, ours))
+    return rows
+
+
+def _sweep(name: str, library: PeerLibrary) -> dict[float, PeerSolution]:
+    """Presses by penalty, up to the first whose force is that of the one before within `CONVERGED`."""
+    sweep: dict[float, PeerSolution] = {}
+    before = 0.0
+    for penalty in PENALTIES:
+        sweep[penalty] = library.press(penalty)
+        force = sweep[penalty].force
+        if abs(force - before) <= CONVERGED * abs(force):
+            return sweep
+        before = force
+    raise SolverError(f"{name}: the force still changes by more than {CONVERGED:g} at a penalty of {PENALTIES[-1]:g}")
+
+
+def _row(
+    name: str,
+    scene: PeerScene,
+    library: PeerLibrary,
+    penalty: float,
+    sweep: dict[float, PeerSolution],
+    ours: Press,
+    found: tuple[PeerSolution, ...] = (),
+) -> PeerPress:
+    runs = [*found, *(library.press(penalty) for _ in range(REPEATS - len(found)))]
+    best = min(runs, key=lambda run: run.seconds)
+    sd = scene.sd(best.displacement)
+    stiffer = list(sweep.values())[-1]
+    return PeerPress(
+        name=name,
+        seconds_one_press=best.seconds,
+        seconds_assembly=best.seconds_assembly,
+        force_N=best.force,
+        force_papilla_N=ours.force,
+        difference=best.force / ours.force - 1,
+        sd_microstrain=sd,
+        sd_papilla_microstrain=ours.sd,
+        difference_sd=sd / ours.sd - 1,
+        penalty=penalty,
+        penalty_change=stiffer.force / sweep[penalty].force - 1,
+        penalty_sweep=tuple((value, run.force) for value, run in sweep.items()),
+        unknowns=library.unknowns,
+        systems=best.systems,
+    )
+
+
+def _silent(_text: str) -> None:
+    """Where nobody wants to hear."""

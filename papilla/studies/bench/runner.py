@@ -1,0 +1,177 @@
+"""Runs the bench: which rungs, elements and meshes, one process after the other, and what follows from them."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from papilla import mesh as meshes
+from papilla.errors import ContactRangeError
+from papilla.fem.elements import DEFAULT_ELEMENT, ELEMENTS
+from papilla.finger import Finger
+from papilla.studies.bench.growth import Growth, growth_of
+from papilla.studies.bench.limits import Bound, Machine, factor_bound, solve_bound
+from papilla.studies.bench.measure import ANSWERED, Job, Measured, measure_apart
+from papilla.studies.bench.row import BenchRow, pareto_front, row_of
+from papilla.studies.bench.scenes import FINITE_FORCES_GF
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is measured: element sizes (mm) of the linear rungs and of rung finite, the last of each their reference.
+
+    other_sizes_mm are those of P1 and P2; default_mm is the mesh that 1000 scenes and the peers are compared on.
+    """
+
+    sizes_mm: tuple[float, ...]
+    other_sizes_mm: tuple[float, ...]
+    default_mm: float
+    finite_sizes_mm: tuple[float, ...]
+    finite_forces_gf: tuple[float, ...] = FINITE_FORCES_GF
+
+
+FULL = Plan((2.0, 1.4, 1.0, 0.7, 0.35), (2.0, 1.4, 1.0, 0.7), meshes.DEFAULT_SIZE_MM, (2.0, 1.4, 1.0, 0.7))
+
+SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,))
+"""Coarse meshes, against the one that ships with the package."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """All rows, the growth of cost, and where the set-up of the default row went: seconds a stage, and the least that
+    factorisation and solves could take on this machine."""
+
+    finger_name: str
+    rows: tuple[BenchRow, ...]
+    growth: Growth
+    stages: dict[str, float]
+    limits: dict[str, Bound]
+    default: BenchRow
+    peer_mesh: meshes.LayeredMesh
+    cores: int
+
+    def ratio(self, seconds_one_press: float) -> float:
+        """Set-up and 1000 scenes of the default row over the seconds of one press by another library."""
+        return self.default.seconds_thousand / seconds_one_press
+
+    def to_json(self) -> dict:
+        """The documented keys, as plain values; `profile` is of the default row."""
+        contact = max((row for row in self.rows if row.fidelity == "contact"), key=lambda row: row.patch_nodes or 0)
+        return {
+            "finger": self.finger_name,
+            "cores": self.cores,
+            "rows": [row.to_json() for row in self.rows],
+            "growth": self.growth.to_json(),
+            "profile": {
+                "size_mm": self.default.size_mm,
+                "seconds": self.stages,
+                "limits": {name: bound.to_json() for name, bound in self.limits.items()},
+            },
+            "largest_contact": {"patch_nodes": contact.patch_nodes, "seconds_per_scene": contact.seconds_per_scene},
+        }
+
+    def sentences(self) -> list[str]:
+        """What the rows say, in words."""
+        growth, row = self.growth, self.default
+        powers = {
+            "entries of the factor": growth.factor_nonzeros,
+            "operations to factor": growth.factor_flops,
+            "seconds to factor": growth.factor_seconds,
+            "seconds a right-hand side": growth.solve_seconds,
+        }
+        said = [f"{name} n^{power.exponent:.2f} (cube: n^{power.bound:.2f})" for name, power in powers.items()]
+        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in self.stages.items())
+        largest = self.to_json()["largest_contact"]
+        sentences = [
+            f"growth with unknowns n, {growth.dofs[0]:,} to {growth.dofs[-1]:,}: {', '.join(said)}",
+            f"set-up of {row.element} on {row.size_mm:g} mm: {stages}",
+            f"a contact scene at {largest['patch_nodes']} patch nodes: {1e3 * largest['seconds_per_scene']:.2f} ms",
+        ]
+        # The solves are what takes the time of the reduction
+        measured = {"factorisation": self.stages["factorisation"], "solves": self.stages["reduction"]}
+        sentences += [
+            f"{name}: at least {bound.seconds:.2f} s on this machine, by {bound.binding}; "
+            f"{measured[name] / bound.seconds:.1f} times that was measured"
+            for name, bound in self.limits.items()
+        ]
+        refused = [row for row in self.rows if row.status != ANSWERED]
+        sentences += [f"{row.fidelity}, {row.element}, {row.size_mm:g} mm {row.status}" for row in refused]
+        finite = [row for row in self.rows if row.small_strain_sd is not None and row.status == ANSWERED]
+        if finite:
+            finest = min(finite, key=lambda row: row.size_mm)
+            forces = ", ".join(f"{gf:g}" for gf in finest.forces_gf)
+            sentences.append(
+                f"small strain costs up to {100 * (finest.small_strain_sd or 0):.1f} % in S_d and "
+                f"{100 * (finest.small_strain_indentation or 0):.1f} % in indentation at {forces} gf: "
+                "rung contact against rung finite on one mesh; rows do not count it"
+            )
+        return sentences
+
+
+def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] | None = None) -> Bench:
+    """Measure rungs, elements and meshes of a finger, each in a process of its own, one after the other.
+
+    `progress` is called with a line of text for each stage. Raises what meshing and presses raise.
+    """
+
+    def say(text: str) -> None:
+        if progress is not None:
+            progress(text)
+
+    jobs = [
+        Job(finger, size, element)
+        for element in ELEMENTS
+        for size in (plan.sizes_mm if element == DEFAULT_ELEMENT else plan.other_sizes_mm)
+    ]
+    jobs += [Job(finger, size, None, plan.finite_forces_gf) for size in plan.finite_sizes_mm]
+    for size in sorted({job.size_mm for job in jobs}, reverse=True):
+        say(f"mesh of {size:g} mm")
+        meshes.build(finger, size_mm=size, progress=progress)
+    measured: list[Measured] = []
+    for number, job in enumerate(jobs, 1):
+        say(f"{number} of {len(jobs)}: {job.element or 'rung finite'} on {job.size_mm:g} mm")
+        measured += measure_apart(job)
+    return _collected(finger, plan, measured)
+
+
+def _collected(finger: Finger, plan: Plan, measured: list[Measured]) -> Bench:
+    contact = {(one.job.element, one.job.size_mm): one for one in measured if one.fidelity == "contact"}
+    finite = {one.job.size_mm: one for one in measured if one.fidelity == "finite"}
+    truth = contact[DEFAULT_ELEMENT, plan.sizes_mm[-1]]
+    if truth.status != ANSWERED:
+        raise ContactRangeError(f"the finest mesh, which all others are compared with, gives no answer: {truth.status}")
+    linear = [one for one in measured if one.fidelity != "finite"]
+    rows = [row_of(one, truth) for one in linear]
+    for size, one in finite.items():
+        rows.append(row_of(one, finite[plan.finite_sizes_mm[-1]], contact.get((DEFAULT_ELEMENT, size))))
+    rows = _with_front(rows)
+    own = [one for (element, _), one in contact.items() if element == DEFAULT_ELEMENT]
+    default = next(
+        row for row in rows if (row.fidelity, row.element, row.size_mm) == ("contact", DEFAULT_ELEMENT, plan.default_mm)
+    )
+    row, machine = contact[DEFAULT_ELEMENT, plan.default_mm], Machine.measured()
+    nonzeros = row.factor_nonzeros or 0
+    return Bench(
+        finger_name=finger.name,
+        rows=tuple(rows),
+        growth=growth_of(DEFAULT_ELEMENT, own),
+        stages=row.stages,
+        limits={
+            "factorisation": factor_bound(row.factor_flops or 0.0, nonzeros, machine),
+            "solves": solve_bound(nonzeros, row.patch_nodes or 0, machine),
+        },
+        default=default,
+        peer_mesh=meshes.build(finger, size_mm=plan.default_mm),
+        cores=os.cpu_count() or 1,
+    )
+
+
+def _with_front(rows: list[BenchRow]) -> list[BenchRow]:
+    compared = [
+        k for k, row in enumerate(rows) if row.fidelity != "finite" and not row.reference and row.status == ANSWERED
+    ]
+    seconds = np.array([rows[k].seconds_thousand for k in compared])
+    front = pareto_front(seconds, np.array([rows[k].error_sd for k in compared]))
+    on_front = {k for k, best in zip(compared, front, strict=True) if best}
+    return [replace(row, pareto=k in on_front) for k, row in enumerate(rows)]

@@ -1,0 +1,68 @@
+"""`papilla bench`: the short form as JSON and plot, peers and their ratio, and what is refused."""
+
+import json
+from dataclasses import dataclass
+
+import pytest
+
+ROW_KEYS = {
+    *("fidelity", "element", "size_mm", "dofs", "seconds_setup", "seconds_per_scene"),
+    *("error_sd", "error_indentation", "error_area", "peak_memory_MiB", "factor_nonzeros"),
+}
+
+
+@dataclass(frozen=True)
+class Stand:
+    """In place of a peer, which takes longer than the rest."""
+
+    name: str = "another library"
+    seconds_one_press: float = 50.0
+
+    def to_json(self) -> dict:
+        return dict(vars(self))
+
+
+@pytest.mark.slow
+def test_short_form(papilla, tmp_path, monkeypatch):
+    monkeypatch.setattr("papilla.studies.bench.peers.run_peers", lambda *_, **__: (Stand(),))
+    answer = papilla("bench", "--short", "--json", "--out", tmp_path / "priced")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    assert answer.out.count("\n") == 1, "one object and nothing else"
+    rows = {(row["fidelity"], row["element"], row["size_mm"]): row for row in found["rows"]}
+    assert len(rows) == len(found["rows"]) == 12
+    for row in found["rows"]:
+        assert set(row) >= ROW_KEYS
+        assert row["seconds_setup"] >= 0 and row["peak_memory_MiB"] > 50
+        assert row["status"] == "answered"
+        assert 0 <= row["error_sd"] < 1 and row["seconds_per_scene"] > 0
+    by_element = {element: rows["contact", element, 2.8] for element in ("Taylor-Hood", "P2", "P1")}
+    assert by_element["P1"]["error_sd"] > 0.9, "P1 locks"
+    # Meshes this coarse scatter by as much as they differ: no order is asserted between them, only between elements.
+    assert max(rows["contact", "Taylor-Hood", size]["error_sd"] for size in (2.0, 2.8)) < 0.2
+    assert rows["contact", "Taylor-Hood", 0.7]["reference"] and rows["contact", "Taylor-Hood", 0.7]["error_sd"] == 0
+    assert rows["hertz", "Taylor-Hood", 0.7]["error_sd"] < 0.03
+    assert 0.01 < rows["finite", "Taylor-Hood", 2.8]["small_strain_sd"] < 0.05
+    assert any(row["pareto"] for row in found["rows"])
+    assert 1.0 < found["growth"]["factor_nonzeros"]["exponent"] < 4 / 3 + 0.05
+    (peer,) = found["peers"]
+    assert peer["name"] == "another library" and peer["seconds_one_press"] == 50
+    assert peer["ratio"] == pytest.approx(by_element["Taylor-Hood"]["seconds_thousand"] / 50)
+    assert found["plot"] == str(tmp_path / "priced" / "speed_against_error.png")
+    assert (tmp_path / "priced" / "speed_against_error.png").read_bytes().startswith(b"\x89PNG")
+    assert "rung finite on 2.8 mm" in answer.err
+
+
+def test_estimators_are_the_other_bench(papilla, refused, monkeypatch, tmp_path):
+    calls = []
+    monkeypatch.setattr("papilla.cli.bench_estimators.bench_estimators", lambda *arguments: calls.append(arguments))
+    assert papilla("bench", "--estimators", "--short", "--json").code == 0
+    assert papilla("bench", "--estimators", "--out", tmp_path).code == 0
+    assert calls == [(True, None, True), (False, tmp_path, False)]
+    assert "--finger is for the rungs, not for --estimators" in refused("bench", "--estimators", "--finger", "f.toml")
+
+
+def test_bad_input_is_refused_before_anything_is_measured(refused, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert "cannot write to folder" in refused("bench", "--short", "--out", tmp_path / "file")
+    assert "missing.toml" in refused("bench", "--short", "--finger", tmp_path / "missing.toml", "--out", tmp_path)

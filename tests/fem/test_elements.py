@@ -1,0 +1,122 @@
+"""P1 and P2 beside Taylor-Hood: an independent assembly, the patch test, how they lock, and what is refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from papilla.errors import InputError
+from papilla.fem import FingerModel, ReducedFinger, press, receptive_fields, recover
+from papilla.fem.elements import ELEMENTS, space_of
+from papilla.fem.pure_displacement import P1, P2
+from papilla.fem.solver import factorise
+from papilla.finger import Finger, Layer
+from papilla.mesh.layered import INNER, OUTER
+from papilla.specimen import Block
+from papilla.studies.verify.elements import Discretisation
+
+BLOCK = Block(0.51, 10)
+LAYERS = {OUTER: Layer(0.136, 0.45), INNER: Layer(0.034, 0.3)}
+GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])
+
+
+@pytest.fixture(scope="module")
+def finger_of(dome):
+    """Function: the coarse default finger with an element, and with one Poisson's ratio in all layers."""
+
+    def make(element, nu=0.4999):
+        finger = Finger.default()
+        finger = dataclasses.replace(finger, outer=Layer(0.136, nu), inner=Layer(0.034, nu))
+        return FingerModel(finger, dome(finger), element)
+
+    return make
+
+
+def whole(lower):
+    return (lower + sp.tril(lower, -1).T).tocsr()
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_solutions_agree_with_the_forms_of_scikit_fem(box, element):
+    """A clamped box of two layers under a shear and a pull: papilla's assembly, and the study's own."""
+    mesh = box((2, 2, 4))
+    space, peer = space_of(element, mesh), Discretisation(mesh, element)
+    top = space.facets(mesh.boundaries["skin"])
+    load = peer.surface_load(lambda x: np.stack([0.1 * x[1], 0 * x[0], 0.3 * x[0]]), top)
+    held = peer.basis.doflocs[2] < 1e-9
+    expected = peer.solve(LAYERS, load, held, np.zeros(len(load)))
+    number = np.empty(3 * space.nodes, dtype=int)
+    for c in range(3):
+        number[peer.basis.nodal_dofs[c]] = 3 * space.displacement.nodal_dofs[0] + c
+        if element != "P1":
+            number[peer.basis.edge_dofs[c]] = 3 * space.displacement.edge_dofs[0] + c
+    free = space.free((1, 1), ())
+    assert (free[number] == ~held).all()
+    rhs = np.zeros((space.unknowns, 1))
+    rhs[number, 0] = load
+    matrix = space.matrix(LAYERS).tocsr()[free][:, free].tocsc()
+    found = np.zeros(space.unknowns)
+    found[free] = factorise(matrix, space.pressures).solve(rhs[free])[:, 0]
+    assert np.abs(expected).max() > 0.1
+    assert found[number] == pytest.approx(expected, abs=1e-11 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("space", [P1, P2])
+def test_patch_test_and_rigid_motions(box, space):
+    space = space(box((3, 3, 3), split=False))
+    x = space.displacement.doflocs.T
+    matrix = whole(space.matrix({OUTER: LAYERS[OUTER]}))
+    forces = (matrix @ (x @ GRADIENT.T).ravel()).reshape(-1, 3)
+    inside = ((x > 1e-9) & (x < 1 - 1e-9)).all(axis=1)
+    assert inside.sum() >= 8
+    assert np.abs(forces[inside]).max() < 1e-13 * np.abs(forces).max()
+    turn = (matrix @ (x @ (GRADIENT - GRADIENT.T)).ravel()).reshape(-1, 3)
+    assert np.abs(turn).max() < 1e-13 * np.abs(forces).max()
+
+
+@pytest.mark.parametrize("space", [P1, P2])
+def test_a_change_of_modulus_is_a_combination_of_parts(box, space):
+    space, changed = space(box()), LAYERS | {OUTER: Layer(1.0, 0.2)}
+    mu, lam = (1.0 / 2.4 - 0.136 / 2.9, 1.0 * 0.2 / (1.2 * 0.6) - 0.136 * 0.45 / (1.45 * 0.1))
+    expected = mu * space.part("shear", OUTER) + lam * space.part("volumetric", OUTER)
+    difference = space.matrix(changed) - space.matrix(LAYERS)
+    assert abs(difference - expected).max() < 1e-14 * abs(expected).max()
+
+
+def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
+    """Indentation by one force, over nu 0.4999 and 0.3: a locked finger is too stiff, a compressible one nobody's."""
+    depth = {
+        (element, nu): press(finger_of(element, nu).reduce(), BLOCK, force=0.3, fidelity="contact").indentation
+        for element in ELEMENTS
+        for nu in (0.3, 0.4999)
+    }
+    assert depth["P2", 0.3] == pytest.approx(depth["Taylor-Hood", 0.3], rel=0.01)
+    assert depth["P2", 0.4999] < 0.97 * depth["Taylor-Hood", 0.4999]
+    assert depth["P1", 0.3] < depth["P2", 0.3]
+    assert depth["P1", 0.4999] < 0.5 * depth["Taylor-Hood", 0.4999]
+
+
+@pytest.mark.parametrize("element", ["P1", "P2"])
+def test_all_that_a_model_gives_is_there_for_every_element(finger_of, element, tmp_path):
+    """Parities, adjoint rows, fields: off the apex, by quarters and by the whole mesh."""
+    model = finger_of(element, 0.45)
+    at_once = FingerModel(model.finger, dataclasses.replace(model.mesh, mirrors=()), element)
+    reduced = model.reduce((5.0, -3.0))
+    found, same = (press(which, BLOCK, force=0.3) for which in (reduced, at_once.reduce((5.0, -3.0))))
+    assert found.reading == pytest.approx(same.reading, rel=1e-9)
+    field = recover(model, reduced, found)
+    assert -0.9 * found.indentation < field.displacement[:, 2].min() < 0
+    assert np.isfinite(receptive_fields(model).strain_per_newton).all()
+    assert model.factor()[1].inertia == (int(model.factor()[0].sum()), 0, 0)
+    reduced.save(tmp_path / "reduced.npz")
+    assert ReducedFinger.load(tmp_path / "reduced.npz").element == element
+    with pytest.raises(InputError, match="finger, mesh or element differ"):
+        recover(finger_of("Taylor-Hood", 0.45), reduced, found)
+
+
+def test_what_no_element_can_do_is_refused(finger_of):
+    with pytest.raises(InputError, match="element must be one of Taylor-Hood, P2, P1, got 'Q1'"):
+        finger_of("Q1")
+    with pytest.raises(InputError, match="element P2 needs nu below 0.5 in every layer, got 0.5: use Taylor-Hood"):
+        finger_of("P2", 0.5).reduce()

@@ -1,0 +1,123 @@
+"""Memory of a model: the law against what a process really takes, and refusals before anything is factorised."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from papilla import memory
+from papilla.errors import MemoryEstimateError
+from papilla.fem import FingerModel, press_finite, solver
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.mesh.memory import SPREAD, finite_bytes, reduction_bytes
+from papilla.specimen import Block
+
+MEASURE = """
+import json, sys
+import rslab, skfem
+from papilla.fem import FingerModel, press_finite
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.specimen import Block
+
+def peak():
+    lines = open("/proc/self/status").read().splitlines()
+    return 1024 * int(next(line.split()[1] for line in lines if line.startswith("VmHWM:")))
+
+job, finger = sys.argv[1], Finger.default()
+mesh = build(finger)
+before = peak()
+model = FingerModel(finger, mesh)
+if job == "finite":
+    columns = len(press_finite(finger, mesh, Block(0.51, 10), force=0.2).active)
+else:
+    columns = len(model.reduce((2.0, 1.0) if job == "off apex" else (0.0, 0.0)).patch.xy)
+print(json.dumps([peak() - before, len(model.space.mesh.tets), model.space.unknowns, columns]))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells the peak of a process since its start")
+@pytest.mark.parametrize(
+    "job, law",
+    [
+        ("apex", reduction_bytes),
+        pytest.param("off apex", lambda *size: reduction_bytes(*size, parities=4), marks=pytest.mark.slow),
+        pytest.param("finite", finite_bytes, marks=pytest.mark.slow),
+    ],
+)
+def test_the_law_is_what_a_process_takes(job, law):
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURE, job], capture_output=True, text=True, check=True, env={**os.environ}
+    )
+    measured, *size = json.loads(done.stdout)
+    assert 1 / SPREAD < law(*size) / measured < SPREAD
+
+
+@pytest.fixture
+def free(monkeypatch):
+    """Set the free memory in bytes."""
+    return lambda number: monkeypatch.setattr(memory, "available_bytes", lambda: number)
+
+
+@pytest.fixture
+def no_factor(monkeypatch):
+    monkeypatch.setattr(FingerModel, "factor", lambda *_: pytest.fail("the model was factorised"))
+
+
+@pytest.mark.parametrize("at, job", [((0.0, 0.0), "factorising"), ((2.0, 1.0), "factorising 4 times")])
+def test_a_reduction_is_refused_before_it_starts(at, job, free, no_factor):
+    finger = Finger.default()
+    model = FingerModel(finger, build(finger))
+    free(int(2e8))
+    message = rf"^{job} a mesh of 7,425 tetrahedra \(37,489 unknowns, size_mm 0.7\) needs about [\d.]+ GiB of memory, "
+    with pytest.raises(MemoryEstimateError, match=message + r"0.19 GiB are free: mesh with size_mm >= [\d.]+$"):
+        model.reduce(at)
+
+
+def test_what_is_already_factorised_is_not_refused(reference_model, reference, free):
+    free(1)
+    again = reference_model.reduce()
+    assert (again.compliance == reference.compliance).all()
+
+
+def test_the_size_that_is_named_would_fit(free, no_factor):
+    finger = Finger.default()
+    model = FingerModel(finger, build(finger))
+    left = int(3e8)
+    free(left)
+    with pytest.raises(MemoryEstimateError) as refused:
+        model.reduce()
+    ratio = float(re.search(r"size_mm >= ([\d.]+)$", str(refused.value)).group(1)) / 0.7
+    columns = len(model._patch((0.0, 0.0))[0].patch.xy)
+    smaller = len(model.space.mesh.tets) / ratio**3, model.space.unknowns / ratio**3, columns / ratio**2
+    assert reduction_bytes(*smaller) <= left
+
+
+def test_a_press_at_finite_strain_is_refused_before_it_starts(free):
+    finger = Finger.default()
+    mesh = build(finger)
+    free(int(3e8))
+    message = r"^pressing at finite strain a mesh of 7,425 tetrahedra .* needs about [\d.]+ GiB of memory, "
+    with pytest.raises(MemoryEstimateError, match=message):
+        press_finite(finger, mesh, Block(0.51, 10), force=0.1)
+
+
+@pytest.mark.parametrize("engine", solver.ENGINES)
+def test_each_factorisation_is_checked_by_itself(engine, reference_model, free):
+    free_unknowns, factor = reference_model.factor()
+    free(int(1e8))
+    with pytest.raises(MemoryEstimateError, match=r"^factorising 33,803 unknowns needs about .*: take a coarser mesh$"):
+        solver.factorise(factor.matrix, factor.inertia[1], engine=engine)
+
+
+def test_many_right_hand_sides_are_solved_in_batches(reference_model):
+    import numpy as np
+
+    _, factor = reference_model.factor()
+    rhs = np.random.default_rng(0).standard_normal((factor.matrix.shape[0], solver.BATCH + 3))
+    together = factor.solve(rhs)
+    assert together[:, -1:] == pytest.approx(factor.solve(rhs[:, -1:]), rel=1e-9, abs=1e-12 * np.abs(together).max())

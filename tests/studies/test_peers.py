@@ -1,0 +1,181 @@
+"""Other libraries make the same press: they must agree with papilla's contact, and say so where they are missing."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.errors import MissingExtraError, SolverError
+from papilla.fem import FingerModel, press
+from papilla.fem.taylor_hood import TaylorHood
+from papilla.finger import Finger
+from papilla.mesh.layered import INNER, OUTER, LayeredMesh
+from papilla.mesh.mirroring import mirrored
+from papilla.mesh.topology import paired_faces
+from papilla.specimen import HalfSpace
+from papilla.studies.bench.peers import PeerPress, missing_peers, run_peers
+from papilla.studies.bench.peers.installed import PEERS, Peer
+from papilla.studies.bench.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
+from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
+from papilla.studies.verify.structured import shell
+
+NAMES = [peer.name for peer in PEERS]
+
+
+@pytest.fixture(scope="module")
+def finger() -> Finger:
+    return Finger.default()
+
+
+@pytest.fixture(scope="module")
+def mesh(finger) -> LayeredMesh:
+    """The default dome in shells, closer to the apex than elsewhere: coarse, and the same everywhere."""
+    ball = shell(np.arange(1.0, 5.0), 11)
+    depth = np.linalg.norm(ball.points, axis=1) - 1
+    # From the bone (0) over the interface (1) to the skin (3); the square of the polar angle brings cells to the apex
+    direction = ball.points / (depth + 1)[:, None]
+    polar = np.arccos(direction[:, 2])
+    closer = np.pi / 2 * (polar / (np.pi / 2)) ** 2
+    across = np.divide(np.sin(closer), np.sin(polar), out=np.zeros_like(polar), where=polar > 0)
+    up = np.where(direction[:, 2] == 0, 0.0, np.cos(closer))
+    direction = np.column_stack([direction[:, 0] * across, direction[:, 1] * across, up])
+    shape = finger.shape
+    axes = np.array([shape.bone, shape.interface, shape.outer])
+    semi = np.column_stack([np.interp(depth, [0, 1, 3], axis) for axis in axes.T])
+    points = direction * semi
+    layer = np.where(depth[ball.tets].mean(axis=1) > 1, OUTER, INNER)
+    faces, cells = paired_faces(ball.tets)
+    outside = cells[:, 1] < 0
+    flat = outside & (points[faces][:, :, 2] == 0).all(axis=1)
+    between = faces[~outside & (layer[cells[:, 0]] != layer[cells[:, 1]])]
+    base = np.vstack([ball.boundaries["base"], faces[flat]])
+    boundaries = {"skin": ball.boundaries["skin"], "interface": between, "base": base}
+    return mirrored(LayeredMesh(points, ball.tets, layer, boundaries, 1.5), ("x", "y"))
+
+
+@pytest.fixture(scope="module")
+def quarter(finger, mesh) -> PeerScene:
+    return PeerScene(finger, mesh.cell(), mesh.mirrors, INDENTATION_MM)
+
+
+@pytest.fixture(scope="module")
+def ours(finger, mesh):
+    """papilla's own press."""
+    reduced = FingerModel(finger, mesh).reduce()
+    return press(reduced, HalfSpace(RIGID_MPA), indentation=INDENTATION_MM, fidelity="contact")
+
+
+def installed(name: str) -> Peer:
+    """The peer of that name; skips the test, with the reason, where it is not installed."""
+    peer = PEERS[NAMES.index(name)]
+    if peer.missing is not None:
+        pytest.skip(peer.missing)
+    return peer
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_peer_agrees_with_papilla(name, quarter, ours):
+    assert ours.resolved
+    pressed = installed(name).prepare(quarter, 1).press(100.0)
+    assert pressed.force == pytest.approx(ours.force, rel=0.02)
+    assert quarter.sd(pressed.displacement) == pytest.approx(ours.sd, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_rows_of_the_quarter_and_of_the_whole_finger(name, finger, mesh, ours):
+    rows = run_peers(finger, mesh, threads=1, peers=[installed(name)])
+    assert [row.name for row in rows] == [f"{name}, quarter by symmetry", f"{name}, whole finger"]
+    for row in rows:
+        assert row.force_papilla_N == pytest.approx(ours.force, rel=1e-12)
+        assert abs(row.difference) < 0.02 and abs(row.difference_sd) < 0.02
+        assert row.difference == pytest.approx(row.force_N / ours.force - 1, rel=1e-9)
+        assert 0 < abs(row.penalty_change) <= CONVERGED
+        assert row.seconds_one_press > row.seconds_assembly > 0
+    # A node in a mirror plane has its whole penalty on every side of it, where contact is by nodes
+    assert rows[0].force_N == pytest.approx(rows[1].force_N, rel=CONVERGED if "FElupe" in name else 1e-9)
+    assert rows[1].unknowns > 3 * rows[0].unknowns
+    assert json.loads(json.dumps(rows[0].to_json()))["penalty_sweep"][-1][1] > rows[0].force_N
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_peer_feels_the_stiffness_of_the_finger(name, finger, quarter):
+    peer = installed(name)
+    stiff = replace(finger, outer=replace(finger.outer, modulus=4 * finger.outer.modulus))
+    scenes = [quarter, replace(quarter, finger=stiff)]
+    soft, hard = (peer.prepare(scene, 1).press(100.0).force for scene in scenes)
+    assert hard > 1.5 * soft
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scaled_moduli_scale_the_force_and_nothing_else(name, finger, quarter):
+    peer = installed(name)
+    layers = {
+        part: replace(getattr(finger, part), modulus=256 * getattr(finger, part).modulus) for part in ("outer", "inner")
+    }
+    plain, scaled = (
+        peer.prepare(scene, 1).press(100.0) for scene in (quarter, replace(quarter, finger=replace(finger, **layers)))
+    )
+    assert scaled.force == pytest.approx(256 * plain.force, rel=1e-8)
+    assert scaled.systems == plain.systems
+    np.testing.assert_allclose(scaled.displacement, plain.displacement, atol=1e-8 * INDENTATION_MM)
+
+
+def test_ngsolve_assembles_the_same_form(finger, quarter):
+    installed("NGSolve")
+    from papilla.studies.bench.peers.ngsolve_press import NgsolvePress, elastic_form
+
+    library = NgsolvePress(quarter, 1, "sparsecholesky")
+    form = elastic_form(library.space, quarter.elasticity)
+    form.Assemble()
+    nodal = np.random.default_rng(3).normal(size=quarter.nodes.shape)
+    vector = form.mat.CreateColVector()
+    vector.FV().NumPy()[:] = 0
+    vector.FV().NumPy()[: nodal.size] = library.numbering.coefficients(nodal).T.ravel()
+    theirs = (form.mat * vector).Evaluate().InnerProduct(vector)
+    lower = TaylorHood(quarter.mesh).matrix({OUTER: finger.outer, INNER: finger.inner})[: nodal.size, : nodal.size]
+    flat = nodal.ravel()
+    own = 2 * flat @ (lower @ flat) - flat**2 @ lower.diagonal()
+    assert theirs == pytest.approx(own, rel=1e-12)
+    np.testing.assert_allclose(library.numbering.values(library.numbering.coefficients(nodal)), nodal, atol=1e-14)
+
+
+def test_gauges_read_a_uniform_stretch(finger, quarter, mesh):
+    whole = PeerScene(finger, mesh, (), INDENTATION_MM)
+    stretch = np.array([1e-3, -2e-3, 1e-3])
+    assert quarter.sd(quarter.nodes * stretch) == pytest.approx(whole.sd(whole.nodes * stretch), rel=1e-9)
+    assert whole.sd(np.zeros_like(whole.nodes)) == 0
+
+
+def test_a_missing_package_is_named_with_the_extra(finger, mesh, quarter):
+    absent = Peer("Absent", ("numpy", "no_such_package"), lambda scene, threads: pytest.fail("must not be called"))
+    (sentence,) = missing_peers([absent])
+    assert sentence == "Absent: no no_such_package; pip install 'papilla[peers]'"
+    with pytest.raises(MissingExtraError, match=r"no_such_package; pip install 'papilla\[peers\]'"):
+        absent.prepare(quarter, 1)
+    assert run_peers(finger, mesh, peers=[absent]) == ()
+
+
+def test_a_package_that_does_not_load_is_named_with_the_extra(quarter):
+    def broken(scene, threads):
+        raise ImportError("mkl_rt not found")
+
+    with pytest.raises(MissingExtraError, match=r"Broken does not load \(mkl_rt not found\); pip install"):
+        Peer("Broken", (), broken).prepare(quarter, 1)
+
+
+def test_a_penalty_that_does_not_converge_is_refused(finger, mesh):
+    class Soft:
+        unknowns = 1
+
+        def press(self, penalty):
+            return PeerSolution(penalty, np.zeros((1, 3)), 1, 1.0, 0.5)
+
+    with pytest.raises(SolverError, match="Soft, quarter by symmetry: the force still changes by more than 0.001"):
+        run_peers(finger, mesh, peers=[Peer("Soft", (), lambda scene, threads: Soft())])
+
+
+def test_the_row_is_documented():
+    for name in PeerPress.__dataclass_fields__:
+        assert name in PeerPress.__doc__

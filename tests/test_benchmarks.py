@@ -1,0 +1,51 @@
+"""Every script of benchmarks/ runs, in a short form: a coarse mesh, or fewer scenes."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+SHORT = {
+    "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
+    "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
+    "peers": (["--size", "2"], {}, "one press by"),
+    "recovered_modulus": ([], {"PRESSES": 10}, "unseen mesh: error of E"),
+    "set_up_profile": (["--size", "2"], {}, "factorisation: "),
+    "speed_against_error": (["--help"], {}, "--estimators"),
+    "thousand_scenes": ([], {"MODULI_MPA": np.array([0.5]), "FORCES_N": np.array([0.2, 0.4])}, "peak memory"),
+    "wavelength_estimators": (["reciprocal", "--seeds", "1", "--workers", "1"], {}, "reciprocal in space"),
+}
+"""Script -> arguments, constants to replace, and what it must print. `papilla bench --short` itself is run, with its
+numbers looked at, in tests/cli."""
+
+
+def test_every_benchmark_has_a_short_form():
+    assert set(SHORT) == {path.stem for path in FOLDER.glob("*.py")}
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:felupe")
+@pytest.mark.parametrize("name", SHORT)
+def test_short_form(name, monkeypatch, capsys, tmp_path):
+    arguments, constants, expected = SHORT[name]
+    if name in ("assembly_against_ngsolve", "peers"):
+        pytest.importorskip("ngsolve", reason="needs the extra peers")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
+    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for constant, value in constants.items():
+        assert hasattr(module, constant)
+        monkeypatch.setattr(module, constant, value)
+    if hasattr(module, "main"):
+        module.main()
+    else:
+        with pytest.raises(SystemExit) as ended:
+            module.run(["bench", *arguments])
+        assert ended.value.code == 0
+    assert expected in capsys.readouterr().out
