@@ -28,7 +28,8 @@ class LogReport:
     """What a reader of a time log has to know: counts, never silently dropped rows.
 
     `gaps` counts steps over 1.5 median steps, `duplicates` rows that repeat the time before them, `nan_rows` rows where
-    any used column holds no finite number, `ignored` names the columns that papilla does not know.
+    any used column holds no finite number, `ignored` names the columns that papilla does not know; `ends_open` says that
+    the last line has no line end, as in a file that was cut off.
     """
 
     rows: int
@@ -37,6 +38,12 @@ class LogReport:
     nan_cells: int
     nan_rows: int
     ignored: tuple[str, ...]
+    ends_open: bool
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should be told of the file, a sentence each."""
+        return _notes(self.ignored, self.ends_open)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +86,7 @@ class BenchLog:
     indentation_mm : (n,) > 0, or None.
     x_mm, y_mm : (n,) touch-down points, or None.
     ignored : names of columns that papilla does not know.
+    ends_open : the last line has no line end, as in a file that was cut off.
     """
 
     force_N: np.ndarray
@@ -89,9 +97,15 @@ class BenchLog:
     x_mm: np.ndarray | None = None
     y_mm: np.ndarray | None = None
     ignored: tuple[str, ...] = ()
+    ends_open: bool = False
 
     def __len__(self) -> int:
         return len(self.force_N)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should be told of the file, a sentence each."""
+        return _notes(self.ignored, self.ends_open)
 
     @cached_property
     def sd_microstrain(self) -> np.ndarray:
@@ -148,6 +162,7 @@ def read_time_log(path) -> TimeLog:
         nan_cells=int(bad.sum()),
         nan_rows=int(bad.any(axis=1).sum()),
         ignored=table.ignored,
+        ends_open=table.ends_open,
     )
     return TimeLog(
         t_s=time,
@@ -183,6 +198,7 @@ def read_bench(path) -> BenchLog:
         x_mm=table.columns.get("x_mm"),
         y_mm=table.columns.get("y_mm"),
         ignored=table.ignored,
+        ends_open=table.ends_open,
     )
     if "sd_microstrain" in table.columns:
         _check_sd(table, log.sd_microstrain)
@@ -207,6 +223,13 @@ def _read(path, needed: tuple[str, ...], optional: tuple[str, ...]) -> tuple[Tab
     if not gauges:
         raise FileFormatError(f"{table.path}, line 1: no gauge column g1, g2, ... (found {', '.join(names)})")
     return table, gauges
+
+
+def _notes(ignored: tuple[str, ...], ends_open: bool) -> tuple[str, ...]:
+    notes = [f"ignored columns: {', '.join(ignored)}"] if ignored else []
+    if ends_open:
+        notes.append("the last line has no line end: if the file was cut off, its last number may be too short")
+    return tuple(notes)
 
 
 def _readings(table: Table, gauges: tuple[str, ...]) -> np.ndarray:

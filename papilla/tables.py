@@ -24,12 +24,14 @@ class Table:
     columns : name -> (n,) float; an empty cell is NaN.
     lines : (n,) int, the line of the file that each row ends on.
     ignored : names of the columns that were not asked for; their cells were not looked at.
+    ends_open : the last line has no line end: a file that was cut off in its last number looks like that.
     """
 
     path: Path
     columns: Mapping[str, np.ndarray]
     lines: np.ndarray
     ignored: tuple[str, ...]
+    ends_open: bool
 
     def fault(self, row: int, column: str, problem: str) -> FileFormatError:
         """The error for one cell, naming file, line and column."""
@@ -47,7 +49,8 @@ def read_table(path, wanted: Callable[[str], bool]) -> Table:
     twice, a row with too few or too many cells, text where a number was expected), naming line and column.
     """
     path = Path(path)
-    rows = csv.reader(io.StringIO(_decode(path), newline=""), strict=True)
+    text = _decode(path)
+    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         names = [name.strip() for name in next(rows, [])]
         _check_header(path, names)
@@ -71,7 +74,8 @@ def read_table(path, wanted: Callable[[str], bool]) -> Table:
         raise FileFormatError(f"{path} holds a header but no rows")
     values = np.array(cells)
     columns = {names[number]: values[:, i] for i, number in enumerate(used)}
-    return Table(path, columns, np.array(lines), tuple(name for name in names if name not in columns))
+    ignored = tuple(name for name in names if name not in columns)
+    return Table(path, columns, np.array(lines), ignored, ends_open=not text.endswith(("\n", "\r")))
 
 
 def write_table(path, columns: Mapping[str, Sequence | np.ndarray]) -> None:

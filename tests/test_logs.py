@@ -52,6 +52,15 @@ def test_unknown_columns_are_named_and_not_parsed(log):
     assert read_bench(log("material,force_N,modulus_MPa,g1\nA,1,1,1\nB,1,2,3\n")).ignored == ("material",)
 
 
+def test_a_file_without_its_last_line_end_is_remarked_on(log):
+    """Cut off in its last number it is still a table: nothing else tells."""
+    assert read_time_log(log("t_s,g1\n0,100\n1,200\n")).report.notes == ()
+    for cut in ("t_s,g1\n0,100\n1,2", "t_s,note,g1\n0,a,100\n1,b,2"):
+        *_, last = read_time_log(log(cut)).report.notes
+        assert last.startswith("the last line has no line end")
+    assert len(read_bench(log("force_N,modulus_MPa,g1\n1,1,1\n2,1,2")).notes) == 1
+
+
 def test_written_table_reads_back_bit_for_bit(tmp_path):
     values = np.random.default_rng(1).normal(size=(50, 3)) * 10.0 ** np.arange(-8, 10, 6)
     values[7, 1] = np.nan

@@ -31,8 +31,8 @@ def calibrate(
 
     design = Finger.load(finger) if finger else None
     log = read_bench(bench) if bench else None
-    if log is not None and log.ignored:
-        say(f"ignored columns of {bench}: {', '.join(log.ignored)}")
+    for note in log.notes if log is not None else ():
+        say(f"{bench}: {note}")
     check_writable(out)
 
     from papilla.calibrate import job

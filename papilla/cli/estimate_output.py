@@ -31,8 +31,10 @@ _ANSWERS = (
 def summary_of(recorded: "TimeLog", columns: dict, messages: tuple[str, ...], wavelengths) -> dict:
     """What is printed of the estimates: JSON keys and their values, `messages` among them."""
     report = recorded.report
-    told = [*messages, *([f"ignored columns: {', '.join(report.ignored)}"] if report.ignored else [])]
+    told = [*messages, *report.notes]
     lines, searched = _lines(recorded, wavelengths, told)
+    if wavelengths is None and lines:
+        told += _beyond_rows(lines[0]["wavelength_mm"])
     return {
         "rows": report.rows,
         "answered_rows": {names[0]: int((columns[names[0]] == columns[names[0]]).sum()) for names in LAST.values()},
@@ -47,6 +49,19 @@ def summary_of(recorded: "TimeLog", columns: dict, messages: tuple[str, ...], wa
         "sample_rate_Hz": recorded.sample_rate_Hz,
         "messages": told,
     }
+
+
+def _beyond_rows(strongest_mm: float) -> list[str]:
+    """A word where the strongest line of the log is none that is looked for row by row."""
+    from papilla.estimators.pipeline.pipeline import DEFAULT_RANGE_MM
+
+    low, high = DEFAULT_RANGE_MM
+    if low <= strongest_mm <= high:
+        return []
+    return [
+        f"the strongest line, {strongest_mm:.3g} mm, is outside the {low:g} to {high:g} mm of the rows: give "
+        "--wavelength-range, or, if it cannot be, look at the units of t_s, velocity_mm_s and position_mm"
+    ]
 
 
 def _last(recorded: "TimeLog", columns: dict, names: tuple[str, ...]) -> dict | None:

@@ -44,7 +44,7 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     assert rows["hertz", "Taylor-Hood", 0.7]["error_sd"] < 0.03
     assert 0.01 < rows["finite", "Taylor-Hood", 2.8]["small_strain_sd"] < 0.05
     assert any(row["pareto"] for row in found["rows"])
-    assert 1.0 < found["growth"]["factor_nonzeros"]["exponent"] < 4 / 3 + 0.05
+    assert 1.0 < found["growth"]["factor_nonzeros"]["exponent"] < 1.6, "a cube has 4/3 in the limit of many unknowns"
     (peer,) = found["peers"]
     assert peer["name"] == "another library" and peer["seconds_one_press"] == 50
     assert peer["ratio"] == pytest.approx(by_element["Taylor-Hood"]["seconds_thousand"] / 50)

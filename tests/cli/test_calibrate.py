@@ -61,7 +61,7 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
     answer = papilla("calibrate", "--bench", "presses.csv")
     assert answer.code == 0
-    assert answer.err.splitlines()[0] == "ignored columns of presses.csv: operator"
+    assert answer.err.splitlines()[0] == "presses.csv: ignored columns: operator"
 
 
 @pytest.mark.parametrize(

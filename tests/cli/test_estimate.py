@@ -134,6 +134,18 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_
         assert text in table
 
 
+@pytest.mark.parametrize("column, factor", [("t_s", 1000), ("velocity_mm_s", 1e-3)])
+def test_units_off_by_a_thousand_are_asked_about(papilla, tmp_path, column, factor):
+    t = np.arange(2000) / 1000
+    columns = {"t_s": t, "g1": np.sin(2 * np.pi * 50 * t / 1.5), "velocity_mm_s": np.full(2000, 50.0)}
+    columns["g1"] += np.random.default_rng(3).normal(0, 0.1, 2000)
+    write_table(tmp_path / "right.csv", columns)
+    write_table(tmp_path / "wrong.csv", columns | {column: factor * columns[column]})
+    told = {name: papilla("estimate", f"{name}.csv", "--out", "est.csv").err for name in ("right", "wrong")}
+    doubt = "is outside the 0.4 to 6 mm of the rows: give --wavelength-range, or, if it cannot be, look at the units"
+    assert doubt in told["wrong"] and doubt not in told["right"]
+
+
 def test_a_log_without_movement_has_no_lines_and_says_so(papilla, tmp_path):
     rng = np.random.default_rng(1)
     still = {"t_s": np.arange(100) / 1000, "g1": rng.normal(size=100), "velocity_mm_s": np.zeros(100)}
