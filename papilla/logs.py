@@ -28,8 +28,8 @@ class LogReport:
     """What a reader of a time log has to know: counts, never silently dropped rows.
 
     `gaps` counts steps over 1.5 median steps, `duplicates` rows that repeat the time before them, `nan_rows` rows where
-    any used column holds no finite number, `ignored` names the columns that papilla does not know; `ends_open` says that
-    the last line has no line end, as in a file that was cut off.
+    any used column holds no finite number, `ignored` names the columns that papilla does not know, `ends_open` says
+    that the last line has no line end, as in a file that was cut off.
     """
 
     rows: int

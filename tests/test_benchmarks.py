@@ -13,6 +13,7 @@ SHORT = {
     "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
     "peers": (["--size", "2"], {}, "one press by"),
+    "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
     "recovered_modulus": ([], {"PRESSES": 10}, "unseen mesh: error of E"),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),
     "speed_against_error": (["--help"], {}, "--estimators"),

@@ -2,11 +2,12 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, SoftnessStatus, Uncertainty
+from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus, Uncertainty
 from papilla.calibration.document import SCHEMA, to_document
 from papilla.calibration.quadratic import Quadratic
 from papilla.calibration.surface import Surface
@@ -266,3 +267,81 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     with pytest.raises(FileAccessError, match="cannot write"):
         record().save(tmp_path / "no such folder" / "c.json")
     assert list(tmp_path.iterdir()) == []
+
+
+# ---- Contact positions, the optional part
+
+
+def beside(reach=4.0) -> Calibration:
+    """The record with random changes of its two gauges, 2 x 3 x 8 cells."""
+    coefficients = np.random.default_rng(3).normal(size=(2, 5, 6, 11))
+    coefficients[..., 5] = -(coefficients[..., 4] + coefficients[..., 6]) / 4
+    error = np.abs(np.linspace(-4, 4, 9))[None, :] * [[1.0], [2.0]]
+    return replace(record(), position=PositionTerms(FORCE, MODULUS, reach, coefficients, error))
+
+
+def test_positions_survive_a_file_bit_for_bit(tmp_path):
+    one, path = beside(), tmp_path / "c.json"
+    one.save(path)
+    back = Calibration.load(path).position
+    for name in ("coefficients", "error"):
+        assert (getattr(back, name) == getattr(one.position, name)).all()
+    assert (back.force_N, back.modulus_MPa, back.reach_mm, back.cells) == (FORCE, MODULUS, 4.0, (2, 3, 8))
+
+
+def test_files_without_positions_are_as_before(tmp_path):
+    assert "position" not in to_document(record())["softness"]
+    record().save(tmp_path / "c.json")
+    old = Calibration.load(tmp_path / "c.json")
+    assert old.position is None
+    with pytest.raises(InputError, match="this calibration has no contact positions .* papilla calibrate"):
+        old.predict_readings(0.3, 0.3, 1.0)
+    assert to_document(beside())["schema"] == SCHEMA == "papilla.calibration/1"
+
+
+def test_changes_vanish_at_the_apex_and_end_at_the_reach():
+    one, (force, modulus) = beside(), domain_points(50)
+    apex = one.predict_readings(force, modulus)
+    np.testing.assert_allclose(one.predict_readings(force, modulus, 0.0), apex, rtol=1e-13)
+    moved = one.predict_readings(force, modulus, 2.5)
+    np.testing.assert_allclose(moved - apex, force[:, None] * one.position.change(force, modulus, 2.5), atol=1e-9)
+    assert np.isfinite(one.position.change(0.3, 0.3, [-4.0, 4.0])).all()
+    assert np.isnan(one.position.change(0.3, 0.3, [-4.001, 4.001, np.nan])).all()
+    assert np.isnan(one.position.change([0.049, 0.3], [0.3, 5.1], 0.0)).all()
+
+
+def test_a_change_is_one_smooth_spline_over_its_cells():
+    """Value and slope agree where cells of force, modulus and position meet."""
+    terms, step = beside().position, 1e-7
+    middle, third = math.sqrt(FORCE[0] * FORCE[1]), MODULUS[0] * (MODULUS[1] / MODULUS[0]) ** (1 / 3)
+    for axis, point in enumerate([(middle, 0.3, 0.4), (0.3, third, 0.4), (0.3, 0.3, 1.0)]):
+
+        def at(shift, axis=axis, point=point):
+            moved = list(point)
+            moved[axis] = moved[axis] + shift if axis == 2 else moved[axis] * math.exp(shift)
+            return terms.change(*moved)
+
+        np.testing.assert_allclose(at(step), at(-step), atol=1e-5)
+        left, right = (at(0.0) - at(-step)) / step, (at(step) - at(0.0)) / step
+        np.testing.assert_allclose(left, right, rtol=1e-3, atol=1e-4)
+        assert np.abs(left).max() > 1e-2
+
+
+@pytest.mark.parametrize(
+    "spoil, message",
+    [
+        (lambda p: p.pop("error"), "key softness.position.error is missing"),
+        (lambda p: p.update(form="cubic"), "softness.position.form must be"),
+        (lambda p: p.update(cells=[2, 3, 7]), "softness.position.coefficients must be a list of 2 x 5 x 6 x 10"),
+        (lambda p: p.update(reach_mm=0.0), "reach of contact positions .* greater than 0, got 0"),
+        (lambda p: p["error"][0].__setitem__(0, -1.0), "contact positions need 2 x 9 errors of at least 0"),
+        (lambda p: p.update(gauges=1, coefficients=p["coefficients"][:1], error=p["error"][:1]), "must hold 2 gauges"),
+    ],
+)
+def test_broken_positions_are_refused(tmp_path, spoil, message):
+    document = to_document(beside())
+    spoil(document["softness"]["position"])
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(FileFormatError, match=message):
+        Calibration.load(path)

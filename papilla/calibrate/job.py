@@ -8,6 +8,7 @@ import numpy as np
 from papilla import fem, units
 from papilla.calibrate.bench import fit_bench
 from papilla.calibrate.fitting import fit
+from papilla.calibrate.position import with_positions
 from papilla.calibrate.sweep import DEFAULT_FORCES, DEFAULT_MODULI, SCHEMA, Sweep, default_specimen, sweep
 from papilla.calibration import Calibration
 from papilla.fem.prepare import code_sha256
@@ -95,6 +96,8 @@ def calibrate_finger(
         scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, steps))
     progress("fitting")
     calibration = fit(presses, scatter)
+    progress("contacts beside the apex")
+    calibration = with_positions(calibration, finger, reduced)
     return Calibrated(calibration, presses, recover(calibration, reduced), reduced)
 
 

@@ -151,6 +151,8 @@ def mesh_section(done: Calibrated, finger: Finger) -> Markup:
         ("edges (mm)", _pair(figures, "edge_min_mm", "edge_max_mm")),
         ("volumes (mm³)", volumes),
     ]
+    if (terms := done.calibration.position) is not None:
+        rows.append(("contacts calibrated along the finger (mm)", f"−{terms.reach_mm:g} to {terms.reach_mm:g}"))
     known = done.calibration.surface.uncertainty
     parts = [table(["", ""], rows)]
     if known.meshes:

@@ -1,5 +1,6 @@
 """The calibration record (NumPy only): `papilla.calibrate` makes it, estimators use it, files keep it."""
 
+from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import LEVEL, NORMAL_FACTOR, GaugeSurface, SdSurface, Uncertainty
 from papilla.calibration.record import Calibration, Inversion
@@ -13,6 +14,7 @@ __all__ = [
     "Calibration",
     "GaugeSurface",
     "Inversion",
+    "PositionTerms",
     "Quadratic",
     "QuadraticInverse",
     "SdSurface",

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import GaugeSurface, SdSurface
 
@@ -16,6 +17,7 @@ class CalibrationData:
     forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
     provenance : versions, hashes, when; notes : what a user has to doubt, a sentence each.
+    position : what contacts beside the apex change; None where it is not known.
     """
 
     finger: dict
@@ -26,6 +28,7 @@ class CalibrationData:
     gauges: tuple[GaugeSurface, ...]
     provenance: dict
     notes: tuple[str, ...] = ()
+    position: PositionTerms | None = None
 
     @property
     def domain(self) -> dict[str, tuple[float, float]]:

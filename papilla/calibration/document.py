@@ -9,6 +9,7 @@ import numpy as np
 
 from papilla.calibration.data import CalibrationData
 from papilla.calibration.json_table import JsonTable
+from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
 from papilla.calibration.readouts import LEVEL, GaugeSurface, SdSurface, Uncertainty
 from papilla.calibration.surface import Surface
@@ -17,6 +18,8 @@ from papilla.files import write_text
 
 SCHEMA = "papilla.calibration/1"
 SPLINE = "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"
+POSITION_SPLINE = "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm"
+POSITION_QUANTITY = "(reading_microstrain - that at the apex) / force_N"
 UNITS = {"f": "gf", "E": "MPa", "sd": "microstrain"}
 
 
@@ -90,6 +93,7 @@ def to_document(calibration: CalibrationData) -> dict:
                 }
                 for gauge in calibration.gauges
             ],
+            **_position_table(calibration.position),
         },
         "domain": {key: list(limits) for key, limits in calibration.domain.items()},
         "provenance": calibration.provenance,
@@ -110,7 +114,10 @@ def from_document(document: dict) -> CalibrationData:
         gauges=tuple(_gauge(table) for table in softness.tables("gauges")),
         provenance=root.table("provenance").values,
         notes=root.texts("notes"),
+        position=_position(softness.table("position")) if "position" in softness.values else None,
     )
+    if calibration.position is not None and len(calibration.position.coefficients) != len(calibration.gauges):
+        raise InputError(f"softness.position must hold {len(calibration.gauges)} gauges")
     domain = root.table("domain")
     if any(domain.interval(key) != limits for key, limits in calibration.domain.items()):
         raise InputError("domain differs from that of softness.surface")
@@ -167,6 +174,19 @@ def _surface(table: JsonTable) -> Surface:
     return Surface(table.interval("force_N"), table.interval("modulus_MPa"), coefficients)
 
 
+def _position(table: JsonTable) -> PositionTerms:
+    table.require("quantity", POSITION_QUANTITY)
+    table.require("form", POSITION_SPLINE)
+    gauges, (m, n, k) = int(table.number("gauges")), table.array("cells", (3,)).astype(int)
+    return PositionTerms(
+        table.interval("force_N"),
+        table.interval("modulus_MPa"),
+        table.number("reach_mm"),
+        table.array("coefficients", (gauges, int(m) + 3, int(n) + 3, int(k) + 3)),
+        table.array("error", (gauges, int(k) + 1)),
+    )
+
+
 def _uncertainty(table: JsonTable) -> Uncertainty:
     forces = table.array("scatter_force_N", None)
     if (forces <= 0).any() or (np.diff(forces) <= 0).any():
@@ -189,6 +209,25 @@ def _surface_table(surface: Surface) -> dict:
         "modulus_MPa": list(surface.modulus_MPa),
         "cells": list(surface.cells),
         "coefficients": surface.coefficients.tolist(),
+    }
+
+
+def _position_table(known: PositionTerms | None) -> dict:
+    """The optional part of the file: readers that do not know it pass it over, so the schema is the same."""
+    if known is None:
+        return {}
+    return {
+        "position": {
+            "quantity": POSITION_QUANTITY,
+            "form": POSITION_SPLINE,
+            "gauges": len(known.coefficients),
+            "force_N": list(known.force_N),
+            "modulus_MPa": list(known.modulus_MPa),
+            "reach_mm": known.reach_mm,
+            "cells": list(known.cells),
+            "coefficients": known.coefficients.tolist(),
+            "error": known.error.tolist(),
+        }
     }
 
 

@@ -129,7 +129,8 @@ class Curve:
 
     def solve(self, value: float, low: int, high: int) -> tuple[float, float]:
         """ln modulus of a value between those of nodes `low` and `high`, and the slope there."""
-        j = min(max(bisect_right(self.values, value, low, high + 1) - 1, low), high - 1)
+        j = bisect_right(self.values, value, low, high + 1) - 1
+        j = low if j < low else high - 1 if j >= high else j
         cubic = self.cubics[j]
         u = solve_cubic(cubic, value)
         _, q, r, s = cubic
@@ -145,7 +146,8 @@ def solve_cubic(cubic: tuple[float, ...], value: float) -> float:
     p -= value
     below, above = 0.0, 1.0
     rise = q + r + s
-    u = min(max(-p / rise, 0.0), 1.0) if rise > 0 else 0.5
+    u = -p / rise if rise > 0 else 0.5
+    u = 0.0 if u < 0.0 else 1.0 if u > 1.0 else u
     for _ in range(NEWTON_STEPS):
         error = p + u * (q + u * (r + u * s))
         if error == 0.0:

@@ -12,6 +12,7 @@ import numpy as np
 
 from papilla.calibration.data import CalibrationData
 from papilla.calibration.document import read_calibration, write_calibration
+from papilla.calibration.position import PositionTerms
 from papilla.calibration.readouts import NORMAL_FACTOR
 from papilla.calibration.status import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
@@ -68,9 +69,27 @@ class Calibration(CalibrationData):
         """S_d in microstrain at forces (N) and moduli (MPa) that broadcast; NaN outside the domain."""
         return np.exp(self.surface.surface(force_N, modulus_MPa))
 
-    def predict_readings(self, force_N, modulus_MPa) -> np.ndarray:
-        """(..., g) gauge readings in microstrain at forces and moduli that broadcast; NaN outside the domain."""
-        return np.stack([gauge.reading(force_N, modulus_MPa) for gauge in self.gauges], axis=-1)
+    def predict_readings(self, force_N, modulus_MPa, position_mm=None) -> np.ndarray:
+        """(..., g) gauge readings in microstrain at forces and moduli that broadcast; NaN outside the domain.
+
+        position_mm : x of the contact along the finger, at the apex where it is None; broadcasts too. Raises
+        `InputError` for a calibration that knows the apex alone.
+        """
+        apex = np.stack([gauge.reading(force_N, modulus_MPa) for gauge in self.gauges], axis=-1)
+        if position_mm is None:
+            return apex
+        change = self.position_terms.change(force_N, modulus_MPa, position_mm)
+        return apex + np.asarray(force_N, float)[..., None] * change
+
+    @property
+    def position_terms(self) -> PositionTerms:
+        """What contacts beside the apex change; raises `InputError` where this calibration does not know it."""
+        if self.position is None:
+            raise InputError(
+                "this calibration has no contact positions (softness.position): make it anew with papilla calibrate, "
+                "from a finger's design"
+            )
+        return self.position
 
     def invert(self, sd_microstrain, force_N, *, sd_sigma=0.0, force_sigma=0.0) -> Inversion:
         """The modulus behind S_d at a force; scalars, or arrays that broadcast.

@@ -20,6 +20,7 @@ class SoftnessStatus(IntEnum):
     BAD_INPUT = 8
     LEFT_OUT = 9
     MISFIT = 10
+    OFF_REACH = 11
 
     @property
     def sentence(self) -> str:
@@ -39,4 +40,5 @@ _SENTENCES = {
     SoftnessStatus.BAD_INPUT: "force or S_d is not a positive finite number",
     SoftnessStatus.LEFT_OUT: "ok without some channels",
     SoftnessStatus.MISFIT: "the readings fit no modulus and force: a touch off the apex, or several bad channels",
+    SoftnessStatus.OFF_REACH: "the contact lies beside the calibrated positions",
 }

@@ -228,14 +228,14 @@ def _targets(targets: Sequence["Verdict"]) -> _Table:
 
 
 def _softness(rows: Sequence["SoftnessRow"]) -> _Table:
-    """A line for each estimator, mesh and profile: the median over moduli and noises."""
+    """A line for each estimator, place and profile: the median over moduli and noises."""
     columns = ("softness", "readings of", "force", "RMS of ln E %", "x bound", "bias / bound", "error / sigma",
                "in stated 95 %", "answered %")  # fmt: skip
     groups: dict[tuple[str, str, str], list] = {}
     for row in rows:
-        groups.setdefault((row.estimator, row.mesh, row.profile), []).append(row)
+        groups.setdefault((row.estimator, row.place, row.profile), []).append(row)
     lines: list[Sequence[str]] = []
-    for (estimator, mesh, profile), own in groups.items():
+    for (estimator, place, profile), own in groups.items():
 
         def middle(name: str, own=own) -> float:
             values = [getattr(row, name) for row in own]
@@ -244,7 +244,7 @@ def _softness(rows: Sequence["SoftnessRow"]) -> _Table:
         ratios = (middle(name) for name in ("error_over_bound", "bias_over_bound", "sigma_ratio"))
         shares = (middle(name) for name in ("coverage", "answered"))
         lines.append(
-            (estimator, mesh, profile, _percent(middle("error")), *map(_number, ratios), *map(_percent, shares))
+            (estimator, place, profile, _percent(middle("error")), *map(_number, ratios), *map(_percent, shares))
         )
     return "Softness: medians over moduli and noises", columns, lines
 

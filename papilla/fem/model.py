@@ -106,6 +106,19 @@ class FingerModel:
         loads = {parity: self._rows(strain, parity).T.toarray() / len(parities) for parity in parities}
         return {parity: self._solve(parity, load).reshape(-1, 3, len(strain)) for parity, load in loads.items()}
 
+    def reading_adjoints(self) -> dict:
+        """As `gauge_adjoints`, of each gauge's reading (gain * strain + lever * curvature change, as strain), and only
+        for fields that are symmetric in y: loads that are so excite no others."""
+        gauges, (strain, curvature) = self.finger.gauges, self._gauge_functionals()
+        parities = self._all_parities()
+        weights = sp.diags([gauge.membrane_gain for gauge in gauges]), sp.diags([gauge.lever_mm for gauge in gauges])
+        found = {}
+        for parity in [parity for parity in parities if parity[1] > 0]:
+            rows = weights[0] @ self._rows(strain, parity) + weights[1] @ self._rows(curvature, parity)
+            load = rows.T.toarray() / len(parities)
+            found[parity] = self._solve(parity, load).reshape(-1, 3, len(gauges))
+        return found
+
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
         """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""
         if parity not in self._factors:

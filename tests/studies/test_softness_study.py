@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, Surface, Uncertainty
 from papilla.calibration.quadratic import Quadratic
 from papilla.errors import InputError
 from papilla.studies.estimators import softness
@@ -58,6 +58,37 @@ def test_bounds_hold_the_errors_of_the_calibration(calibration):
         assert bound(calibration, 0.1, force, 20.0, 0.002) > 2 * bound(sure, 0.1, force, 20.0, 0.002)
     fewer = softness.gauge_bound(sure, 0.1, force, 20.0, 0.002, used=[0, 1, 3, 4])
     assert fewer > softness.gauge_bound(sure, 0.1, force, 20.0, 0.002)
+
+
+@pytest.fixture(scope="module")
+def with_positions(calibration):
+    """The same finger, whose readings go with x: the left half up and the right half down, the middle bends."""
+    k = np.arange(11) - 5.0
+    over_x = np.array([900 * k, 2500 * k, -1800 * k**2, -2500 * k, -900 * k])
+    over_x[2] -= (over_x[2, 4] + 4 * over_x[2, 5] + over_x[2, 6]) / 6
+    coefficients = np.broadcast_to(over_x[:, None, None, :], (5, 4, 4, 11)).copy()
+    error = np.tile(40.0 * np.abs(np.arange(9) - 4.0), (5, 1))
+    return replace(calibration, position=PositionTerms(FORCE, MODULUS, 4.0, coefficients, error))
+
+
+def test_touches_beside_the_apex_get_rows_of_their_own(with_positions):
+    options = {"trials": 8, "moduli": (0.1,), "noises": ((50.0, 0.005),), "profiles": ("press",)}
+    rows = softness.compare_softness(with_positions, {}, **options, places_mm=(0.0, 1.0))
+    found = {(row.estimator, row.place): row for row in rows}
+    assert len(rows) == len(softness.ENTRANTS) + 1 + len(softness.BESIDE)
+    beside, blind = (found[name, "surface, x 1 mm"] for name in (softness.ANYWHERE, "five gauges"))
+    assert beside.answered == 1 and 0.4 < beside.error_over_bound < 1.7 and 0.4 < beside.sigma_ratio < 1.7
+    assert not (blind.answered == 1 and blind.error < 2 * beside.error)
+    assert found[softness.ANYWHERE, "surface"].position_mm == 0 and beside.position_mm == 1
+    only = softness.compare_softness(with_positions, {}, **options, places_mm=(1.0,), entrants=(softness.ANYWHERE,))
+    assert only == (beside,)
+
+
+def test_an_unknown_position_raises_the_bound_and_its_error_more(with_positions):
+    force, sure = softness.force_profile("press"), softness.taken_as_exact(with_positions)
+    known, free = (softness.gauge_bound(sure, 0.1, force, 20.0, 0.002, position_mm=x) for x in (None, 1.0))
+    assert free > known
+    assert softness.gauge_bound(with_positions, 0.1, force, 20.0, 0.002, position_mm=1.0) > free
 
 
 def test_profiles_go_to_and_fro():

@@ -99,81 +99,90 @@ class Clock:
         self._rate = rate_Hz
         self.state = ClockState()
 
+    @property
+    def state(self) -> ClockState:
+        """All that is remembered, to be kept or to be set again."""
+        return ClockState(
+            self._time, self._known, self._place, self._velocity, self._offset, self._pace, self._mean, self._steps,
+            self._trail,
+        )  # fmt: skip
+
+    @state.setter
+    def state(self, state: ClockState) -> None:
+        self._time, self._known, self._place = state.time_s, state.known_s, state.place_mm
+        self._velocity, self._offset, self._pace = state.velocity_mm_s, state.offset_mm, state.pace
+        self._mean, self._steps, self._trail = state.mean_step, state.steps, state.trail
+
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """What this sample is; without a finite time it is taken to be one period after the last."""
-        state, rate = self.state, self._rate
+        rate, last = self._rate, self._time
         if not math.isfinite(time):
-            time = 0.0 if state.time_s != state.time_s else state.time_s + 1 / rate
-        status, missing, mean, steps = OK, 0, state.mean_step, state.steps
-        if state.time_s == state.time_s:
-            late = time - state.time_s
+            time = 0.0 if last != last else last + 1 / rate
+        status, missing = OK, 0
+        if last == last:
+            late = time - last
             if late > LONGEST_GAP_S + 1 / rate or late < -LONGEST_GAP_S:
-                self.state = state = ClockState()
-                status, mean, steps = BEGUN_ANEW, 1.0, 0
+                self.state = ClockState()
+                status = BEGUN_ANEW
             elif late <= 0.0:
                 return _LEFT_OUT
             else:
                 periods = late * rate
                 # A mean that starts from the first steps, not from the nominal one, and fades later.
-                if periods < GAP_STEPS or steps < RATE_MEMORY:
-                    steps = min(steps + 1, RATE_MEMORY)
-                    mean += (min(periods, 2.0) - mean) / steps
+                if periods < GAP_STEPS or self._steps < RATE_MEMORY:
+                    self._steps = min(self._steps + 1, RATE_MEMORY)
+                    self._mean += (min(periods, 2.0) - self._mean) / self._steps
                 if periods >= GAP_STEPS:
                     status, missing = GAP, round(periods) - 1
-                if steps == RATE_MEMORY and abs(mean - 1.0) > RATE_TOLERANCE:
+                if self._steps == RATE_MEMORY and abs(self._mean - 1.0) > RATE_TOLERANCE:
                     status = OTHER_RATE
-        return self._move(state, Tick(status, missing, *[_NONE] * 5), (time, velocity, position), (mean, steps))
+        return self._move(status, missing, time, velocity if math.isfinite(velocity) else _NONE, position)
 
-    def _move(self, state: ClockState, tick: Tick, sample: tuple, rate_seen: tuple[float, int]) -> Tick:
-        """The tick with the path of this sample; commits the state."""
-        time, velocity, position = sample
-        finite = math.isfinite
-        velocity = velocity if finite(velocity) else _NONE
-        place, offset = self._place(state, time, velocity, position)
+    def _move(self, status: int, missing: int, time: float, velocity: float, position: float) -> Tick:
+        """The tick with the path of this sample."""
+        before, known, self._time = self._place, self._known, time
+        place = self._moved_to(time, velocity, position)
         if place != place:
-            self.state = ClockState(
-                time, state.known_s, state.place_mm, state.velocity_mm_s, state.offset_mm, _NONE, *rate_seen
-            )
-            return tick._replace(velocity_mm_s=velocity, slope_mm_s=velocity)
+            self._pace, self._trail = _NONE, ()
+            return Tick(status, missing, _NONE, _NONE, velocity, velocity, _NONE)
         # Over how many nominal periods the distance is spread.
-        samples = max(round((time - state.known_s) * self._rate), 1) if state.known_s == state.known_s else 1
-        pace = (place - state.place_mm) / samples if state.place_mm == state.place_mm else _NONE
+        samples = max(round((time - known) * self._rate), 1) if known == known else 1
+        pace = (place - before) / samples if before == before else _NONE
         if pace != pace:
             steady = first = velocity
         else:
             steady = pace * self._rate
-            first = steady if state.pace != state.pace else (1.5 * pace - 0.5 * state.pace) * self._rate
-        slope, trail = velocity, state.trail
+            first = steady if self._pace != self._pace else (1.5 * pace - 0.5 * self._pace) * self._rate
+        slope = velocity
         if velocity != velocity:
-            trail = (*(pair for pair in trail if pair[0] >= time - SLOPE_S), (time, place))[-64:]
-            begun, where = state.trail[-1] if len(trail) == 1 and state.trail else trail[0]
-            slope = (place - where) / (time - begun) if time > begun else _NONE
-            velocity = steady if tick.missing else first
-        self.state = ClockState(time, time, place, velocity, offset, pace, *rate_seen, trail)
-        return tick._replace(
-            first_mm_s=first,
-            pace_mm_s=steady if tick.missing else first,
-            velocity_mm_s=velocity,
-            slope_mm_s=slope,
-            place_mm=place,
-        )
+            slope = self._slope(time, place)
+            velocity = steady if missing else first
+        self._known, self._place, self._velocity, self._pace = time, place, velocity, pace
+        return Tick(status, missing, first, steady if missing else first, velocity, slope, place)
 
-    @staticmethod
-    def _place(state: ClockState, time: float, velocity: float, position: float) -> tuple[float, float]:
-        """Where this sample is, and what was added to its position; NaN where neither position nor velocity tells."""
-        before = state.place_mm
+    def _slope(self, time: float, place: float) -> float:
+        """Velocity over the last `SLOPE_S` of the places, which this one is added to."""
+        before = self._trail
+        self._trail = (*(pair for pair in before if pair[0] >= time - SLOPE_S), (time, place))[-64:]
+        begun, where = before[-1] if len(self._trail) == 1 and before else self._trail[0]
+        return (place - where) / (time - begun) if time > begun else _NONE
+
+    def _moved_to(self, time: float, velocity: float, position: float) -> float:
+        """Where this sample is; NaN where neither position nor velocity tells. Sees to what is added to positions."""
+        before = self._place
         travelled = _NONE
         if velocity == velocity:
-            start = state.velocity_mm_s if state.velocity_mm_s == state.velocity_mm_s else velocity
-            travelled = 0.0 if before != before else before + 0.5 * (start + velocity) * (time - state.known_s)
+            start = self._velocity if self._velocity == self._velocity else velocity
+            travelled = 0.0 if before != before else before + 0.5 * (start + velocity) * (time - self._known)
         if not math.isfinite(position):
-            return travelled, state.offset_mm
-        if state.offset_mm == state.offset_mm:
-            return position + state.offset_mm, state.offset_mm
-        # The first stated position continues the path that the velocity told until then.
-        if before != before:
-            return position, 0.0
-        return (travelled, travelled - position) if travelled == travelled else (position, 0.0)
+            return travelled
+        if self._offset != self._offset:
+            # The first stated position continues the path that the velocity told until then.
+            if before == before and travelled == travelled:
+                self._offset = travelled - position
+                return travelled
+            self._offset = 0.0
+        return position + self._offset
 
 
 def path(rate_Hz: float, t_s, velocity_mm_s, position_mm) -> list[float]:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from operator import eq
 
 from papilla.errors import InputError
 
@@ -44,9 +45,16 @@ class GaugeHealth:
     def look(self, readings: tuple[float, ...]) -> tuple[int, ...]:
         """What each gauge is now; an empty tuple when all are good."""
         last, repeats, limit = self._last, self._repeats, self._saturation
-        same = [new == old for new, old in zip(readings, last, strict=True)]
+        same = list(map(eq, readings, last))
+        repeated = True in same
+        # The sum is finite only where every reading is: nearly always there is nothing more to see.
+        if math.isfinite(sum(readings)) and -limit < min(readings) and max(readings) < limit and not repeated:
+            self._last = readings
+            if any(repeats):
+                self._repeats = [0] * self._gauges
+            return ()
         finite = [-math.inf < new < math.inf for new in readings]
-        if True in same:
+        if repeated:
             moved = any(
                 known and not equal and old == old for known, equal, old in zip(finite, same, last, strict=True)
             )

@@ -19,6 +19,9 @@ TRACKER_RATE_HZ = 200.0
 """The tracker's bank remembers 0.25 s: with fewer than 50 samples in it, spectra of a stretch of the path answer."""
 LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
+CONTRADICTED_SHARE, CONTRADICTED_SAMPLES = 0.25, 100
+"""S_d answers for all samples while more than this share of about so many in contact contradict each other: those that
+fit then do so by chance."""
 _NONE = math.nan
 _BY_SD, _STATUSES = 32, 64
 """A status, whether it is that of S_d, and the faults of all channels make one number: faults x 64 + 32 + status."""
@@ -64,26 +67,29 @@ class GaugesPart(Part):
     """modulus_MPa, modulus_sigma_MPa from every gauge and the force; its status also says which of them is wrong.
 
     Where the readings contradict each other (over a texture they do) S_d answers, which that moves much less.
+    position_sigma_mm : contacts lie about the apex with this standard deviation, None at the apex.
     """
 
-    def __init__(self, calibration: Calibration, rate_Hz: float, **options):
-        self._every = GaugeSoftness(calibration, **options)
-        self._sd = Softness(calibration, sample_rate_Hz=rate_Hz, **options)
+    def __init__(self, calibration: Calibration, rate_Hz: float, position_sigma_mm: float | None, **noise):
+        self._every = GaugeSoftness(calibration, position_sigma_mm=position_sigma_mm, **noise)
+        self._sd = Softness(calibration, sample_rate_Hz=rate_Hz, **noise)
         self._channels = len(calibration.gauges) + 1
+        self._contradicted = 0.0
 
     @property
     def state(self):
-        """The states of both estimators."""
-        return self._every.state, self._sd.state
+        """The states of both estimators, and the share of recent samples that contradicted each other."""
+        return self._every.state, self._sd.state, self._contradicted
 
     @state.setter
     def state(self, state) -> None:
-        self._every.state, self._sd.state = state
+        self._every.state, self._sd.state, self._contradicted = state
 
     def reset(self) -> None:
         """Forget everything."""
         self._every.reset()
         self._sd.reset()
+        self._contradicted = 0.0
 
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""
@@ -93,8 +99,11 @@ class GaugesPart(Part):
         modulus, sigma, status = self._sd.update(sample)
         found = self._every.update(sample)
         if status == SoftnessStatus.NO_CONTACT and found.modulus_MPa != found.modulus_MPa:
+            self._contradicted = 0.0
             return modulus, sigma, status
-        if found.status == SoftnessStatus.MISFIT:
+        misfit = found.status == SoftnessStatus.MISFIT
+        self._contradicted += (misfit - self._contradicted) / CONTRADICTED_SAMPLES
+        if misfit or self._contradicted > CONTRADICTED_SHARE:
             return modulus, sigma, status + _BY_SD
         return found.modulus_MPa, found.modulus_sigma_MPa, found.status + _STATUSES * found.left_out
 

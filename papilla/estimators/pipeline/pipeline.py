@@ -31,10 +31,13 @@ from papilla.estimators.pipeline.parts import (
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 DEFAULT_RANGE_MM = (0.4, 6.0)
-CHUNK = 4096
-"""Rows that are handed to the estimators at once: bounds the memory of a long block."""
-_OUTPUTS = {"modulus": COLUMNS[:2], "wavelength": COLUMNS[2:5], "frequency": COLUMNS[2:3], "friction": COLUMNS[5:7]}
+POSITION_SIGMA_MM = 1.0
+CHUNK = 512
+"""Rows that are handed to the estimators at once: few enough to stay in the cache, whatever the block."""
 _NONE = math.nan
+_PLACES = {"modulus": slice(0, 2), "wavelength": slice(2, 5), "frequency": slice(2, 3), "friction": slice(5, 7)}
+"""Which of the columns an output fills."""
+_NOTHING = (_NONE,) * (len(COLUMNS) - 1)
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,8 @@ class Pipeline:
     wavelength_range_mm : (shortest, longest) wavelength that is looked for.
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
+    position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
+        calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
 
     Raises `InputError` for unusable values, and for a calibration of another number of gauges.
     """
@@ -83,6 +88,7 @@ class Pipeline:
         gauge_sigma: float = 1.0,
         force_sigma_N: float = 1e-3,
         saturation: float = 1e12,
+        position_sigma_mm: float | None = POSITION_SIGMA_MM,
     ):
         if gauges < 1:
             raise InputError(f"gauges must be at least 1, got {gauges}")
@@ -97,28 +103,35 @@ class Pipeline:
             raise InputError(f"wavelength_range_mm must rise, got {low:g} and {high:g}")
         rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
         limit = checks.positive("saturation", saturation)
+        if position_sigma_mm is not None and not position_sigma_mm > 0:
+            raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._gauges = int(gauges)
         self.columns = ("t_s", *(f"g{number}" for number in range(1, gauges + 1)), *columns)
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
         self._parts: dict[str, Part] = {}
         self._notes: list[str] = []
-        self._add_modulus(calibration, rate, {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N})
+        noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N}
+        self._add_modulus(calibration, rate, position_sigma_mm, noise)
         self._add_wavelength(rate, (low, high))
         self._add_friction(rate)
         self._words = lru_cache(maxsize=1024)(self._sentence)
 
-    def _add_modulus(self, calibration, rate, noise) -> None:
+    def _add_modulus(self, calibration, rate, position_sigma_mm, noise) -> None:
         if calibration is None:
             self.off["modulus"] = "no calibration was given"
-        elif "force_N" not in self.columns:
+            return
+        if "force_N" not in self.columns:
             self.off["modulus"] = "no column force_N"
-        else:
+            return
+        for place in dict.fromkeys((position_sigma_mm, None)):
             try:
-                self._parts["modulus"] = GaugesPart(calibration, rate, **noise)
+                self._parts["modulus"] = GaugesPart(calibration, rate, place, **noise)
+                return
             except InputError as error:
-                self._parts["modulus"] = SdPart(calibration, rate, **noise)
-                self._notes.append(f"modulus: from S_d alone, not from each gauge: {error}")
+                instead = "from S_d alone, not from each gauge" if place is None else "of touches at the apex alone"
+                self._notes.append(f"modulus: {instead}: {error}")
+        self._parts["modulus"] = SdPart(calibration, rate, **noise)
 
     def _add_wavelength(self, rate, wavelengths) -> None:
         if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
@@ -242,28 +255,28 @@ class Pipeline:
         """Columns of samples of these time and gauge statuses; those that are left out have no row."""
         if not times:
             return []
-        found = {name: iter(part.advance(rows) if rows else ()) for name, part in self._parts.items()}
+        places = [_PLACES[name] for name in self._parts]
+        found = zip(*(part.advance(rows) if rows else () for part in self._parts.values()), strict=True)
         answers = []
         for time, gauges in times:
             if time == REPEATED:
-                answers.append((*[_NONE] * 7, self._words(REPEATED, (), ())))
+                answers.append((*_NOTHING, self._words(REPEATED, (), ())))
                 continue
-            own = {name: next(answer) for name, answer in found.items()}
-            columns = dict.fromkeys(COLUMNS[:-1], _NONE)
-            for name, (*values, _) in own.items():
-                columns.update(zip(_OUTPUTS[name], values, strict=True))
-            codes = tuple((name, int(answer[-1])) for name, answer in own.items())
-            answers.append((*columns.values(), self._words(time, gauges, codes)))
+            columns, codes = list(_NOTHING), []
+            for place, (*values, code) in zip(places, next(found, ()), strict=True):
+                columns[place] = values
+                codes.append(int(code))
+            answers.append((*columns, self._words(time, gauges, tuple(codes))))
         return answers
 
-    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[tuple[str, int], ...]) -> str:
-        """The status in words."""
+    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> str:
+        """The status in words, of the time's, the gauges' and each running estimator's."""
         if time == REPEATED:
             return ClockStatus(time).sentence
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges)
-        for name, code in codes:
-            text = self._parts[name].sentence(code)
+        for (name, part), code in zip(self._parts.items(), codes, strict=True):
+            text = part.sentence(code)
             if text != "ok":
                 live.append(f"{name}: {text}")
         return sentence(live if codes or live else ["nothing to estimate"], self.off)

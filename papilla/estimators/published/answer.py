@@ -79,3 +79,11 @@ class Finding(NamedTuple):
 def found_nothing(status: int) -> Finding:
     """No answer, for the reason of this status."""
     return Finding(NONE, NONE, NONE, status)
+
+
+def first_reason(reasons: list[tuple[np.ndarray, int]], otherwise) -> np.ndarray:
+    """The status (n,) of the first reason (of n each) that holds; `otherwise` (a status, or n) where none does."""
+    status = otherwise
+    for holds, code in reversed(reasons):
+        status = np.where(holds, code, status)
+    return status

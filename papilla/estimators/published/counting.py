@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.estimators.published.answer import ALIASED, GAP, NONE, OK, SILENT, Finding, found_nothing
+from papilla.estimators.published.answer import ALIASED, GAP, NONE, OK, SILENT, Finding, first_reason, found_nothing
 from papilla.estimators.published.moving_sum import MovingSum, MovingSumState
 
 CEILING = 0.9
@@ -71,9 +71,10 @@ class ImpulseCount:
         total, moving = self._speeds.extend(speeds)
         average = np.where(moving > 0, total / moving, speeds) if self._paired else speeds
         periods, seconds = count / self._per_period, valid / self._rate
-        reasons = [valid < self._half, count == 0, (speeds > self._fastest) | (count > self._most)]
-        none = reasons[0] | reasons[1] | reasons[2]
-        status = np.select([*reasons, valid < self._samples], [GAP, SILENT, ALIASED, GAP], OK)
+        fast = (speeds > self._fastest) | (count > self._most)
+        none = (valid < self._half) | (count == 0) | fast
+        reasons = [(valid < self._half, GAP), (count == 0, SILENT), (fast, ALIASED), (valid < self._samples, GAP)]
+        status = first_reason(reasons, OK)
         frequency, distance = (
             np.where(none, NONE, values) for values in (periods / seconds, average * seconds / periods)
         )

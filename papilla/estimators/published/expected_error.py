@@ -4,13 +4,16 @@ The paper says that A = 0.08 s minimises "the formulation of expected estimation
 follows from how the estimate is made. A wavelength w under the velocity v(t) = V sin(2 pi r t) gives the frequency
 f(t) = v(t) / w; counted over the last A it is N / A.
 
+It is of a signed count: periods passed backwards count back, where the impulses of the paper only add up.
+
 * Counting: A f is cut to a whole number of periods; with a random phase the square of the error has the expectation
   u (1 - u), u the fractional part of A f, on average 1/6: the frequency is off by 1 / (sqrt(6) A).
 * Delay: N / A is the mean of f over the last A: the sinusoid times sinc(r A), late by A / 2. Its mean square
   difference from f(t) is (V / w)^2 / 2 |1 - sinc(r A) exp(-i pi r A)|^2, about (pi r A V / w)^2 / 2.
 
 Counting falls with A, delay rises: the sum is smallest at A = (4/3)^(1/4) sqrt(w / (2 pi r V)). For A = 0.08 s this is
-w = 2 pi r V (0.08 s)^2 / (4/3)^(1/2): 3.5 mm at the natural touch of 100 sin(2 pi t) mm/s.
+w = 2 pi r V (0.08 s)^2 / (4/3)^(1/2): 3.5 mm at the natural touch of 100 sin(2 pi t) mm/s. The minimum is flat: over
+1-4 mm in this touch, with u (1 - u) itself in place of its average, no A has an error more than 4 % smaller.
 """
 
 import numpy as np

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.estimators.published import corpuscle
-from papilla.estimators.published.answer import ALIASED, NONE, OK, SILENT, Finding, found_nothing
+from papilla.estimators.published.answer import ALIASED, NONE, OK, SILENT, Finding, first_reason, found_nothing
 from papilla.estimators.published.corpuscle import Corpuscle, Threshold
 from papilla.estimators.published.impulse_stream import ImpulseStream
 
@@ -121,9 +121,9 @@ class LastInterval:
         with np.errstate(divide="ignore", invalid="ignore"):
             frequency = self._rate / intervals
             distance = distances if self._same_edge else speeds / frequency
-        reasons = [intervals == 0, (speeds > self._fastest) | (intervals <= 2)]
-        none = reasons[0] | reasons[1]
-        status = np.select(reasons, [SILENT, ALIASED], OK)
+        fast = (speeds > self._fastest) | (intervals <= 2)
+        none = (intervals == 0) | fast
+        status = first_reason([(intervals == 0, SILENT), (fast, ALIASED)], OK)
         return Finding(np.where(none, NONE, frequency), np.where(none, NONE, distance), np.full(count, NONE), status)
 
     def _wait(self, moved: Sequence[float]) -> None:

@@ -6,26 +6,28 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.published.answer import (
     ALIASED,
     GAP,
+    NONE,
     OK,
     SILENT,
     STANDSTILL,
     WARMING_UP,
     Finding,
+    first_reason,
     found_nothing,
 )
 from papilla.estimators.published.moving_sum import checked_ring
+from papilla.estimators.published.peaks import peaks
 from papilla.estimators.published.stream import DEFAULT_RANGE_MM, RoughnessStream
 
 MOST_MISSING = 0.1
 """Fraction of a window: with more missing samples than this it has no spectrum."""
-BY_MATRIX = 128
-"""Windows of so many samples or fewer are transformed by a matrix product, longer ones by FFT."""
 
 
 class Method(NamedTuple):
@@ -125,26 +127,10 @@ class ShortTimeSpectrum(RoughnessStream):
         self._full = count - 1
         taper = method.taper(count)
         energy = float(taper @ taper)
-        self._taper = taper
-        self._length = method.padding * count
         self._to_density = 2 / (self.sample_rate_Hz * energy)
         self._weights = taper**2 / energy
-        ramp = np.arange(count) - 0.5 * (count - 1)
-        self._ramp = ramp / math.sqrt(float(ramp @ ramp))
-        self._line_Hz = self.sample_rate_Hz / self._length
-        self._lines = self._length // 2 + 1
-        self._matrix = None
-        if count <= BY_MATRIX:
-            # Taper, trend and transform are linear: one product does the three, and only for the lines asked for.
-            matrix = np.fft.rfft(self._tapered(np.eye(count)), self._length).T
-            self._matrix = np.ascontiguousarray(np.stack([matrix.real, matrix.imag], axis=1))
-
-    def _tapered(self, samples: np.ndarray) -> np.ndarray:
-        """Samples (..., n) under the taper, without mean and trend where they are levelled out."""
-        if self._method.levelled:
-            samples = samples - np.add.reduce(samples, axis=-1, keepdims=True) / self.window_samples
-            samples -= (samples @ self._ramp)[..., None] * self._ramp
-        return samples * self._taper
+        self._peaks = peaks(taper, method.levelled, method.padding * count)
+        self._line_Hz = self.sample_rate_Hz / (method.padding * count)
 
     def _forget(self) -> None:
         nothing = (0.0,) * self.window_samples
@@ -173,10 +159,9 @@ class ShortTimeSpectrum(RoughnessStream):
 
     def _find(self, reading: float, speed: float) -> Finding:
         count, place, gap = self.window_samples, self._place, 1 if reading != reading else 0
-        if gap or reading == self._last:
-            self._still = min(self._still + 1, count)
-        else:
-            self._still, self._last = 0, reading
+        self._still = min(self._still + 1, count) if gap or reading == self._last else 0
+        if not gap:
+            self._last = reading
         self._readings[place] = self._readings[place + count] = self._last
         self._speeds[place] = self._speeds[place + count] = speed
         self._gaps += gap - self._missing[place]
@@ -199,25 +184,24 @@ class ShortTimeSpectrum(RoughnessStream):
         moved = np.maximum.accumulate(np.where(held != np.append(self._last, held[:-1]), number, -1))
         still = np.minimum(np.where(moved < 0, self._still + number + 1, number - moved), count)
         held, every_speed = np.append(past.readings, held), np.append(past.speeds, speeds)
-        every_gap = np.append(past.missing, missing)
-        gaps = np.convolve(every_gap, np.ones(count, int), "valid")[1:]
-        # The window that ends with sample n begins at n + 1 of these, which have one window more in front.
+        every_gap = np.append(past.missing, missing).astype(int)
+        gaps = np.cumsum(every_gap)
+        gaps = gaps[count:] - gaps[:-count]
         first = max(self._full - self._seen, 0) + self._until
-        ends = range(first, len(readings), self._hop)
-        lines = [self._line]
-        for end in ends:
-            window = slice(end + 1, end + 1 + count)
-            lines.append(self._spectrum(held[window], every_speed[window], int(gaps[end]), int(still[end])))
+        hops = slice(first, None, self._hop)
+        # The window that ends with sample n begins at n + 1 of these, which have one window more in front.
+        windows, paces = (sliding_window_view(values[1:], count)[hops] for values in (held, every_speed))
+        lines = np.column_stack([np.array(self._line), self._spectra(windows, paces, gaps[hops], still[hops])])
         latest = np.where(number < first, 0, (number - first) // self._hop + 1)
-        frequency, mean_speed, power, status = np.array(lines).T[:, latest]
-        until = (first - len(readings)) % self._hop if ends else min(first - len(readings), self._until)
+        frequency, mean_speed, power, status = lines[:, latest]
+        found = lines[:, -1].tolist()
         self._memory = SpectrumMemory(
             readings=tuple(held[-count:].tolist()),
             speeds=tuple(every_speed[-count:].tolist()),
-            missing=tuple(every_gap[-count:].astype(int).tolist()),
+            missing=tuple(every_gap[-count:].tolist()),
             still=int(still[-1]),
-            until=until,
-            line=lines[-1],
+            until=(first - len(number)) % self._hop if len(windows) else min(first - len(number), self._until),
+            line=Finding(found[0], found[1], found[2], int(found[3])),
         )
         distance = (mean_speed if self._method.mean_speed else speeds) / frequency
         return Finding(frequency, distance, power, status.astype(int))
@@ -232,47 +216,63 @@ class ShortTimeSpectrum(RoughnessStream):
             return found_nothing(GAP)
         if still >= count - 1:
             return found_nothing(SILENT)
-        speed = float(speeds @ self._weights)
+        speed = float(np.vecdot(speeds, self._weights))
         if max(float(speeds[-1]), speed) > self._fastest:
             return found_nothing(ALIASED)
         low, high = self._gate(speed)
         if high - low < 3:
             return found_nothing(STANDSTILL)
-        spectrum = self._powers(readings, low, high)
-        best = int(spectrum.argmax())
-        if low + best == self._lines - 1:
+        best, powers = self._peaks.highest(readings, low, high)
+        if best == self._peaks.lines - 1:
             return found_nothing(ALIASED)
-        offset = 0.0
-        if self._method.gated and not 0 < best < high - low - 1:
+        if self._method.gated and not low < best < high - 1:
             # The highest line is the edge of the gate: the flank of something outside the wavelength range.
             return found_nothing(SILENT)
-        if self._method.between:
-            offset = self._between(*spectrum[best - 1 : best + 2].tolist())
-        power = float(spectrum[best]) * self._to_density
-        return Finding((low + best + offset) * self._line_Hz, speed, power, GAP if gaps else OK)
+        offset = self._between(*powers) if self._method.between else 0.0
+        return Finding((best + offset) * self._line_Hz, speed, powers[1] * self._to_density, GAP if gaps else OK)
 
-    def _powers(self, samples: np.ndarray, low: int, high: int) -> np.ndarray:
-        """Squared magnitude of lines low ... high - 1."""
-        if self._matrix is None:
-            spectrum = np.fft.rfft(self._tapered(samples), self._length)[low:high]
-            return spectrum.real**2 + spectrum.imag**2
-        parts = self._matrix[low:high].reshape(-1, self.window_samples) @ samples
-        parts *= parts
-        return parts[0::2] + parts[1::2]
+    def _spectra(self, readings: np.ndarray, speeds: np.ndarray, gaps: np.ndarray, still: np.ndarray) -> np.ndarray:
+        """What `_spectrum` finds in each of m windows (m, n), gaps and still (m,), as the columns of (4, m)."""
+        count = self.window_samples
+        speed = np.vecdot(speeds, self._weights)
+        low, high = self._gates(speed)
+        fast = (speeds[:, -1] > self._fastest) | (speed > self._fastest)
+        lost, dead, narrow = gaps > MOST_MISSING * count, still >= count - 1, high - low < 3
+        lines = np.full((4, len(speed)), NONE)
+        reasons = [(lost, GAP), (dead, SILENT), (fast, ALIASED), (narrow, STANDSTILL), (gaps > 0, GAP)]
+        lines[3] = first_reason(reasons, OK)
+        looked = np.flatnonzero(~(lost | dead | fast | narrow))
+        low, high = low[looked], high[looked]
+        best, powers = self._peaks.highest_of_all(readings, looked, low, high)
+        last = best == self._peaks.lines - 1
+        edge = self._method.gated & ~((low < best) & (best < high - 1))
+        lines[3, looked] = first_reason([(last, ALIASED), (edge, SILENT)], lines[3, looked])
+        kept = ~(last | edge)
+        found, best, powers = looked[kept], best[kept], powers[kept]
+        offset = list(map(self._between, *powers.T.tolist())) if self._method.between else 0.0
+        lines[:3, found] = (best + offset) * self._line_Hz, speed[found], powers[:, 1] * self._to_density
+        return lines
 
     def _gate(self, speed: float) -> tuple[int, int]:
         """First and one past the last line to look at; without a velocity, all above 0 Hz."""
         if not self._method.gated or not speed < math.inf:
-            return 1, self._lines
+            return 1, self._peaks.lines
         # One line more at each end, so that a peak inside the range has both neighbours.
         low = max(1, math.floor(speed / (self._high * self._line_Hz)) - 1)
-        return low, min(self._lines, math.ceil(speed / (self._low * self._line_Hz)) + 2)
+        return low, min(self._peaks.lines, math.ceil(speed / (self._low * self._line_Hz)) + 2)
+
+    def _gates(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The gates at speeds (m,), two arrays (m,)."""
+        gated = self._method.gated & (speed < math.inf)
+        speed = np.where(gated, np.minimum(speed, self._fastest), 0.0)
+        low = np.maximum(1, np.floor(speed / (self._high * self._line_Hz)) - 1)
+        high = np.minimum(self._peaks.lines, np.ceil(speed / (self._low * self._line_Hz)) + 2)
+        return low.astype(int), np.where(gated, high, self._peaks.lines).astype(int)
 
     @staticmethod
     def _between(left: float, middle: float, right: float) -> float:
         """Where between its neighbours the vertex of the parabola through three logarithms is, in lines."""
         if not (left > 0.0 and right > 0.0):
             return 0.0
-        left, middle, right = math.log(left), math.log(middle), math.log(right)
-        curvature = left - 2 * middle + right
-        return 0.5 * (left - right) / curvature if curvature < 0 else 0.0
+        down, up = math.log(left / middle), math.log(right / middle)
+        return 0.5 * (down - up) / (down + up) if down + up < 0 else 0.0

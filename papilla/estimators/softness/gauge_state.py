@@ -17,6 +17,7 @@ class GaugeState:
     last, repeats : readings of the last sample, and how often each gauge has repeated itself while another moved.
     faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
     search : how far the search for bad channels has come.
+    near : force (N) and position (mm) of the last sample, where positions are unknowns.
     """
 
     level: float = 0.0
@@ -30,3 +31,4 @@ class GaugeState:
     faults: tuple[int, ...] = ()
     returning: tuple[int, ...] = ()
     search: Search = Search()
+    near: tuple[float, ...] = ()

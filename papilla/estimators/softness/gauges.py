@@ -7,7 +7,7 @@ run through as the modulus changes, in units of their noise: samples move along 
 
 import math
 from operator import eq, mul
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,12 +16,16 @@ from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.softness.faults import Fault, in_words, pack
 from papilla.estimators.softness.gauge_state import GaugeState
+from papilla.estimators.softness.position_fit import PositionFitter
+from papilla.estimators.softness.position_surfaces import PositionSurfaces
 from papilla.estimators.softness.sample_fit import SampleFit, SampleFitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces, Section, distance_curve
-from papilla.estimators.softness.suspects import LEAST_CHANNELS, LIMIT, Known, Search, misfit, search_on
+from papilla.estimators.softness.suspects import LIMIT, Known, Search, misfit, search_on
 
 _CODES = tuple(map(int, SoftnessStatus))
-_OK, _NOT_IDENTIFIABLE, _SOFTER, _HARDER, _BELOW, _ABOVE, _NO_CONTACT, _BAD_GAUGE, _, _LEFT_OUT, _MISFIT = _CODES
+_OK, _NOT_IDENTIFIABLE, _SOFTER, _HARDER, _BELOW, _ABOVE, _NO_CONTACT, _BAD_GAUGE, _, _LEFT_OUT, _MISFIT, _OFF_REACH = (
+    _CODES
+)
 _NONE = math.nan
 _MISSING, _SATURATED, _STUCK = int(Fault.MISSING), int(Fault.SATURATED), int(Fault.STUCK)
 BACK_AFTER = 10
@@ -34,7 +38,8 @@ LEAST_SLOPE = 1e-3
 
 class GaugeEstimate(NamedTuple):
     """modulus_MPa, modulus_sigma_MPa and force_N (NaN where there is no answer), status: the value of a
-    `SoftnessStatus`; left_out: `Fault` of each channel as digits of base 8, g1 the lowest, the force last.
+    `SoftnessStatus`; left_out: `Fault` of each channel as digits of base 8, g1 the lowest, the force last. position_mm,
+    position_sigma_mm: x of this sample's contact, where that is an unknown (else NaN).
 
     modulus_sigma_MPa holds noise and the error of the calibration. Of a block, arrays (n,).
     """
@@ -45,6 +50,8 @@ class GaugeEstimate(NamedTuple):
     status: int | np.ndarray
     left_out: int | np.ndarray
     channels: int
+    position_mm: float | np.ndarray = math.nan
+    position_sigma_mm: float | np.ndarray = math.nan
 
     @property
     def sentence(self):
@@ -63,8 +70,8 @@ class GaugeSoftness:
     """Streaming modulus from all gauges; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
     A force or a reading that is NaN is left out of its sample; a gauge that is stuck, saturated or contradicts the
-    others is left out as long as it is, and the answer says which. Touches are expected at the apex, where the gauges
-    were calibrated: elsewhere the readings fit no modulus, and there is no answer.
+    others is left out as long as it is, and the answer says which. Touches are expected at the apex: elsewhere the
+    readings fit no modulus, and there is no answer, unless the position is an unknown too (`position_sigma_mm`).
 
     Parameters
     ----------
@@ -74,6 +81,9 @@ class GaugeSoftness:
     contact_force_N : with force and readings below it there is no contact, and what was learnt is dropped.
     saturation : |reading| in microstrain from which a gauge is saturated.
     stuck_samples : a gauge that repeats itself so often while another moves is stuck.
+    position_sigma_mm : contacts lie anywhere along the finger (x, at y = 0), with this standard deviation about the
+        apex, > 0, inf where nothing is known; every sample has its own position. The calibration must know contact
+        positions, and one channel more is needed. None: at the apex.
 
     Raises `InputError` for unusable values, and for gauges whose surfaces are cut differently.
     """
@@ -87,6 +97,7 @@ class GaugeSoftness:
         contact_force_N: float = 0.02,
         saturation: float = math.inf,
         stuck_samples: int = 50,
+        position_sigma_mm: float | None = None,
     ):
         gauge_sigma = checks.positive("gauge_sigma (microstrain)", gauge_sigma)
         if not force_sigma_N > 0:
@@ -100,13 +111,20 @@ class GaugeSoftness:
         if stuck_samples < 2:
             raise InputError(f"stuck_samples must be at least 2, got {stuck_samples}")
         self._saturation, self._stuck = float(saturation), int(stuck_samples)
-        self._surfaces = surfaces = GaugeSurfaces(calibration)
-        self._gauges = surfaces.gauges
-        if self._gauges < LEAST_CHANNELS - 1:
-            raise InputError(f"at least {LEAST_CHANNELS - 1} gauges are needed, the calibration has {self._gauges}")
+        if position_sigma_mm is not None and not position_sigma_mm > 0:
+            raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
+        self._fitter: Any
+        if position_sigma_mm is None:
+            self._fitter = SampleFitter(GaugeSurfaces(calibration), gauge_sigma)
+        else:
+            self._fitter = PositionFitter(PositionSurfaces(calibration), gauge_sigma, position_sigma_mm)
+        self._anywhere = position_sigma_mm is not None
+        self._surfaces = surfaces = self._fitter.surfaces
+        self._gauges, self._least = surfaces.gauges, self._fitter.rules.least
+        if self._gauges < self._least - 1:
+            raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {self._gauges}")
         self._all, self._none = (True,) * self._gauges, (0,) * (self._gauges + 1)
         self._uses: dict[tuple[int, ...], _Use] = {}
-        self._fitter = SampleFitter(surfaces, gauge_sigma)
         self._curve = self._distances()
         self.reset()
 
@@ -141,6 +159,7 @@ class GaugeSoftness:
             self._faults,
             tuple(self._returning),
             self._search,
+            self._fitter.near if self._anywhere else (),
         )
 
     @state.setter
@@ -149,7 +168,7 @@ class GaugeSoftness:
         if len(state.last) not in (0, g):
             raise InputError(f"the state is of {len(state.last)} gauges, the calibration has {g}")
         self._level, self._information, self._squares = state.level, state.information, state.squares
-        self._systematic = list(state.systematic) or [0.0] * len(self._surfaces.members)
+        self._systematic = list(state.systematic) or [0.0] * self._fitter.error_count
         self._samples = state.samples
         self._last = list(state.last) or [_NONE] * g
         self._repeats = list(state.repeats) or [0] * g
@@ -157,6 +176,8 @@ class GaugeSoftness:
         self._faults = state.faults or self._none
         self._returning = list(state.returning) or [0] * (g + 1)
         self._search = state.search
+        if self._anywhere:
+            self._fitter.near = state.near
         self._section: Section | None = None
         if not math.isnan(state.linearised):
             self._linearise(self._surfaces.section(state.linearised))
@@ -176,7 +197,9 @@ class GaugeSoftness:
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x {self._gauges + 1} (gauges, then force_N), got {shape}")
         answers = [self.update(row) for row in rows.tolist()]
-        modulus, sigma, force, status, left_out, _ = zip(*answers, strict=True) if answers else ((),) * 6
+        modulus, sigma, force, status, left_out, _, position, spread = (
+            zip(*answers, strict=True) if answers else ((),) * 8
+        )
         return GaugeEstimate(
             np.array(modulus, float),
             np.array(sigma, float),
@@ -184,6 +207,8 @@ class GaugeSoftness:
             np.array(status, int),
             np.array(left_out, int),
             self._gauges + 1,
+            np.array(position, float),
+            np.array(spread, float),
         )
 
     def update(self, sample) -> GaugeEstimate:
@@ -201,7 +226,7 @@ class GaugeSoftness:
         if not force >= self._contact and self._is_away(readings, use.gauges):
             self._forget()
             return self._answer(_NO_CONTACT, use)
-        if use.channels < LEAST_CHANNELS:
+        if use.channels < self._least:
             return self._answer(_BAD_GAUGE, use)
         section = self._section
         if section is None:
@@ -225,6 +250,8 @@ class GaugeSoftness:
         section, own = self._fitter.start(readings, use.gauges, force, use.precision)
         if own is None:
             return self._answer(_NOT_IDENTIFIABLE, use)
+        if self._anywhere:
+            self._fitter.near = own.force, own.position
         if own.chi2 > LIMIT:
             if outside := self._outside(own.force, force, use):
                 return self._answer(outside, use)
@@ -275,6 +302,10 @@ class GaugeSoftness:
         surfaces = self._surfaces
         if not surfaces.low_force <= fit.force <= surfaces.high_force:
             return self._answer(_BELOW if fit.force < surfaces.low_force else _ABOVE, use)
+        if self._anywhere:
+            if abs(fit.position) > surfaces.reach:
+                return self._answer(_OFF_REACH, use)
+            self._fitter.near = fit.force, fit.position
         slope = self._slope_there
         weight = fit.information / (slope * slope)
         self._information = information = self._information + weight
@@ -290,7 +321,11 @@ class GaugeSoftness:
             return self._answer(status, use, fit.force)
         relative, modulus = math.sqrt(self._variance), math.exp(self._ln_modulus)
         status = _NOT_IDENTIFIABLE if relative > IDENTIFIABLE else use.status
-        return GaugeEstimate(modulus, relative * modulus, fit.force, status, use.code, self._gauges + 1)
+        if not self._anywhere:
+            return GaugeEstimate(modulus, relative * modulus, fit.force, status, use.code, self._gauges + 1)
+        spread = math.sqrt(fit.position_variance + fit.position_slope**2 * self._variance)
+        place = fit.position, spread
+        return GaugeEstimate(modulus, relative * modulus, fit.force, status, use.code, self._gauges + 1, *place)
 
     def _linearise(self, section: Section) -> None:
         """Linearise the samples to come at a section."""
@@ -387,7 +422,7 @@ class GaugeSoftness:
 
     def _forget(self) -> None:
         self._level = self._information = self._squares = self._samples = 0.0
-        self._systematic = [0.0] * len(self._surfaces.members)
+        self._systematic = [0.0] * self._fitter.error_count
         self._section, self._search = None, Search()
         self._recall()
 

@@ -14,6 +14,8 @@ from papilla.estimators.softness.surfaces import GaugeSurfaces, Section
 START_STRIDE = 4
 """Every so many nodes of the modulus are tried for a first sample."""
 START_STEPS = 3
+LEAST_CHANNELS = 3
+"""Readings and force: two unknowns, and one that can contradict."""
 NEAR = 1e-2
 """Square of a Gauss-Newton step, in variances of the modulus, that is small enough."""
 EMPTY = 1e-9
@@ -26,6 +28,7 @@ class SampleFit(NamedTuple):
     step : by how much ln E should change, with random variance 1 / information; systematic : change of `step` by one
     sigma of each group's calibration error. force, force_variance : N, at the modulus before the step.
     most : squared misfit at that modulus, which the sample's own fit can only make smaller.
+    position, position_variance, position_slope : mm of the contact where it is an unknown, E given; slope in ln E.
     """
 
     step: float
@@ -34,13 +37,17 @@ class SampleFit(NamedTuple):
     force: float
     force_variance: float
     most: float
+    position: float = math.nan
+    position_variance: float = math.nan
+    position_slope: float = math.nan
 
 
 class OwnFit(NamedTuple):
     """One sample on its own, noise and calibration errors taken together.
 
     chi2 : squared misfit once modulus and force are fitted; ln_modulus, variance : of that fit; force, force_variance :
-    N, at the modulus where it was linearised.
+    N, at the modulus where it was linearised. position, position_variance, covariance : mm of the contact, where it is
+    an unknown, and its covariance with the force.
     """
 
     chi2: float
@@ -48,14 +55,32 @@ class OwnFit(NamedTuple):
     variance: float
     force: float
     force_variance: float
+    position: float = math.nan
+    position_variance: float = math.nan
+    covariance: float = math.nan
+
+
+class Rules(NamedTuple):
+    """When channels (the gauges and, last, the force) can contradict each other.
+
+    least : channels that it takes, one more than unknowns. alike : number of the group of each; gauges that mirror each
+    other may be wrong alike. kinds : channels of one kind count once where it is to be found out who is wrong.
+    """
+
+    least: int
+    alike: tuple[int, ...]
+    kinds: tuple[int, ...]
 
 
 class SampleFitter:
-    """Fits single samples; gauge_sigma in microstrain."""
+    """Fits single samples; gauge_sigma in microstrain. error_count : length of `SampleFit.systematic`."""
 
     def __init__(self, surfaces: GaugeSurfaces, gauge_sigma: float):
         self.surfaces = surfaces
         self.noise = gauge_sigma**2
+        alike = (*surfaces.groups, len(surfaces.members))
+        self.rules = Rules(LEAST_CHANNELS, alike, alike)
+        self.error_count = len(surfaces.members)
         self._sharers = list(map(len, surfaces.members))
         self._errors = [
             [(error, error * error, error * error * share) for error, share in zip(row, self._sharers, strict=True)]
@@ -173,6 +198,10 @@ class SampleFitter:
             found.append((force * q, math.sqrt(whole)))
         return [found[group] for group in surfaces.groups]
 
+    def beyond(self, own: OwnFit) -> float:
+        """Squared distance, in its sigma, by which a fit's modulus leaves the calibrated ones."""
+        return self.surfaces.beyond(own.ln_modulus) ** 2 / own.variance
+
     def start(self, readings, used, force, precision: float) -> tuple[Section, OwnFit | None]:
         """Where to linearise a first sample, and its own fit there.
 
@@ -231,9 +260,10 @@ class SampleFitter:
 
     def _count(self, used) -> list[int]:
         """How many gauges of each group are used."""
-        if used not in self._counts:
-            self._counts[used] = [sum(used[number] for number in own) for own in self.surfaces.members]
-        return self._counts[used]
+        counts = self._counts.get(used)
+        if counts is None:
+            self._counts[used] = counts = [sum(used[number] for number in own) for own in self.surfaces.members]
+        return counts
 
     def _linearise_at(self, readings, used, force: float, precision: float, ln_modulus: float) -> tuple[float, float]:
         """Force (N) and its logarithm from the norm of the used readings; from the force itself where that is no

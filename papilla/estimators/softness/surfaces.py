@@ -76,6 +76,10 @@ class GaugeSurfaces:
         found = self.section(ln_modulus).evaluate(math.log(force))[1]
         return [force * found[group][0] for group in self.groups]
 
+    def beyond(self, ln_modulus: float) -> float:
+        """How far ln E lies outside the calibrated moduli."""
+        return max(ln_modulus - self.nodes[-1], self.nodes[0] - ln_modulus, 0.0)
+
     def force_cell(self, ln_force: float) -> int:
         """Number of the force cell of a point of the domain."""
         return min(max(int((ln_force - self._x0) * self._per_x), 0), self._m - 1)
@@ -86,11 +90,14 @@ class GaugeSurfaces:
 
     def force_table(self, used: tuple[bool, ...]) -> "ForceTable | None":
         """Force from the norm of the used readings, or None where that norm does not rise with the force."""
-        if used not in self._force_tables:
+        try:
+            return self._force_tables[used]
+        except KeyError:
             norms = 0.5 * np.log(np.maximum(self._norms[list(used)].sum(axis=0), 1e-300))
             rises = (np.diff(norms, axis=1) > 0).all()
-            self._force_tables[used] = _force_table(norms, self._ln_forces, self._y0, self._per_y) if rises else None
-        return self._force_tables[used]
+            table = _force_table(norms, self._ln_forces, self._y0, self._per_y) if rises else None
+            self._force_tables[used] = table
+            return table
 
     def _squares(self, surfaces) -> tuple[np.ndarray, np.ndarray]:
         """(g, n + 1, k) squared readings over the modulus nodes and k forces, and ln force (k,)."""
@@ -142,16 +149,19 @@ class Section:
     def evaluate(self, ln_force: float) -> tuple[int, list[tuple[float, float, float, float]]]:
         """The force cell of a point of the domain, and of each surface there its value, its slope in ln E, its slope in
         ln force and the second derivative in ln force."""
+        # Comparisons: `min` and `max` take as long as a cubic, and this is where a loop spends its time.
         per_x = self._per_x
         t = (ln_force - self._x0) * per_x
-        cell = min(max(int(t), 0), len(self._cells) - 1)
+        cell, last = int(t), len(self._cells) - 1
+        cell = 0 if cell < 0 else last if cell > last else cell
         t -= cell
+        square = per_x * per_x
         return cell, [
             (
                 p0 + t * (p1 + t * (p2 + t * p3)),
                 a0 + t * (a1 + t * (a2 + t * a3)),
                 per_x * (p1 + t * (2 * p2 + 3 * t * p3)),
-                per_x * per_x * (2 * p2 + 6 * t * p3),
+                square * (2 * p2 + 6 * t * p3),
             )
             for p0, a0, p1, a1, p2, a2, p3, a3 in self._cubics.get(cell) or self._cut(cell)
         ]
@@ -159,7 +169,8 @@ class Section:
     def is_far(self, ln_modulus: float, variance: float) -> bool:
         """Whether samples should be linearised anew, for a modulus that is known with this variance of ln E."""
         moved = ln_modulus - self.ln_modulus
-        return moved * moved > min(REACH * REACH * variance, MOST_REACH * MOST_REACH)
+        moved *= moved
+        return moved > REACH * REACH * variance or moved > MOST_REACH * MOST_REACH
 
     def cut_all(self) -> None:
         """Make all cubics now."""
@@ -180,9 +191,12 @@ class ForceTable:
 
     def ln_force(self, ln_norm: float, ln_modulus: float) -> tuple[float, float]:
         """ln force, and its slope in ln_norm; beyond the table, its end."""
-        s = min(max((ln_norm - self._low) * self._per_level, 0.0), LEVELS - 1.0)
+        s = (ln_norm - self._low) * self._per_level
+        s = 0.0 if s < 0.0 else LEVELS - 1.0 if s > LEVELS - 1.0 else s
         u = (ln_modulus - self._y0) * self._per_y
-        k, j = min(int(s), LEVELS - 2), min(max(int(u), 0), len(self._rows) - 2)
+        k, j, last = int(s), int(u), len(self._rows) - 2
+        k = LEVELS - 2 if k > LEVELS - 2 else k
+        j = 0 if j < 0 else last if j > last else j
         s, u = s - k, u - j
         below, above = self._rows[j], self._rows[j + 1]
         left = below[k] + u * (above[k] - below[k])

@@ -15,7 +15,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 from papilla.estimators.softness.faults import Fault
-from papilla.estimators.softness.sample_fit import OwnFit, SampleFitter
+from papilla.estimators.softness.sample_fit import OwnFit, Rules, SampleFitter
 from papilla.estimators.softness.surfaces import Section
 
 LIMIT = 50.0
@@ -26,9 +26,6 @@ MARGIN = 15.0
 """Suspects whose absence leaves as good a fit as this, compared with the best, cannot be told apart."""
 FITS = 25.0
 """Squared residual of a reading that is explained by a flipped sign or by another gauge's place."""
-LEAST_CHANNELS = 3
-"""Readings and force: two unknowns, and one that can contradict. Gauges that mirror each other count once where it is
-to be found out who is wrong, because both may be wrong alike."""
 FITS_A_SAMPLE = 8
 """Explanations that one sample tries where the modulus is known; where it is not, it tries one."""
 REST = 50
@@ -102,8 +99,7 @@ def search_on(
     learnt = known.variance < math.inf
     if not (learnt or search.due):
         return None, search._replace(due=True)
-    kinds = (*fitter.surfaces.groups, len(fitter.surfaces.members))
-    plan = _plan(channels, kinds, learnt)
+    plan = _plan(channels, fitter.rules, learnt)
     tried, found, spent = search.tried, list(search.found), 0
     while tried < len(plan):
         explanation = plan[tried]
@@ -116,16 +112,16 @@ def search_on(
             found.append(suspicion)
         if found and (tried == len(plan) or plan[tried].stage != explanation.stage):
             anew = learnt and not explanation.known
-            verdict = _blame(fitter, readings, used, force, precision, channels, kinds, found, anew)
+            verdict = _blame(fitter, readings, used, force, precision, channels, found, anew)
             return verdict, Search(rest=REST if verdict is None else 0)
     return None, Search(rest=REST)
 
 
 @lru_cache(maxsize=64)
-def _plan(channels: tuple[int, ...], kinds: tuple[int, ...], learnt: bool) -> tuple[Explanation, ...]:
-    """All explanations in the order in which they are tried; `kinds` are the groups of the gauges, and the force."""
+def _plan(channels: tuple[int, ...], rules: Rules, learnt: bool) -> tuple[Explanation, ...]:
+    """All explanations in the order in which they are tried."""
     pairs: list[tuple[int, ...]] = list(combinations(channels, 2))
-    mirrored = [pair for pair in pairs if kinds[pair[0]] == kinds[pair[1]]]
+    mirrored = [pair for pair in pairs if rules.alike[pair[0]] == rules.alike[pair[1]]]
     single = [*((number,) for number in channels), *mirrored]
     double = [pair for pair in pairs if pair not in mirrored]
     stages = [(single, False), (double, False)]
@@ -135,13 +131,13 @@ def _plan(channels: tuple[int, ...], kinds: tuple[int, ...], learnt: bool) -> tu
         Explanation(stage, suspects, known)
         for stage, (rivals, known) in enumerate(stages)
         for suspects in rivals
-        if _can_contradict(channels, suspects, kinds)
+        if _can_contradict(channels, suspects, rules)
     )
 
 
-def _can_contradict(channels, suspects, kinds: tuple[int, ...]) -> bool:
-    """Whether what is left of the channels without the suspects is more than what two unknowns can fit."""
-    return len({kinds[number] for number in channels if number not in suspects}) >= LEAST_CHANNELS
+def _can_contradict(channels, suspects, rules: Rules) -> bool:
+    """Whether what is left of the channels without the suspects is more than what the unknowns can fit."""
+    return len({rules.kinds[number] for number in channels if number not in suspects}) >= rules.least
 
 
 def _without(suspects: tuple[int, ...], used, precision: float) -> tuple[tuple[bool, ...], float]:
@@ -166,19 +162,13 @@ def _try(
     else:
         section, own = fitter.start(readings, kept, force, exact)
         modulus = Known(section.ln_modulus, math.inf)
-    return Suspicion(misfit(own, modulus) + _beyond(fitter, own), explanation.suspects, section.ln_modulus)
-
-
-def _beyond(fitter: SampleFitter, own: OwnFit | None) -> float:
-    """Squared distance, in its sigma, by which a fit's modulus leaves the calibrated ones: that explains nothing."""
-    if own is None:
-        return 0.0
-    nodes = fitter.surfaces.nodes
-    return max(own.ln_modulus - nodes[-1], nodes[0] - own.ln_modulus, 0.0) ** 2 / own.variance
+    # A fit beyond what is calibrated explains nothing.
+    left = math.inf if own is None else misfit(own, modulus) + fitter.beyond(own)
+    return Suspicion(left, explanation.suspects, section.ln_modulus)
 
 
 def _blame(
-    fitter, readings, used, force, precision: float, channels, kinds, found: list[Suspicion], anew: bool
+    fitter, readings, used, force, precision: float, channels, found: list[Suspicion], anew: bool
 ) -> Verdict | None:
     """All suspects that cannot be told apart, if the channels that are left without them can contradict each other."""
     # A pair with a channel that explains as much on its own is no rival to it.
@@ -190,7 +180,7 @@ def _blame(
     best = min(rivals)
     alike = [one for one in rivals if one.left < best.left + MARGIN]
     blamed = sorted(set().union(*[one.suspects for one in alike]))
-    if not _can_contradict(channels, blamed, kinds):
+    if not _can_contradict(channels, blamed, fitter.rules):
         return None
     faults = [int(Fault.NONE)] * (len(readings) + 1)
     for number in blamed:

@@ -2,16 +2,17 @@
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.wavelet.answer import GAP, NONE, SILENT, WARMING_UP, RidgeEstimate
 from papilla.estimators.wavelet.cross import AFTER, BEFORE
-from papilla.estimators.wavelet.morlet import FOURIER, OMEGA0, octaves
-from papilla.estimators.wavelet.significance import cross_quantile, red_noise
+from papilla.estimators.wavelet.morlet import FOURIER, octaves
+from papilla.estimators.wavelet.significance import cross_quantile
+from papilla.estimators.wavelet.strongest import Strongest
 
 REACH = 3.0
 """Scales to either side of an instant that its coefficient is made of; the wavelet is at 1 % of its height there."""
@@ -26,57 +27,10 @@ the instants, noise of lag-one correlation 0.9 in 2-7 %.
 """
 MOST_MISSING = 0.1
 """Fraction of the samples within reach: with more missing ones there is no coefficient."""
-_NONE = math.nan
-
-
-class RidgeStatus(IntEnum):
-    """What became of an answer; `sentence` says it in words."""
-
-    OK = 0
-    WARMING_UP = 1
-    NOT_SIGNIFICANT = 2
-    GAP = 3
-    SILENT = 4
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    RidgeStatus.OK: "ok",
-    RidgeStatus.WARMING_UP: "the wavelets reach beyond the first sample",
-    RidgeStatus.NOT_SIGNIFICANT: "red noise explains what the two channels share",
-    RidgeStatus.GAP: "too many samples are missing within reach",
-    RidgeStatus.SILENT: "a channel does not change",
-}
-OK, WARMING_UP, NOT_SIGNIFICANT, GAP, SILENT = map(int, RidgeStatus)
-
-
-class RidgeEstimate(NamedTuple):
-    """The ridge as it was `lag_s` ago: frequency_Hz is f_MP, mean_Hz and sd_Hz (ddof 1) of its last 20 instants.
-
-    phase : of the first channel before the second, in -pi ... pi; magnitude : of the cross-wavelet there; NaN where
-    there is no answer. status : a `RidgeStatus`. Of a block, arrays (n,).
-    """
-
-    frequency_Hz: float | np.ndarray
-    mean_Hz: float | np.ndarray
-    sd_Hz: float | np.ndarray
-    phase: float | np.ndarray
-    magnitude: float | np.ndarray
-    status: int | np.ndarray
-
-    @property
-    def sentence(self):
-        """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [RidgeStatus(code).sentence for code in self.status.tolist()]
-        return RidgeStatus(self.status).sentence
-
-
-_START = RidgeEstimate(_NONE, _NONE, _NONE, _NONE, _NONE, WARMING_UP)
+BLOCK = 16
+"""Blocks of fewer instants are faster one sample at a time."""
+_EACH = np.ones(KEPT)
+_START = RidgeEstimate(NONE, NONE, NONE, NONE, NONE, WARMING_UP)
 
 
 @dataclass(frozen=True)
@@ -91,7 +45,7 @@ class RidgeState:
     missing: tuple[int, ...]
     seen: int = 0
     until: int = 0
-    ridge: tuple[float, ...] = (_NONE,) * KEPT
+    ridge: tuple[float, ...] = (NONE,) * KEPT
     answer: RidgeEstimate = _START
 
 
@@ -123,17 +77,12 @@ class CrossRidge:
         self.frequency_Hz = octaves(low_Hz, high_Hz, per_octave)
         if not high_Hz < 0.5 * rate:
             raise InputError(f"high_Hz must be below half of sample_rate_Hz, got {high_Hz:g} at {rate:g} Hz")
-        scale = FOURIER / self.frequency_Hz
-        reach = math.ceil(REACH * float(scale[0]) * rate)
+        reach = math.ceil(REACH * FOURIER / float(self.frequency_Hz[0]) * rate)
         self.lag_s = reach / rate
-        self._rate, self._count, self._hop = rate, 2 * reach + 1, max(round(HOP_S * rate), 1)
-        eta = np.arange(-reach, reach + 1) / rate / scale[:, None]
-        wavelet = np.pi**-0.25 * np.exp(-1j * OMEGA0 * eta - 0.5 * eta**2) / np.sqrt(scale * rate)[:, None]
-        # A constant has no coefficient: the mean is taken out of the wavelets instead of the samples.
-        wavelet -= wavelet.mean(axis=1, keepdims=True)
+        self._count, self._hop = 2 * reach + 1, max(round(HOP_S * rate), 1)
         independent = max(math.log2(high_Hz / low_Hz) / APART, 1.0)
-        self._quantile = cross_quantile(1 - (1 - CHANCE) ** (1 / independent))
-        self._wavelets = np.ascontiguousarray(np.concatenate([wavelet.real, wavelet.imag]))
+        quantile = cross_quantile(1 - (1 - CHANCE) ** (1 / independent))
+        self._strongest = Strongest(self.frequency_Hz, rate, reach, quantile)
         self.reset()
 
     def reset(self) -> None:
@@ -152,26 +101,18 @@ class CrossRidge:
     def state(self, state: RidgeState) -> None:
         if len(state.missing) != self._count:
             raise InputError(f"the state holds {len(state.missing)} samples, the wavelets reach over {self._count}")
-        # Each sample is written twice, one reach apart: any window is then one contiguous piece a channel.
-        self._samples = np.tile(np.array(state.samples, float), 2)
-        self._missing, self._gaps, self._place = list(state.missing), sum(state.missing), 0
+        self._remember(np.array(state.samples, float), list(state.missing))
         self._seen, self._until, self._ridge, self._answer = state.seen, state.until, list(state.ridge), state.answer
+
+    def _remember(self, samples: np.ndarray, missing: list[int]) -> None:
+        """Keep the samples (2, n) within reach, oldest first, and which of them are missing."""
+        # Each sample is written twice, one reach apart: any window is then one contiguous piece a channel.
+        self._samples, self._missing = np.tile(samples, 2), missing
+        self._place, self._gaps, self._last = 0, sum(missing), samples[:, -1].tolist()
+        self._still = _still(samples)[:, -1].tolist()
 
     def _window(self) -> np.ndarray:
         return self._samples[:, self._place : self._place + self._count]
-
-    def process(self, block) -> RidgeEstimate:
-        """Estimates after each row of a block (n, 2); bit for bit what `update` gives row by row.
-
-        Raises `InputError` for a block of another shape.
-        """
-        rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != 2:
-            raise InputError(f"a block must be n x 2 (two channels), got {' x '.join(map(str, rows.shape))}")
-        answers = [self.update(row) for row in rows.tolist()]
-        *numbers, status = zip(*answers, strict=True) if answers else ((),) * len(RidgeEstimate._fields)
-        frequency, mean, sd, phase, magnitude = (np.array(column, float) for column in numbers)
-        return RidgeEstimate(frequency, mean, sd, phase, magnitude, np.array(status, int))
 
     def update(self, sample) -> RidgeEstimate:
         """The estimate after one more sample of two channels; a reading that is not finite holds the last one.
@@ -181,11 +122,12 @@ class CrossRidge:
         if len(sample) != 2:
             raise InputError(f"a sample must be (reading, reading) of two channels, got {len(sample)} values")
         place, count, gap = self._place, self._count, 0
-        for channel, reading in zip(self._samples, sample, strict=True):
+        for channel, reading in enumerate(sample):
             value = float(reading)
             if not -math.inf < value < math.inf:
-                gap, value = 1, channel[place - 1]
-            channel[place] = channel[place + count] = value
+                gap, value = 1, self._last[channel]
+            self._still[channel] = self._still[channel] + 1 if value == self._last[channel] else 0
+            self._samples[channel, place] = self._samples[channel, place + count] = self._last[channel] = value
         self._gaps += gap - self._missing[place]
         self._missing[place] = gap
         self._place = place + 1 if place + 1 < count else 0
@@ -197,34 +139,76 @@ class CrossRidge:
             self._until -= 1
         return self._answer
 
+    def process(self, block) -> RidgeEstimate:
+        """Estimates after each row of a block (n, 2); bit for bit what `update` gives row by row.
+
+        Raises `InputError` for a block of another shape.
+        """
+        rows = np.asarray(block, float)
+        if rows.ndim != 2 or rows.shape[1] != 2:
+            raise InputError(f"a block must be n x 2 (two channels), got {' x '.join(map(str, rows.shape))}")
+        answers = self._many(rows) if len(rows) >= BLOCK * self._hop else np.array([*map(self.update, rows.tolist())]).T
+        frequency, mean, sd, phase, magnitude, status = answers if len(rows) else np.empty((6, 0))
+        return RidgeEstimate(frequency, mean, sd, phase, magnitude, status.astype(int))
+
     def _instant(self) -> RidgeEstimate:
         """The ridge in the middle of the window."""
-        frequency, phase, magnitude, status = self._strongest()
-        self._ridge = [*self._ridge[1:], frequency]
-        mean = math.fsum(self._ridge) / KEPT
-        sd = math.sqrt(math.fsum((value - mean) ** 2 for value in self._ridge) / (KEPT - 1))
-        return RidgeEstimate(frequency, mean, sd, phase, magnitude, status)
-
-    def _strongest(self) -> tuple[float, float, float, int]:
-        """f_MP, phase, magnitude and status of the instant in the middle of the window."""
         if self._gaps > MOST_MISSING * self._count:
-            return _NONE, _NONE, _NONE, GAP
-        window = self._window()
-        if (window == window[:, :1]).all(axis=1).any():
-            return _NONE, _NONE, _NONE, SILENT
-        centred = window - window.mean(axis=1, keepdims=True)
-        energy = np.einsum("cn,cn->c", centred, centred).tolist()
-        lagged = np.einsum("cn,cn->c", centred[:, 1:], centred[:, :-1]).tolist()
-        one, two = (self._wavelets @ row for row in window)
-        half = len(self.frequency_Hz)
-        first, second = one[:half] + 1j * one[half:], two[:half] + 1j * two[half:]
-        product = first * second.conj()
-        size = np.abs(product)
-        best = int(size.argmax())
-        frequency = float(self.frequency_Hz[best])
-        level = 0.5 * self._quantile
-        for total, neighbours in zip(energy, lagged, strict=True):
-            level *= math.sqrt(total / self._count * red_noise(frequency, self._rate, neighbours / total))
-        magnitude = float(size[best])
-        phase = math.atan2(product[best].imag, product[best].real)
-        return frequency, phase, magnitude, OK if magnitude > level else NOT_SIGNIFICANT
+            frequency, phase, magnitude, status = NONE, NONE, NONE, GAP
+        elif max(self._still) >= self._count - 1:
+            frequency, phase, magnitude, status = NONE, NONE, NONE, SILENT
+        else:
+            frequency, phase, magnitude, status = self._strongest.of(self._window())
+        self._ridge = [*self._ridge[1:], frequency]
+        mean, sd = _statistics(np.array(self._ridge))
+        return RidgeEstimate(frequency, float(mean), float(sd), phase, magnitude, status)
+
+    def _many(self, rows: np.ndarray) -> np.ndarray:
+        """Answers after each of the rows (n, 2), as the columns of (6, n)."""
+        count, number = self._count, np.arange(len(rows))
+        lost = ~np.isfinite(rows.T)
+        known = np.maximum.accumulate(np.where(lost, -1, number), axis=1)
+        held = np.where(known < 0, np.array(self._last)[:, None], np.take_along_axis(rows.T, known, axis=1))
+        samples = np.concatenate([self._window(), held], axis=1)
+        missing = [*self._missing[self._place :], *self._missing[: self._place], *lost.any(axis=0).astype(int).tolist()]
+        gaps = np.cumsum(missing)
+        first = max(count - 1 - self._seen, 0) + self._until
+        hops = slice(first, None, self._hop)
+        gaps, still = (gaps[count:] - gaps[:-count])[hops], _still(samples)[:, count:][:, hops].max(axis=0)
+        found = self._instants(sliding_window_view(samples[:, 1:], count, axis=1)[:, hops], gaps, still)
+        instants = np.column_stack([np.array(self._answer), found])
+        self._remember(samples[:, -count:], missing[-count:])
+        self._seen = min(self._seen + len(rows), count)
+        self._until = (first - len(rows)) % self._hop if found.shape[1] else min(first - len(rows), self._until)
+        last = RidgeEstimate._make(instants[:, -1].tolist())
+        self._answer = last._replace(status=int(last.status))
+        return instants[:, np.where(number < first, 0, (number - first) // self._hop + 1)]
+
+    def _instants(self, windows: np.ndarray, gaps: np.ndarray, still: np.ndarray) -> np.ndarray:
+        """The ridge in the middle of each of the windows (2, m, n), gaps and still (m,), as the columns of (6, m)."""
+        lost, dead = gaps > MOST_MISSING * self._count, still >= self._count - 1
+        found = np.full((4, len(gaps)), NONE)
+        found[3] = np.where(lost, GAP, SILENT)
+        looked = ~(lost | dead)
+        found[:, looked] = self._strongest.of_all(windows if looked.all() else windows[:, looked])
+        ridge = np.concatenate([self._ridge, found[0]])
+        self._ridge = ridge[-KEPT:].tolist()
+        mean, sd = _statistics(sliding_window_view(ridge, KEPT)[1:])
+        return np.stack([found[0], mean, sd, found[1], found[2], found[3]])
+
+
+def _statistics(ridge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation (ddof 1) of ridges (..., `KEPT`)."""
+    # From the last one on, so that equal frequencies are their own mean.
+    last = ridge[..., -1]
+    off = ridge - last[..., None]
+    mean = np.vecdot(off, _EACH) / KEPT
+    off -= mean[..., None]
+    return last + mean, np.sqrt(np.vecdot(off, off) / (KEPT - 1))
+
+
+def _still(samples: np.ndarray) -> np.ndarray:
+    """(2, n) how many samples ago each of the samples (2, n) was different from it, or the first one was."""
+    number = np.arange(samples.shape[1])
+    changed = np.diff(samples, axis=1, prepend=np.nan) != 0
+    return number - np.maximum.accumulate(np.where(changed, number, 0), axis=1)

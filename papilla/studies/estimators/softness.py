@@ -2,11 +2,14 @@
 
 Readings come from the surfaces that the estimators invert (noise is then the only error), from finite-element presses,
 and from presses on a mesh that the calibration has never seen: there the stated sigma has to hold what is not known.
+Touches beside the apex are readings of the surfaces and real contacts there, for estimators that know of positions and
+for those that do not.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -24,6 +27,8 @@ NOISES = ((20.0, 0.002), (50.0, 0.005), (50.0, 0.02))
 """Noise of a gauge (microstrain) and of the force (N)."""
 PROFILES = ("press", "light", "firm")
 SAMPLES = 200
+BESIDE_MM = (0.5, 1.0, 2.0)
+"""Where touches beside the apex lie."""
 THICKNESS_MM = 10.0
 HELD_OUT = 20_000
 """First seed of the comparison."""
@@ -35,6 +40,10 @@ SLOPE_STEP = 1e-4
 UNSEEN_VARIANT = 5
 """Calibrations take their mesh scatter from variants 1 to 4."""
 SURFACE = "surface"
+ENTRANTS = ("S_d alone", "five gauges", "five gauges, no force", "five gauges, g3 stuck")
+ANYWHERE = "five gauges, any position"
+BESIDE = ("S_d alone", "five gauges", ANYWHERE)
+"""Entrants of touches beside the apex."""
 
 
 @dataclass(frozen=True)
@@ -42,15 +51,16 @@ class SoftnessRow:
     """One estimator on one specimen, over all trials; errors are of ln E.
 
     mesh : "surface" (readings from the calibration's surfaces, which are then taken as exact), or the name of a finger
-    that was pressed. error : RMS. bound : Cramér-Rao, of the noise and, with a finger, of the stated errors of the
-    calibration. bias_over_bound : mean error over the bound: one mesh's error is the same in all trials. sigma_ratio :
-    RMS of error over stated sigma. coverage : share of trials whose truth lies within the stated 95 % (1.96 sigma in
-    ln E). answered : share of trials with an answer.
+    that was pressed; position_mm : x of the touch. error : RMS. bound : Cramér-Rao, of the noise and, with a finger, of
+    the stated errors of the calibration, for what the estimator takes as known. bias_over_bound : mean error over the
+    bound: one mesh's error is the same in all trials. sigma_ratio : RMS of error over stated sigma. coverage : share of
+    trials whose truth lies within the stated 95 % (1.96 sigma in ln E). answered : share of trials with an answer.
     """
 
     estimator: str
     mesh: str
     profile: str
+    position_mm: float
     modulus_MPa: float
     gauge_sigma: float
     force_sigma_N: float
@@ -61,6 +71,11 @@ class SoftnessRow:
     sigma_ratio: float
     coverage: float
     answered: float
+
+    @property
+    def place(self) -> str:
+        """Where the readings come from, in words."""
+        return f"{self.mesh}, x {self.position_mm:g} mm" if self.mesh == SURFACE and self.position_mm else self.mesh
 
     def to_json(self) -> dict:
         """As plain values, NaN and infinity as None."""
@@ -88,7 +103,8 @@ def _limits(name: str) -> tuple[float, float]:
 
 
 def pressed_readings(reduced: ReducedFinger, modulus_MPa: float, profile: str) -> np.ndarray:
-    """(SAMPLES, g) readings in microstrain of presses on a 10 mm block, without noise; raises what `press` raises."""
+    """(SAMPLES, g) readings in microstrain of presses on a 10 mm block at the finger's touch-down point, without noise;
+    raises what `press` raises."""
     forces, start, rows = np.linspace(*_limits(profile), FORCES), None, {}
     for force in forces.tolist():
         found = press(reduced, Block(modulus_MPa, THICKNESS_MM), force=force, fidelity="contact", start=start)
@@ -96,12 +112,25 @@ def pressed_readings(reduced: ReducedFinger, modulus_MPa: float, profile: str) -
     return np.array([rows[force] for force in force_profile(profile).tolist()])
 
 
-def gauge_bound(calibration: Calibration, modulus: float, force, gauge_sigma: float, force_sigma_N: float, used=None):
+def gauge_bound(
+    calibration: Calibration,
+    modulus: float,
+    force,
+    gauge_sigma: float,
+    force_sigma_N: float,
+    used=None,
+    position_mm: float | None = None,
+):
     """Bound of ln E from the gauges `used` (their numbers, all by default) at forces (n,), with the errors of the
-    calibration: of each gauge, but the same for gauges that mirror each other."""
+    calibration: of each gauge, but the same for gauges that mirror each other.
+
+    position_mm : x of the contact, which is then an unknown of each sample; None where it is known to be the apex.
+    """
     force = np.asarray(force, float)
     picked = list(range(len(calibration.gauges))) if used is None else list(used)
-    along_modulus, along_force = _slopes(calibration.predict_readings, force, modulus)
+    along_modulus, along_force = _slopes(
+        lambda force, modulus: calibration.predict_readings(force, modulus, position_mm), force, modulus
+    )
     surfaces = GaugeSurfaces(calibration)
     errors = np.zeros((len(force), len(picked), max(surfaces.groups) + 1))
     for row, value in enumerate(force):
@@ -109,7 +138,16 @@ def gauge_bound(calibration: Calibration, modulus: float, force, gauge_sigma: fl
         for place, number in enumerate(picked):
             group = surfaces.groups[number]
             errors[row, place, group] = own[group] * value
-    return modulus_bound(along_modulus[:, picked], along_force[:, picked], gauge_sigma, force_sigma_N, errors)
+    known = along_modulus[:, picked], along_force[:, picked], gauge_sigma, force_sigma_N
+    if position_mm is None:
+        return modulus_bound(*known, errors)
+    ends = (calibration.predict_readings(force, modulus, position_mm + step) for step in (SLOPE_STEP, -SLOPE_STEP))
+    along_x = np.subtract(*ends)[:, picked] / (2 * SLOPE_STEP)
+    terms = calibration.position_terms
+    nodes = np.linspace(-terms.reach_mm, terms.reach_mm, terms.error.shape[1])
+    moved = [np.interp(position_mm, nodes, terms.error[number]) for number in picked]
+    errors = np.concatenate([errors, force[:, None, None] * np.diag(moved)], axis=2)
+    return modulus_bound(*known, errors, [(along_x, math.inf)])
 
 
 def sd_bound(calibration: Calibration, modulus: float, force, gauge_sigma: float, force_sigma_N: float) -> float:
@@ -129,13 +167,24 @@ def taken_as_exact(calibration: Calibration) -> Calibration:
         known = readout.uncertainty
         return replace(readout, uncertainty=replace(known, fit_rms=0.0, fit_max=0.0, scatter=0.0 * known.scatter))
 
-    return replace(calibration, surface=sure(calibration.surface), gauges=tuple(map(sure, calibration.gauges)))
+    terms = calibration.position
+    return replace(
+        calibration,
+        surface=sure(calibration.surface),
+        gauges=tuple(map(sure, calibration.gauges)),
+        position=None if terms is None else replace(terms, error=0.0 * terms.error),
+    )
 
 
 def study_fingers(finger: Finger, progress: Callable[[str], None] | None = None) -> dict[str, ReducedFinger]:
-    """The finger on the mesh of its calibration and on one that no calibration uses (made once, then cached)."""
-    variants = {"calibrated": 0, "unseen": UNSEEN_VARIANT}
-    return {name: prepare(finger, variant=variant, progress=progress) for name, variant in variants.items()}
+    """The finger on the mesh of its calibration and on one that no calibration uses, at the apex and beside it (made
+    once, then cached)."""
+    fingers = {}
+    for mesh, variant in {"calibrated": 0, "unseen": UNSEEN_VARIANT}.items():
+        for x in (0.0, *BESIDE_MM[1:]):
+            name = mesh if x == 0 else f"{mesh}, x {x:g} mm"
+            fingers[name] = prepare(finger, variant=variant, at=(x, 0.0), progress=progress)
+    return fingers
 
 
 def _slopes(predict: Callable, force: np.ndarray, modulus: float) -> tuple[np.ndarray, np.ndarray]:
@@ -154,45 +203,73 @@ def compare_softness(
     moduli: Sequence[float] = MODULI_MPA,
     noises: Sequence[tuple[float, float]] = NOISES,
     profiles: Sequence[str] = PROFILES,
+    places_mm: Sequence[float] = (0.0, *BESIDE_MM),
+    entrants: Sequence[str] = (*ENTRANTS, ANYWHERE),
     first_seed: int = HELD_OUT,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[SoftnessRow, ...]:
-    """The table: S_d alone, five gauges, five without a force sensor, and five with the middle gauge stuck.
+    """The table: S_d alone, five gauges, five without a force sensor, five with the middle gauge stuck, and five whose
+    touches may lie anywhere; the first, the second and the last of them also beside the apex, in the first profile and
+    with the first noise.
 
     Parameters
     ----------
-    fingers : name of the mesh ("calibrated", "unseen", ...) -> finger whose presses are measured; see `study_fingers`.
+    calibration : nothing lies beside the apex where it knows no contact positions.
+    fingers : name ("calibrated", "unseen", ...) -> finger whose presses are measured; see `study_fingers`.
     trials : noisy repetitions of each press; noise is the same for all estimators.
+    places_mm : x of the touches whose readings are of the surfaces; those of a finger are where it was condensed.
+    entrants : which of the estimators.
     progress : called with rows of the table done and total.
 
     Raises `InputError` for fewer than two trials or an unknown profile, and what `press` raises.
     """
     if trials < 2:
         raise InputError(f"trials must be at least 2, got {trials}")
+    cases = list(_cases(calibration, fingers, moduli, noises, profiles, places_mm, entrants))
     rows: list[SoftnessRow] = []
-    sources: dict[str, ReducedFinger | None] = {SURFACE: None} | fingers
-    total = len(sources) * len(profiles) * len(moduli) * len(noises) * len(ENTRANTS)
-    for mesh, reduced in sources.items():
+    total = sum(len(case.entrants) for case in cases)
+    pressed: dict[tuple, np.ndarray] = {}
+    for case in cases:
+        force, reduced = force_profile(case.profile), fingers.get(case.mesh)
+        key = case.mesh, case.profile, case.position_mm, case.modulus_MPa
+        if key not in pressed:
+            pressed[key] = (
+                calibration.predict_readings(force, case.modulus_MPa, case.position_mm or None)
+                if reduced is None
+                else pressed_readings(reduced, case.modulus_MPa, case.profile)
+            )
         known = taken_as_exact(calibration) if reduced is None else calibration
-        for profile in profiles:
-            force = force_profile(profile)
-            for modulus in moduli:
-                readings = (
-                    calibration.predict_readings(force, modulus)
-                    if reduced is None
-                    else pressed_readings(reduced, modulus, profile)
-                )
-                for gauge_sigma, force_sigma_N in noises:
-                    seeds = range(first_seed, first_seed + trials)
-                    blocks = [_noisy(readings, force, gauge_sigma, force_sigma_N, seed) for seed in seeds]
-                    for entrant in ENTRANTS:
-                        case = (mesh, profile, modulus, gauge_sigma, force_sigma_N)
-                        rows.append(_row(entrant, known, case, force, blocks))
-                        progress(len(rows), total)
+        seeds = range(first_seed, first_seed + trials)
+        blocks = [_noisy(pressed[key], force, case.gauge_sigma, case.force_sigma_N, seed) for seed in seeds]
+        for entrant in case.entrants:
+            rows.append(_row(entrant, known, case, force, blocks))
+            progress(len(rows), total)
     return tuple(rows)
 
 
-ENTRANTS = ("S_d alone", "five gauges", "five gauges, no force", "five gauges, g3 stuck")
+@dataclass(frozen=True)
+class _Case:
+    mesh: str
+    profile: str
+    position_mm: float
+    modulus_MPa: float
+    gauge_sigma: float
+    force_sigma_N: float
+    entrants: tuple[str, ...]
+
+
+def _cases(calibration: Calibration, fingers, moduli, noises, profiles, places_mm, entrants) -> Iterator[_Case]:
+    """All scenes of the table, at the apex and beside it."""
+    anywhere = calibration.position is not None
+    places = [(SURFACE, x) for x in places_mm] + [(name, reduced.at[0]) for name, reduced in fingers.items()]
+    able = [name for name in entrants if anywhere or name != ANYWHERE]
+    for mesh, x in places:
+        if x and not anywhere:
+            continue
+        scenes = product(profiles[:1], moduli, noises[:1]) if x else product(profiles, moduli, noises)
+        here = tuple(name for name in able if not x or name in BESIDE)
+        for profile, modulus, (gauge_sigma, force_sigma_N) in scenes:
+            yield _Case(mesh, profile, x, modulus, gauge_sigma, force_sigma_N, here)
 
 
 def _noisy(readings, force, gauge_sigma: float, force_sigma_N: float, seed: int) -> np.ndarray:
@@ -201,23 +278,27 @@ def _noisy(readings, force, gauge_sigma: float, force_sigma_N: float, seed: int)
     return np.column_stack([noisy, force + force_sigma_N * rng.normal(size=len(force))])
 
 
-def _row(entrant: str, calibration: Calibration, case: tuple, force: np.ndarray, blocks: list) -> SoftnessRow:
-    mesh, profile, modulus, gauge_sigma, force_sigma_N = case
-    options = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N}
+def _row(entrant: str, calibration: Calibration, case: _Case, force: np.ndarray, blocks: list) -> SoftnessRow:
+    modulus = case.modulus_MPa
+    options: dict = {"gauge_sigma": case.gauge_sigma, "force_sigma_N": case.force_sigma_N}
+    known: dict = {}
     estimator: Softness | GaugeSoftness
     if entrant == "S_d alone":
-        estimator, bound = Softness(calibration, **options), sd_bound(calibration, modulus, force, **options)
+        estimator = Softness(calibration, **options)
+    elif entrant == ANYWHERE:
+        estimator = GaugeSoftness(calibration, **options, position_sigma_mm=math.inf)
+        known = {"position_mm": case.position_mm}
     elif entrant == "five gauges, no force":
         options["force_sigma_N"] = math.inf
-        estimator, bound = GaugeSoftness(calibration, **options), gauge_bound(calibration, modulus, force, **options)
-        blocks = [np.column_stack([block[:, :-1], np.full(len(block), np.nan)]) for block in blocks]
-    elif entrant == "five gauges, g3 stuck":
-        others = [number for number in range(len(calibration.gauges)) if number != DEAD]
         estimator = GaugeSoftness(calibration, **options)
-        bound = gauge_bound(calibration, modulus, force, **options, used=others)
-        blocks = [_stuck(block) for block in blocks]
+        blocks = [np.column_stack([block[:, :-1], np.full(len(block), np.nan)]) for block in blocks]
     else:
-        estimator, bound = GaugeSoftness(calibration, **options), gauge_bound(calibration, modulus, force, **options)
+        estimator = GaugeSoftness(calibration, **options)
+        if entrant == "five gauges, g3 stuck":
+            known = {"used": [number for number in range(len(calibration.gauges)) if number != DEAD]}
+            blocks = [_stuck(block) for block in blocks]
+    own_bound = sd_bound if entrant == "S_d alone" else gauge_bound
+    bound = own_bound(calibration, modulus, force, **options, **known)
     found = np.array([_last(estimator, block) for block in blocks])
     told = np.isfinite(found).all(axis=1)
     error = np.log(found[told, 0] / modulus)
@@ -226,11 +307,12 @@ def _row(entrant: str, calibration: Calibration, case: tuple, force: np.ndarray,
     rms = math.nan if nothing else math.sqrt(np.mean(error**2))
     return SoftnessRow(
         estimator=entrant,
-        mesh=mesh,
-        profile=profile,
+        mesh=case.mesh,
+        profile=case.profile,
+        position_mm=case.position_mm,
         modulus_MPa=modulus,
-        gauge_sigma=gauge_sigma,
-        force_sigma_N=force_sigma_N,
+        gauge_sigma=case.gauge_sigma,
+        force_sigma_N=case.force_sigma_N,
         error=rms,
         bound=bound,
         error_over_bound=rms / bound,
@@ -255,10 +337,10 @@ def _last(estimator, block: np.ndarray) -> tuple[float, float]:
 
 
 def in_words(rows: Sequence[SoftnessRow]) -> dict[str, str]:
-    """Per estimator and mesh, the medians of the table in a sentence."""
+    """Per estimator and place, the medians of the table in a sentence."""
     sentences = {}
-    for key in dict.fromkeys((row.estimator, row.mesh) for row in rows):
-        own = [row for row in rows if (row.estimator, row.mesh) == key and math.isfinite(row.error)]
+    for key in dict.fromkeys((row.estimator, row.place) for row in rows):
+        own = [row for row in rows if (row.estimator, row.place) == key and math.isfinite(row.error)]
         if own:
             over, inside = (float(np.median([getattr(row, name) for row in own])) for name in _JUDGED)
             sentences[", ".join(key)] = (

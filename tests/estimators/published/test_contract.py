@@ -57,6 +57,17 @@ def test_chunks_and_single_samples_change_no_bit(make, grating):
 
 
 @every
+def test_where_only_rounding_decides_chunks_change_no_bit(make):
+    """The spectrum of a single impulse is flat: each of its lines is the highest but for rounding."""
+    rows = np.column_stack([np.zeros(900), np.full(900, 100.0)])
+    rows[40::130, 0] = 3.7
+    rows[500:, 0] += 1e5
+    whole, single = make().process(rows), make()
+    one_by_one = [single.update(row) for row in rows.tolist()]
+    assert same([np.array(values) for values in zip(*one_by_one, strict=True)], whole)
+
+
+@every
 def test_a_saved_state_goes_on_bit_for_bit_and_reset_forgets(make, grating):
     rows = spoilt(grating(1.8, seconds=1.6))
     first, second = make(), make()

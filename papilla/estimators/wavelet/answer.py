@@ -1,0 +1,56 @@
+"""What the streaming ridge answers, and the sentences of its status."""
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+NONE = math.nan
+
+
+class RidgeStatus(IntEnum):
+    """What became of an answer; `sentence` says it in words."""
+
+    OK = 0
+    WARMING_UP = 1
+    NOT_SIGNIFICANT = 2
+    GAP = 3
+    SILENT = 4
+
+    @property
+    def sentence(self) -> str:
+        """The status in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    RidgeStatus.OK: "ok",
+    RidgeStatus.WARMING_UP: "the wavelets reach beyond the first sample",
+    RidgeStatus.NOT_SIGNIFICANT: "red noise explains what the two channels share",
+    RidgeStatus.GAP: "too many samples are missing within reach",
+    RidgeStatus.SILENT: "a channel does not change",
+}
+OK, WARMING_UP, NOT_SIGNIFICANT, GAP, SILENT = map(int, RidgeStatus)
+
+
+class RidgeEstimate(NamedTuple):
+    """The ridge as it was `lag_s` ago: frequency_Hz is f_MP, mean_Hz and sd_Hz (ddof 1) of its last 20 instants.
+
+    phase : of the first channel before the second, in -pi ... pi; magnitude : of the cross-wavelet there; NaN where
+    there is no answer. status : a `RidgeStatus`. Of a block, arrays (n,).
+    """
+
+    frequency_Hz: float | np.ndarray
+    mean_Hz: float | np.ndarray
+    sd_Hz: float | np.ndarray
+    phase: float | np.ndarray
+    magnitude: float | np.ndarray
+    status: int | np.ndarray
+
+    @property
+    def sentence(self):
+        """The status in words: a string, or a list of them."""
+        if isinstance(self.status, np.ndarray):
+            return [RidgeStatus(code).sentence for code in self.status.tolist()]
+        return RidgeStatus(self.status).sentence

@@ -1,0 +1,100 @@
+"""The whole pipeline on a log of five gauges as a finger makes it: exchanged gauges, and with and without numba."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.calibration import GaugeSurface, Surface, Uncertainty
+from papilla.estimators import Pipeline
+from papilla.estimators.tracking.compiled import numba_available
+
+FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)
+PLACES = np.array([-13.5, -7.2, 0.0, 7.2, 13.5])
+WAVELENGTH, STIFFNESS, FRICTION = 1.8, 0.3, 0.6
+
+
+@pytest.fixture(scope="module")
+def five(make):
+    """A calibration whose gauges differ, alike the default finger's: the outer ones feel the force alone."""
+    x, y = (
+        np.log(low) + (np.arange(cells + 3) - 1) * np.log(high / low) / cells
+        for (low, high), cells in zip((FORCE, MODULUS), CELLS, strict=True)
+    )
+    soft = 1 / (1 + np.exp(y[None, :] - np.log(0.1) - 0.2 * x[:, None]))
+    outer, inner = -17500 - 300 * x[:, None] + 0 * soft, (-29000 + 9500 * x[:, None]) * (1 - 0.25 * soft)
+    middle = 54000 * np.exp(-0.47 * x[:, None]) * (1 - 0.35 * soft)
+    gauges = []
+    for number, table in enumerate((outer, inner, middle, inner, outer), start=1):
+        error = 0.01 * float(np.abs(table).mean())
+        known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, error), 2.0, 4)
+        gauges.append(GaugeSurface(f"g{number}", Surface(FORCE, MODULUS, table), known))
+    return replace(make(), gauges=tuple(gauges))
+
+
+def slid(calibration, seconds, texture=60.0, seed=0):
+    """(n, 9) rows t_s, g1 ... g5, force_N, velocity_mm_s, tangential_N: to and fro over a grating, pressing harder."""
+    rng, time = np.random.default_rng(seed), np.arange(round(seconds * 1000)) / 1000
+    velocity, position = 100 * np.sin(np.pi * time), 100 / np.pi * (1 - np.cos(np.pi * time))
+    force = 0.45 + 0.01 * np.sin(2 * time)
+    readings = calibration.predict_readings(force, STIFFNESS)
+    readings = readings + texture * np.sin(2 * np.pi * (position[:, None] - PLACES) / WAVELENGTH)
+    readings = readings + 6 * rng.normal(size=readings.shape)
+    tangential = FRICTION * force * np.tanh(velocity / 2) + 0.005 * rng.normal(size=len(time))
+    return np.column_stack([time, readings, force + 0.002 * rng.normal(size=len(time)), velocity, tangential])
+
+
+def make_pipeline(calibration):
+    return Pipeline(calibration, gauge_sigma=20.0, force_sigma_N=0.002)
+
+
+def right(answer, rows=slice(-200, None)):
+    """The last answers are those of what was touched."""
+    assert answer.wavelength_mm[rows] == pytest.approx(np.full(200, WAVELENGTH), rel=5e-3)
+    assert np.abs(answer.modulus_MPa[rows] - STIFFNESS).max() < 4 * answer.modulus_sigma_MPa[rows].max() < 0.4
+    assert answer.mu_kinetic[rows] == pytest.approx(np.full(200, FRICTION), rel=0.02)
+
+
+def test_two_gauges_exchanged_in_the_log(five, monkeypatch):
+    """The softness says who they are and does without them; a wavelength does not ask where a gauge is."""
+    monkeypatch.setitem(sys.modules, "numba", None)
+    rows = slid(five, 1.6)
+    clean, exchanged = make_pipeline(five).process(rows), rows.copy()
+    exchanged[:, [2, 3]] = rows[:, [3, 2]]
+    answer = make_pipeline(five).process(exchanged)
+    right(clean)
+    right(answer)
+    assert "g2 left out: swapped with another, g3 left out: swapped with another" in answer.status[-1]
+    assert "left out" not in clean.status[-1]
+    assert answer.modulus_sigma_MPa[-1] > clean.modulus_sigma_MPa[-1]
+    for name in ("frequency_Hz", "wavelength_mm", "wavelength_sigma_mm", "mu_kinetic", "mu_static"):
+        np.testing.assert_array_equal(getattr(answer, name), getattr(clean, name))
+
+
+def spoilt(rows):
+    """Bursts of NaN in a gauge and in all, a stretch that was dropped, and rows without a velocity."""
+    rows, rng = rows.copy(), np.random.default_rng(7)
+    for begin in rng.integers(300, len(rows) - 100, 30).tolist():
+        gauge = rng.integers(1, 6)
+        rows[begin : begin + rng.integers(1, 30), gauge] = np.nan
+    for begin in rng.integers(300, len(rows) - 100, 8).tolist():
+        rows[begin : begin + 20, 1:6] = np.nan
+    rows[2500:2540, 7] = np.nan
+    return np.delete(rows, slice(len(rows) // 2, len(rows) // 2 + 150), axis=0)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not numba_available(), reason="numba is in the extra 'fast'")
+@pytest.mark.parametrize("texture", [60.0, 400.0])
+def test_without_numba_the_decisions_are_the_same(five, texture, monkeypatch):
+    rows = spoilt(slid(five, 20.0, texture))
+    compiled = make_pipeline(five).process(rows)
+    monkeypatch.setitem(sys.modules, "numba", None)
+    assert not numba_available()
+    plain = make_pipeline(five).process(rows)
+    right(plain)
+    assert plain.status == compiled.status
+    assert len(set(plain.status)) > 8, "a scene without trouble proves nothing"
+    for name, column in zip(plain._fields[:-1], plain[:-1], strict=True):
+        np.testing.assert_allclose(column, getattr(compiled, name), rtol=1e-9, atol=0, err_msg=name)

@@ -1,0 +1,370 @@
+"""Five gauges and a contact that may lie beside the apex: bound, domain, bad channels, state."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.calibrate.position import fit_positions
+from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
+from papilla.errors import InputError
+from papilla.estimators import GaugeSoftness, GaugeState, Pipeline
+from papilla.estimators.softness import Fault
+from papilla.estimators.softness.position_surfaces import PositionSurfaces
+from papilla.references.softness_bound import modulus_bound
+
+FORCE, MODULUS, CELLS, REACH = (0.05, 1.0), (0.02, 5.0), (12, 24), 4.0
+GAUGES_MM = np.array([-13.0, -7.0, 0.0, 7.0, 13.0])
+PRESS = 0.2 + 0.7 * np.sin(np.linspace(0.05, 3, 100)) ** 2
+SHORT = PRESS[::2]
+OK, LEFT_OUT, MISFIT, OFF_REACH = (int(SoftnessStatus[name]) for name in ("OK", "LEFT_OUT", "MISFIT", "OFF_REACH"))
+
+
+def seen(force, modulus, x):
+    """(..., g) readings per newton, alike the default finger's: the middle gauge feels the modulus, all feel x."""
+    force, modulus, x = (np.asarray(value, float)[..., None] for value in (force, modulus, x))
+    soft = 1 / (1 + (modulus / 0.1) * force**-0.2)
+    away = (x - GAUGES_MM) / 5
+    near = 140e3 * (force / 0.3) ** -0.4 * (1 - 0.35 * soft) * np.exp(-(away**2))
+    return near - 46e3 * (force / 0.3) ** -0.1 * np.exp(-((away / 3) ** 2))
+
+
+@pytest.fixture(scope="module")
+def build(make):
+    """build(error) -> a calibration with contact positions whose gauges and positions have that relative error."""
+    force, modulus = (np.geomspace(*limits, count) for limits, count in ((FORCE, 40), (MODULUS, 60)))
+    axes = [Surface(FORCE, MODULUS, np.ones([cells + 3 for cells in CELLS]))]
+    left, right = axes[0].force_axis.basis(force), axes[0].modulus_axis.basis(modulus)
+    values = seen(force[:, None], modulus[None, :], 0.0)
+    fit = np.einsum("af,fmg,bm->gab", np.linalg.pinv(left), values, np.linalg.pinv(right))
+    some_modulus, some_force = (part.ravel() for part in np.meshgrid(modulus[::5], force[::5]))
+    some_force, some_modulus = np.append(some_force, FORCE[1]), np.append(some_modulus, MODULUS[1])
+    places = np.linspace(-REACH, REACH, 17)
+    reading = some_force[:, None] * seen(some_force, some_modulus, places[:, None])
+    moved = {"force_N": some_force, "modulus_MPa": some_modulus, "place_mm": places, "reading": reading}
+    terms = fit_positions(moved)
+
+    def made(error=0.0):
+        gauges = []
+        for number, table in enumerate(fit):
+            own = np.full(2, error * float(np.abs(table).mean()))
+            known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), own, 2.0, 4)
+            gauges.append(GaugeSurface(f"g{number + 1}", Surface(FORCE, MODULUS, table), known))
+        own = replace(terms, error=terms.error if error else 0 * terms.error)
+        return replace(make(), gauges=tuple(gauges), position=own)
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def exact(build):
+    return build()
+
+
+def touched(calibration, modulus, force, x, gauge_sigma=50.0, force_sigma=0.005, seed=0):
+    """(n, 6) noisy samples of a press at x (a number, or one of each sample)."""
+    rng = np.random.default_rng(seed)
+    readings = calibration.predict_readings(force, modulus, np.zeros_like(force) + x)
+    noise = force_sigma * rng.normal(size=len(force)) if force_sigma < math.inf else np.full(len(force), np.nan)
+    return np.column_stack([readings + gauge_sigma * rng.normal(size=readings.shape), force + noise])
+
+
+def estimator(calibration, gauge_sigma=50.0, force_sigma=0.005, position_sigma=math.inf, **options):
+    noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma}
+    return GaugeSoftness(calibration, **noise, position_sigma_mm=position_sigma, **options)
+
+
+def bound(calibration, modulus, force, x, gauge_sigma, force_sigma):
+    def slope(predict, step=1e-4):
+        return (predict(step) - predict(-step)) / (2 * step)
+
+    predict = calibration.predict_readings
+    a = slope(lambda step: predict(force, modulus * math.exp(step), x))
+    b = slope(lambda step: predict(force * math.exp(step), modulus, x)) / force[:, None]
+    c = slope(lambda step: predict(force, modulus, x + step))
+    return modulus_bound(a, b, gauge_sigma, force_sigma, nuisances=[(c, math.inf)])
+
+
+def test_slopes_of_the_surfaces_are_their_finite_differences(exact):
+    """At a point and across the edge of a cell of x."""
+    surfaces, h = PositionSurfaces(exact), 1e-5
+    for x in (1.3, 2.0 - h / 2):
+        force, ln_modulus = 0.31, math.log(0.13)
+
+        def at(df=0.0, dy=0.0, dx=0.0, x=x, force=force, ln_modulus=ln_modulus):
+            moved = force * (1 + df)
+            rows = surfaces.section(ln_modulus + dy).rows(moved, math.log(moved), x + dx)[1]
+            return np.array(rows).T
+
+        value, along_modulus, along_force, along_x, ff, fx, xx = at()
+        np.testing.assert_allclose(value, exact.predict_readings(force, 0.13, x), rtol=1e-12)
+        np.testing.assert_allclose(along_modulus, (at(dy=h)[0] - at(dy=-h)[0]) / (2 * h), rtol=1e-5, atol=0.1)
+        per_force = 2 * h * force
+        np.testing.assert_allclose(along_force, (at(df=h)[0] - at(df=-h)[0]) / per_force, rtol=1e-5, atol=1)
+        np.testing.assert_allclose(along_x, (at(dx=h)[0] - at(dx=-h)[0]) / (2 * h), rtol=1e-5, atol=0.1)
+        np.testing.assert_allclose(ff, (at(df=h)[2] - at(df=-h)[2]) / per_force, rtol=1e-4, atol=10)
+        np.testing.assert_allclose(fx, (at(dx=h)[2] - at(dx=-h)[2]) / (2 * h), rtol=1e-4, atol=1)
+        np.testing.assert_allclose(xx, (at(dx=h)[3] - at(dx=-h)[3]) / (2 * h), rtol=1e-3, atol=1)
+
+
+@pytest.mark.parametrize("x, modulus", [(0.0, 0.3), (0.5, 0.05), (1.0, 0.3), (2.0, 0.6)])
+def test_it_reaches_the_bound_without_bias(exact, x, modulus):
+    """Within what 80 trials can tell: 8 % in the RMS and 0.11 sigma in the bias, at one sigma."""
+    own, found, places = estimator(exact, 50.0, 0.005), [], []
+    for seed in range(80):
+        own.reset()
+        answer = own.process(touched(exact, modulus, SHORT, x, seed=seed))
+        found.append((answer.modulus_MPa[-1], answer.modulus_sigma_MPa[-1]))
+        places.append((answer.position_mm - x) / answer.position_sigma_mm)
+    found, sigma = np.array(found).T
+    best, error = bound(exact, modulus, SHORT, x, 50.0, 0.005), np.log(found / modulus)
+    assert 0.8 < np.sqrt((error**2).mean()) / best < 1.05 + 0.16
+    assert abs(error.mean()) < (0.1 + 0.22) * best
+    assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
+    assert np.sqrt(np.mean(np.square(places))) == pytest.approx(1, abs=0.1)
+
+
+def test_without_noise_it_is_the_inverse_out_to_the_reach(exact):
+    own = estimator(exact, 1e-3, 1e-7)
+    for x in (-3.99, -1.2, 0.0, 0.7, 3.0):
+        for modulus in (0.03, 0.3, 3.0):
+            own.reset()
+            answer = own.process(touched(exact, modulus, SHORT, x, 0.0, 0.0))
+            assert (answer.status == OK).all()
+            np.testing.assert_allclose(answer.modulus_MPa, modulus, rtol=1e-6)
+            np.testing.assert_allclose(answer.position_mm, x, atol=1e-4)
+            np.testing.assert_allclose(answer.force_N, SHORT, rtol=1e-4)
+
+
+def test_at_the_apex_the_position_costs_little_and_beside_it_the_apex_misfits(exact):
+    still, free = estimator(exact, position_sigma=None), estimator(exact)
+    at_apex = touched(exact, 0.3, PRESS, 0.0)
+    one, other = still.process(at_apex), free.process(at_apex)
+    assert np.isnan(one.position_mm).all() and np.isnan(one.position_sigma_mm).all()
+    assert other.modulus_sigma_MPa[-1] == pytest.approx(one.modulus_sigma_MPa[-1], rel=0.02)
+    assert abs(other.modulus_MPa[-1] - one.modulus_MPa[-1]) < other.modulus_sigma_MPa[-1]
+    still.reset()
+    assert (still.process(touched(exact, 0.3, PRESS, 1.5)).status[-20:] == MISFIT).all()
+
+
+def test_positions_of_the_calibration_change_nothing_where_they_are_not_asked_for(exact):
+    samples = np.concatenate([touched(exact, 0.3, PRESS, 0.0), touched(exact, 0.1, PRESS, 1.0, seed=1)])
+    one = estimator(replace(exact, position=None), position_sigma=None).process(samples)
+    other = estimator(exact, position_sigma=None).process(samples)
+    for column in range(5):
+        np.testing.assert_array_equal(one[column], other[column])
+
+
+def test_a_finger_that_slides_or_jumps_is_followed(exact):
+    for places in (np.linspace(-3, 3, 100), np.where(np.arange(100) < 50, -3.8, 3.5)):
+        answer = estimator(exact).process(touched(exact, 0.3, PRESS, places))
+        assert (answer.status == OK).all()
+        assert abs(answer.modulus_MPa[-1] - 0.3) < 4 * answer.modulus_sigma_MPa[-1]
+        assert (np.abs(answer.position_mm - places) < 5 * answer.position_sigma_mm).all()
+
+
+@pytest.mark.parametrize("x", [4.3, 5.0, 7.0, 10.0, -6.0])
+def test_beyond_the_reach_there_is_no_answer(exact, x):
+    """Readings there are a made-up finger's, not the extrapolated surfaces'."""
+    for modulus in (0.05, 0.3):
+        noise = np.random.default_rng(0).normal(size=(len(PRESS), 6)) * np.array([50.0] * 5 + [0.005])
+        answer = estimator(exact).process(np.column_stack([PRESS[:, None] * seen(PRESS, modulus, x), PRESS]) + noise)
+        assert set(answer.status.tolist()) <= {MISFIT, OFF_REACH}
+        assert np.isnan(answer.modulus_MPa).all()
+        if abs(x) < 5:
+            assert (answer.status[-20:] == OFF_REACH).all()
+            assert answer.sentence[-1] == "the contact lies beside the calibrated positions"
+
+
+def test_leaving_the_reach_keeps_what_was_learnt(exact):
+    own = estimator(exact)
+    own.process(touched(exact, 0.3, PRESS, 3.5))
+    before = own.state.information
+    rows = np.column_stack([PRESS[:, None] * seen(PRESS, 0.3, 4.4), PRESS])[40:60]
+    assert set(own.process(rows).status.tolist()) == {OFF_REACH} and own.state.information == before
+    assert own.process(touched(exact, 0.3, PRESS, 3.0, seed=1)).status[-1] == OK
+
+
+def faults_of(answer):
+    code, found = int(answer.left_out[-1]), {}
+    for channel in range(6):
+        code, fault = divmod(code, 8)
+        if fault:
+            found[channel] = Fault(fault)
+    return found
+
+
+def dead(samples):
+    samples[:, 1] = 0.0
+
+
+def flipped(samples):
+    samples[:, 2] *= -1
+
+
+def no_force(samples):
+    samples[:, 5] = np.nan
+
+
+def biased_force(samples):
+    samples[:, 5] *= 1.3
+
+
+def exchanged(samples):
+    samples[:, [1, 2]] = samples[:, [2, 1]]
+
+
+@pytest.mark.parametrize("x", [0.0, 1.0, 2.5])
+@pytest.mark.parametrize(
+    "spoil, expected",
+    [
+        (dead, {1: Fault.STUCK}),
+        (flipped, {2: Fault.SIGN_FLIPPED}),
+        (no_force, {5: Fault.MISSING}),
+        (biased_force, {5: Fault.OFF_SURFACE}),
+        (exchanged, {1: Fault.SWAPPED, 2: Fault.SWAPPED}),
+    ],
+)
+def test_a_bad_channel_is_left_out_wherever_the_contact_is(exact, x, spoil, expected):
+    samples = touched(exact, 0.1, PRESS, x)
+    spoil(samples)
+    answer = estimator(exact).process(samples)
+    assert faults_of(answer) == expected and answer.status[-1] == LEFT_OUT
+    assert abs(answer.modulus_MPa[-1] - 0.1) < 4 * answer.modulus_sigma_MPa[-1]
+    assert abs(answer.position_mm[-1] - x) < 5 * answer.position_sigma_mm[-1]
+
+
+def test_exchanged_mirrored_gauges_show_beside_the_apex(exact):
+    """One pair contradicts the other; both pairs are the finger turned round, which nothing can tell from -x."""
+    one, both = touched(exact, 0.1, PRESS, 2.0), touched(exact, 0.1, PRESS, 2.0)
+    one[:, [1, 3]] = one[:, [3, 1]]
+    both[:, :5] = both[:, 4::-1]
+    answer = estimator(exact).process(one)
+    assert answer.status[-1] in (LEFT_OUT, MISFIT) and (answer.status[:5] != OK).any()
+    told = np.isfinite(answer.modulus_MPa)
+    assert (np.abs(answer.modulus_MPa - 0.1) < 5 * answer.modulus_sigma_MPa)[told].all()
+    turned = estimator(exact).process(both)
+    assert (turned.status == OK).all() and turned.position_mm[-1] == pytest.approx(-2.0, abs=0.1)
+    at_apex = touched(exact, 0.1, PRESS, 0.0)
+    at_apex[:, [1, 3]] = at_apex[:, [3, 1]]
+    assert (estimator(exact).process(at_apex).status == OK).all()
+
+
+def test_one_channel_more_is_needed(exact):
+    samples = touched(exact, 0.2, PRESS, 1.0)
+    samples[:, [0, 4, 5]] = np.nan
+    assert (estimator(exact).process(samples).status == SoftnessStatus.BAD_GAUGE).all()
+    samples = touched(exact, 0.2, PRESS, 1.0)
+    samples[:, [0, 4]] = np.nan
+    assert (estimator(exact).process(samples).status == LEFT_OUT).all()
+
+
+def hard_scene(exact):
+    """Off the apex, away, elsewhere with a bad gauge, beyond the reach; spikes and missing values."""
+    beyond = np.column_stack([PRESS[:, None] * seen(PRESS, 0.6, 4.5), PRESS])[:30]
+    samples = np.concatenate([
+        touched(exact, 0.1, PRESS, 1.2),
+        np.column_stack([np.random.default_rng(1).normal(size=(20, 5)), np.zeros(20)]),
+        touched(exact, 0.6, PRESS[::-1], np.linspace(-2, 1, 100), seed=2),
+        beyond,
+    ])  # fmt: skip
+    samples[30, 2], samples[40, 5], samples[50, 0], samples[60, 4] = np.nan, np.nan, np.inf, 2e4
+    samples[150:, 1] *= 1.2
+    return samples
+
+
+def test_blocks_and_samples_agree_bit_for_bit_and_a_saved_state_continues(exact):
+    samples, rng = hard_scene(exact), np.random.default_rng(0)
+    single = estimator(exact)
+    expected = np.array([single.update(row) for row in samples])
+    assert len(set(expected[:, 3])) >= 4
+    for cut in (17, 77, 160):
+        first, second = estimator(exact), estimator(exact)
+        first.process(samples[:cut])
+        second.state = first.state
+        parts = [second.process(block) for block in np.split(samples[cut:], np.sort(rng.integers(0, 90, 5)))]
+        for column in (0, 1, 2, 3, 4, 6, 7):
+            found = np.concatenate([part[column] for part in parts])
+            np.testing.assert_array_equal(found, expected[cut:, column])
+        assert repr(second.state) == repr(single.state)
+    second.reset()
+    assert repr(second.state) == repr(estimator(exact).state) and GaugeState().near == ()
+
+
+def test_a_prior_counts_once_for_a_touch(build):
+    """Two sigmas off it moves the answer by no more than it says, and where it is right it helps."""
+    unsure = build(0.003)
+    samples = touched(unsure, 0.3, PRESS, 1.0)
+    free, near, far = (estimator(unsure, position_sigma=sigma).process(samples) for sigma in (math.inf, 1.0, 0.5))
+    for answer in (free, near, far):
+        assert abs(math.log(answer.modulus_MPa[-1] / 0.3)) < 3 * answer.modulus_sigma_MPa[-1] / 0.3
+    assert far.modulus_sigma_MPa[-1] <= free.modulus_sigma_MPa[-1] * 1.001
+
+
+def test_errors_of_the_positions_do_not_average_out(build):
+    """Other fingers, whose gauges change with x by their own factor within the stated error, are covered."""
+    unsure, rng, z = build(0.001), np.random.default_rng(5), []
+    own = estimator(unsure)
+    error = unsure.position.change(0.3, 0.3, 2.0) * 0.02
+    for seed in range(30):
+        samples = touched(unsure, 0.3, PRESS, 2.0, seed=seed)
+        change = unsure.predict_readings(PRESS, 0.3, 2.0) - unsure.predict_readings(PRESS, 0.3, 0.0)
+        samples[:, :5] += 0.02 * change * rng.normal(size=5)
+        own.reset()
+        answer = own.process(samples)
+        z.append((answer.modulus_MPa[-1] - 0.3) / answer.modulus_sigma_MPa[-1])
+    assert np.abs(error).max() > 100 and 0.4 < np.sqrt(np.mean(np.square(z))) < 1.4
+    sure = estimator(build()).process(touched(unsure, 0.3, PRESS, 2.0))
+    assert answer.modulus_sigma_MPa[-1] > 3 * sure.modulus_sigma_MPa[-1]
+
+
+def test_unusable_options_and_calibrations_are_refused(exact):
+    for value in (0, -1, math.nan):
+        with pytest.raises(InputError, match="position_sigma_mm must be greater than 0, or None, got"):
+            estimator(exact, position_sigma=value)
+    with pytest.raises(InputError, match="this calibration has no contact positions"):
+        estimator(replace(exact, position=None))
+    with pytest.raises(InputError, match="another domain"):
+        estimator(replace(exact, position=replace(exact.position, force_N=(0.05, 2.0))))
+    few = replace(exact.position, coefficients=exact.position.coefficients[:2], error=exact.position.error[:2])
+    with pytest.raises(InputError, match="at least 3 gauges are needed, the calibration has 2"):
+        estimator(replace(exact, gauges=exact.gauges[:2], position=few))
+
+
+def test_the_pipeline_takes_touches_to_be_about_the_apex(build):
+    calibration, rng = build(0.002), np.random.default_rng(8)
+    force = np.tile(PRESS, 2)
+    readings = force[:, None] * seen(force, 0.3, 1.5) + rng.normal(0, 20, (200, 5))
+    rows = np.column_stack([np.arange(200) / 1000, readings, force + rng.normal(0, 1e-3, 200)])
+    options = {"columns": ("force_N",), "gauge_sigma": 20.0}
+    found = Pipeline(calibration, **options).process(rows)
+    assert np.isfinite(found.modulus_MPa).all()
+    assert (np.abs(found.modulus_MPa - 0.3) < 4 * found.modulus_sigma_MPa).all() and found.modulus_sigma_MPa[-1] < 0.05
+    at_apex = Pipeline(calibration, position_sigma_mm=None, **options).process(rows)
+    assert not (np.abs(at_apex.modulus_MPa - 0.3) < 4 * at_apex.modulus_sigma_MPa).any()
+    older = Pipeline(replace(calibration, position=None), **options)
+    assert any(told.startswith("modulus: of touches at the apex alone: this cal") for told in older.messages)
+    with pytest.raises(InputError, match="position_sigma_mm must be greater than 0, or None, got 0"):
+        Pipeline(calibration, position_sigma_mm=0)
+
+
+def test_the_pipeline_answers_by_s_d_while_most_samples_contradict_themselves(build):
+    """Over a coarse texture: the few samples that fit do so by chance, and are not to be believed."""
+    calibration, rng = build(), np.random.default_rng(9)
+    force = np.full(600, 0.5)
+    clean = force[:, None] * seen(force, 0.3, 0.0)
+    phase = 2 * np.pi * (0.06 * np.arange(600)[:, None] - GAUGES_MM) / 1.5
+    bumpy = clean * (1 + 0.1 * np.sin(phase)) + rng.normal(0, 20, clean.shape)
+    rows = np.column_stack([np.arange(600) / 1000, bumpy, force + rng.normal(0, 1e-3, 600)])
+    pipeline = Pipeline(calibration, columns=("force_N",), gauge_sigma=20.0)
+    by_sd = ["from S_d" in status for status in pipeline.process(rows).status]
+    assert all(by_sd[150:])
+    kept = pipeline.state
+    rows[:, 0] += 0.6
+    rows[:, 1:6] = clean + rng.normal(0, 20, clean.shape)
+    smooth = pipeline.process(rows)
+    assert not any("from S_d" in status for status in smooth.status[200:])
+    assert abs(smooth.modulus_MPa[-1] / 0.3 - 1) < 0.02
+    pipeline.state = kept
+    assert pipeline.process(rows[:300]).status == smooth.status[:300]

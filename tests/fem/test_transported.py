@@ -1,0 +1,78 @@
+"""Presses moved along the skin: at the apex they are presses there, beside it they are the real contacts."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.fem import press
+from papilla.fem.transported import transported_readings
+from papilla.specimen import Block
+
+PLACES = (-3.0, 0.0, 3.0)
+
+
+@pytest.fixture(scope="module")
+def pressed(coarse):
+    return press(coarse, Block(0.3, 10.0), force=0.6, fidelity="contact")
+
+
+def test_at_the_apex_it_is_the_press_itself(coarse_model, coarse, pressed):
+    found = transported_readings(coarse_model, coarse.patch, pressed.pressure[None], PLACES)
+    assert found.shape == (3, 1, 5)
+    # The patch's own integrals are over facets, here of 4 mm, these over the exact skin.
+    np.testing.assert_allclose(found[1, 0], pressed.reading, atol=0.05 * np.abs(pressed.reading).max())
+    np.testing.assert_allclose(found[0, 0], found[2, 0, ::-1], rtol=1e-9)
+    assert np.abs(found[2] - found[1]).max() > 0.1 * np.abs(found[1]).max()
+
+
+def test_it_is_linear_in_the_pressure(coarse_model, coarse, pressed):
+    pressures = np.outer([1.0, 2.5, 0.0], pressed.pressure)
+    pressures[2, 0] = 0.01
+    found = transported_readings(coarse_model, coarse.patch, pressures, (2.0,))[0]
+    np.testing.assert_allclose(found[1], 2.5 * found[0], rtol=1e-12)
+    both = transported_readings(coarse_model, coarse.patch, pressures[[0]] + pressures[[2]], (2.0,))[0]
+    np.testing.assert_allclose(both[0], found[0] + found[2], rtol=1e-9)
+
+
+def test_reading_adjoints_are_the_gauge_adjoints_of_what_is_symmetric_in_y(coarse_model):
+    strain, reading = coarse_model.gauge_adjoints(), coarse_model.reading_adjoints()
+    assert set(reading) == {parity for parity in strain if parity[1] > 0}
+    for parity, field in reading.items():
+        np.testing.assert_allclose(field, strain[parity], atol=1e-9 * np.abs(strain[parity]).max())
+
+
+def test_curvature_counts_by_the_lever(coarse_model, changed, dome, coarse, pressed):
+    """A gauge that reads curvature alone: the same pressure on the reduced finger gives the same reading."""
+    finger = changed(gauge_membrane_gain=0.0, gauge_lever_mm=0.02)
+    model = type(coarse_model)(finger, dome(finger))
+    found = transported_readings(model, coarse.patch, pressed.pressure[None], (0.0,))[0, 0]
+    expected = 1e6 * 0.02 * coarse.curvature_rows @ pressed.pressure
+    np.testing.assert_allclose(found, expected, atol=0.04 * np.abs(expected).max())
+
+
+def test_unusable_values_are_refused(coarse_model, coarse, pressed):
+    with pytest.raises(InputError, match=r"pressures must be \(m, \d+\), a row a press, got shape \(3,\)"):
+        transported_readings(coarse_model, coarse.patch, np.ones(3), (0.0,))
+    with pytest.raises(InputError, match="no skin to touch at x 50"):
+        transported_readings(coarse_model, coarse.patch, pressed.pressure[None], (50.0,))
+    with pytest.raises(InputError, match="place x"):
+        transported_readings(coarse_model, coarse.patch, pressed.pressure[None], (np.nan,))
+
+
+@pytest.mark.slow
+def test_it_is_the_real_contact_beside_the_apex(reference_model, reference):
+    """Change of each reading from the apex, against contacts solved at x: within 2 % of it and 0.5 % of the largest
+    reading, which two meshes differ by at the apex already."""
+    places, cases = (0.0, 1.0, 3.0), [(0.05, 0.3), (0.3, 0.15), (0.3, 0.6), (1.0, 0.9)]
+    blocks = [(Block(modulus, 10.0), force) for modulus, force in cases]
+    apex = [press(reference, block, force=force, fidelity="contact") for block, force in blocks]
+    start = np.array([found.reading for found in apex])
+    moved = transported_readings(reference_model, reference.patch, np.array([one.pressure for one in apex]), places)
+    np.testing.assert_allclose(moved[0], start, atol=1e-3 * np.abs(start).max())
+    for place, change in zip(places[1:], moved[1:] - moved[0], strict=True):
+        beside = reference_model.reduce((place, 0.0))
+        real = [press(beside, block, force=force, fidelity="contact").reading for block, force in blocks]
+        real = np.array(real) - start
+        allowed = 0.02 * np.abs(real) + 0.005 * np.abs(start).max(axis=1, keepdims=True)
+        assert (np.abs(change - real) < allowed).all()
+        assert (np.abs(real) > 5 * allowed).any(axis=1).all()
