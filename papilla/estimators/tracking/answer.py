@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.errors import InputError
+
 
 class TrackingStatus(IntEnum):
     """What became of an answer; `sentence` says it in words."""
@@ -33,7 +35,7 @@ _SENTENCES = {
     TrackingStatus.NO_VELOCITY: "no finite velocity: the wavelength is held, the frequency is not known",
     TrackingStatus.ALIASED: "too fast for this sampling rate and wavelength: the sample is left out",
     TrackingStatus.NO_TEXTURE: "no texture above the noise: the wavelength is the last one seen",
-    TrackingStatus.DISTURBED: "a hum or a second texture is strong too: the wavelength may be off beyond its sigma",
+    TrackingStatus.DISTURBED: "a hum, a second texture or the baseline is strong too: the wavelength may be far off",
 }
 
 
@@ -62,3 +64,21 @@ class TrackerState:
     """All that a tracker remembers: its arrays by name, flattened; complex ones as real and imaginary parts in turn."""
 
     arrays: tuple[tuple[str, tuple[float, ...]], ...] = ()
+
+    @classmethod
+    def of(cls, parts) -> "TrackerState":
+        """What (name, array or list) pairs hold."""
+        return cls(tuple((name, tuple(np.ravel(values).tolist())) for name, values in parts))
+
+    def into(self, parts) -> None:
+        """Write what was kept into such pairs, which stay as they are when nothing was.
+
+        Raises `InputError` where the state is of another tracker.
+        """
+        given = dict(self.arrays)
+        for name, values in parts if self.arrays else ():
+            if len(given.get(name, ())) != np.size(values):
+                held = len(given.get(name, ()))
+                raise InputError(f"the state holds {held} numbers of {name}, this tracker needs {np.size(values)}")
+            flat = values if isinstance(values, list) else values.reshape(-1)
+            flat[:] = given[name]

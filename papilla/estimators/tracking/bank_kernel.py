@@ -11,7 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.vectors import add_waves, explain, normal_equations, solve
+from papilla.estimators.tracking.bank_vectors import (
+    SIDE,
+    add_waves,
+    explain,
+    mixing_of_moments,
+    normal_equations,
+    turns_of_rows,
+)
+from papilla.estimators.tracking.compiled import scalars
+from papilla.estimators.tracking.vectors import solve
 
 WEIGHT, READING, SQUARE, LEVER, SPREAD, PLACE, ORIGIN, RIVAL, KEEP, SHIFT = range(10)
 """Scalars of a bank: sums of w, w y, w y^2, w d, w d^2 with d the distance from here, the wrapped position, the reading
@@ -20,8 +29,6 @@ by and moved since the last reading."""
 SUMS = 10
 FIT = 3
 """Harmonics of a fit: with the phase, offset and wavenumber eight numbers, which a period of 20 samples can carry."""
-RIDGE = 1e-3
-"""Fraction of the weight that holds what a short window does not show near zero."""
 WAVENUMBER, PHASE, AMPLITUDE, OFFSET, REST, EXPLAINED, LENGTH, SAMPLES, PARAMETERS, INDEX, SERIES = range(11)
 """A nominee: wavenumber, phase here, amplitude, offset, squares left, squares explained, length of the window, its
 weight, parameters, index in the bank, and from `SERIES` on the in-phase and quadrature parts of harmonics 2, 3 ..."""
@@ -30,7 +37,8 @@ NOMINEE = SERIES + 2 * (FIT - 1)
 
 class BankSettings(NamedTuple):
     """step: rad/mm between wavenumbers; low, high: indices searched; length: mm over which the window fades; keep: how
-    much of it a sample keeps; period: 2 pi / step in mm; orders: (m,) 0, 1, 2 ...; mixing: of the normal equations."""
+    much of it a sample keeps; period: 2 pi / step in mm; split: where the sums of the window begin among the fields;
+    turns, mixing: what `add_waves` and `normal_equations` need."""
 
     step: float
     low: int
@@ -38,18 +46,19 @@ class BankSettings(NamedTuple):
     length: float
     keep: float
     period: float
-    orders: np.ndarray
+    split: int
+    turns: np.ndarray
     mixing: np.ndarray
 
 
 class Bank(NamedTuple):
-    """What a bank remembers: sums by wavenumber (2, 2, m), scalars, last spectrum and nominee; then room to work."""
+    """What a bank remembers: sums by wavenumber (2, n), scalars, last spectrum and nominee; then room to work."""
 
     fields: np.ndarray
     sums: np.ndarray
     power: np.ndarray
     nominee: np.ndarray
-    room: np.ndarray
+    fine: np.ndarray
     score: np.ndarray
     gram: np.ndarray
     right: np.ndarray
@@ -64,7 +73,8 @@ def clear_bank(bank, reading):
     bank.fields[:] = 0.0
     sums = bank.sums
     place = sums[PLACE]
-    sums[:] = 0.0
+    for index in range(SUMS):
+        sums[index] = 0.0
     sums[PLACE], sums[ORIGIN], sums[KEEP] = place, reading, 1.0
 
 
@@ -80,23 +90,23 @@ def move_bank(settings, bank, dx):
 def feed_bank(settings, bank, reading):
     """Add one reading at the present position."""
     sums = bank.sums
-    keep, dx, value = float(sums[KEEP]), float(sums[SHIFT]), reading - float(sums[ORIGIN])
-    weight, lever = float(sums[WEIGHT]), float(sums[LEVER])
-    sums[SPREAD] = keep * (float(sums[SPREAD]) - 2 * dx * lever + dx * dx * weight)
+    keep, dx, value = sums[KEEP], sums[SHIFT], reading - sums[ORIGIN]
+    weight, lever = sums[WEIGHT], sums[LEVER]
+    sums[SPREAD] = keep * (sums[SPREAD] - 2 * dx * lever + dx * dx * weight)
     sums[LEVER] = keep * (lever - dx * weight)
     sums[WEIGHT] = keep * weight + 1.0
-    sums[READING] = keep * float(sums[READING]) + value
-    sums[SQUARE] = keep * float(sums[SQUARE]) + value * value
+    sums[READING] = keep * sums[READING] + value
+    sums[SQUARE] = keep * sums[SQUARE] + value * value
     sums[RIVAL] *= keep
     sums[KEEP], sums[SHIFT] = 1.0, 0.0
-    add_waves(settings.orders, bank.room, bank.fields, keep, settings.step * float(sums[PLACE]), value)
+    add_waves(settings.turns, bank.fine, bank.fields, settings.split, keep, settings.step * sums[PLACE], value)
 
 
 def window_length(sums):
     """Length in mm of the rectangular window with this one's spread."""
-    weight = float(sums[WEIGHT])
-    mean = float(sums[LEVER]) / weight
-    return math.sqrt(12 * max(float(sums[SPREAD]) / weight - mean * mean, 0.0))
+    weight = sums[WEIGHT]
+    mean = sums[LEVER] / weight
+    return math.sqrt(12 * max(sums[SPREAD] / weight - mean * mean, 0.0))
 
 
 def lowest(settings, sums, periods):
@@ -104,17 +114,17 @@ def lowest(settings, sums, periods):
     return max(settings.low, math.ceil(periods * settings.period / (window_length(sums) + 1e-9)))
 
 
-def harmonics_of(bank, index):
+def harmonics_of(settings, bank, index):
     """How many harmonics of a wavenumber are fitted: their normal equations need the sums at twice the highest."""
-    return min(FIT, (bank.fields.shape[2] - 1) // (2 * index))
+    return min(FIT, (bank.fields.shape[1] - settings.split - 1) // (2 * index))
 
 
 def fit_series(settings, bank, index):
     """Least squares of a constant and harmonics of one wavenumber into `bank.fit`; the squares left."""
-    size = 2 * harmonics_of(bank, index) + 1
-    normal_equations(settings.mixing, bank.fields, index, bank.gram, bank.right)
+    size = 2 * harmonics_of(settings, bank, index) + 1
+    normal_equations(settings.mixing, bank.fields, settings.split, index, bank.gram, bank.right)
     explained = solve(bank.gram, bank.right, size, bank.fit)
-    return max(float(bank.sums[SQUARE]) - explained, 0.0)
+    return max(bank.sums[SQUARE] - explained, 0.0)
 
 
 def between(below, middle, above):
@@ -127,33 +137,34 @@ def between(below, middle, above):
     return min(max(0.5 * (left - right) / curvature, -0.5), 0.5) if curvature > 0.0 else 0.0
 
 
-def look(bank):
+def look(settings, bank):
     """Take the spectrum of the window."""
-    explain(bank.fields, bank.power)
+    explain(bank.fields, settings.split, bank.power)
 
 
 def nominate(settings, bank, best):
     """Fit the bank's wavenumber `best` into the nominee."""
     power, sums, nominee, fit = bank.power, bank.sums, bank.nominee, bank.fit
     rest = fit_series(settings, bank, best)
-    shift = between(power[best - 1], power[best], power[best + 1]) * settings.step
-    weight = float(sums[WEIGHT])
+    shift = between(float(power[best - 1]), float(power[best]), float(power[best + 1])) * settings.step
+    weight = sums[WEIGHT]
     wavenumber = settings.step * best
     a, b = float(fit[1]), float(fit[2])
     delay = math.atan2(b, a)
     nominee[WAVENUMBER] = wavenumber + shift
     # The phase is known best in the middle of the window: the shifted wavenumber turns it about that point.
-    nominee[PHASE] = wavenumber * float(sums[PLACE]) - delay - shift * float(sums[LEVER]) / weight
+    nominee[PHASE] = wavenumber * sums[PLACE] - delay - shift * sums[LEVER] / weight
     nominee[AMPLITUDE] = math.sqrt(a * a + b * b)
-    nominee[OFFSET] = float(fit[0] + sums[ORIGIN])
+    nominee[OFFSET] = float(fit[0]) + sums[ORIGIN]
     nominee[REST] = rest
-    nominee[EXPLAINED] = max(float(sums[SQUARE]) - float(sums[READING]) ** 2 / weight - rest, 0.0)
+    nominee[EXPLAINED] = max(sums[SQUARE] - sums[READING] ** 2 / weight - rest, 0.0)
     nominee[LENGTH] = window_length(sums)
     nominee[SAMPLES] = weight
-    nominee[INDEX] = best
-    harmonics = harmonics_of(bank, best)
+    nominee[INDEX] = float(best)
+    harmonics = harmonics_of(settings, bank, best)
     nominee[PARAMETERS] = 2.0 * harmonics + 2.0
-    nominee[SERIES:] = 0.0
+    for index in range(SERIES, NOMINEE):
+        nominee[index] = 0.0
     for h in range(2, harmonics + 1):
         cosine, sine = math.cos(h * delay), math.sin(h * delay)
         a, b = float(fit[2 * h - 1]), float(fit[2 * h])
@@ -163,7 +174,7 @@ def nominate(settings, bank, best):
 
 def rounding(bank):
     """Squares that are not told from none."""
-    return max(1e-12 * float(bank.sums[SQUARE]), 1e-300)
+    return max(1e-12 * bank.sums[SQUARE], 1e-300)
 
 
 def prefer_multiple(settings, bank, order, evidence):
@@ -186,40 +197,24 @@ def prefer_multiple(settings, bank, order, evidence):
     return True
 
 
-def new_bank(settings):
+def bank_arrays(high: int) -> tuple[int, np.ndarray, np.ndarray]:
+    """`split`, `turns` and `mixing` of a bank whose highest wavenumber has this index."""
+    # Products of two waves up to the highest need the window's sums up to twice its wavenumber.
+    readings, weights = high // SIDE + 1, 2 * high // SIDE + 1
+    return readings * SIDE, turns_of_rows(readings, weights), mixing_of_moments(FIT)
+
+
+def new_bank(settings, compiled: bool) -> Bank:
     """A bank that knows nothing."""
-    size = 2 * FIT + 1
+    size, rows = 2 * FIT + 1, settings.turns.size - SIDE
     return Bank(
-        fields=np.zeros((2, 2, settings.orders.size)),
-        sums=np.zeros(SUMS),
+        fields=np.zeros((2, rows * SIDE)),
+        sums=scalars(SUMS, compiled),
         power=np.zeros(settings.high + 1),
-        nominee=np.zeros(NOMINEE),
-        room=np.zeros((2, settings.orders.size)),
+        nominee=scalars(NOMINEE, compiled),
+        fine=np.zeros((2, SIDE)),
         score=np.zeros(settings.high - settings.low),
         gram=np.zeros((size, size)),
         right=np.zeros(size),
         fit=np.zeros(size),
     )
-
-
-def mixing_of_moments():
-    """(size^2, 2, size): the normal equations of 1, cos, sin, cos 2 ... from the sums of cos m, sin m, m = 0 ... 2 FIT.
-
-    Products of sinusoids of h and k are sinusoids of h - k and h + k.
-    """
-    size = 2 * FIT + 1
-    mixing = np.zeros((size, size, 2, size))
-    for row in range(size):
-        for column in range(size):
-            h, k = (row + 1) // 2, (column + 1) // 2
-            sines = (row > 0 and row % 2 == 0) + (column > 0 and column % 2 == 0)
-            if sines == 1:
-                sine, cosine = (h, k) if row % 2 == 0 and row > 0 else (k, h)
-                mixing[row, column, 1, h + k] += 0.5
-                mixing[row, column, 1, abs(sine - cosine)] += math.copysign(0.5, sine - cosine)
-            else:
-                mixing[row, column, 0, abs(h - k)] += 0.5
-                mixing[row, column, 0, h + k] += -0.5 if sines == 2 else 0.5
-        if row:
-            mixing[row, row, 0, 0] += RIDGE
-    return mixing.reshape(size * size, 2, size)

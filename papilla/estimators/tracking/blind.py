@@ -10,12 +10,14 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking import blind_filter, blind_kernel
 from papilla.estimators.tracking.answer import TrackerState
-from papilla.estimators.tracking.blind_search import search_room, search_settings
+from papilla.estimators.tracking.blind_search import LOOK_REMEMBERED, look_room, search_settings
 from papilla.estimators.tracking.compiled import kernels, numba_available
 
 HARMONICS = 5
 PERIODS = 2.0
-"""Of the lowest frequency, in the window of the bank; a lock that has followed fewer is not believed."""
+"""Of the lowest frequency, in the window of the bank."""
+PROVED = 3.0
+"""Periods: a lock that has followed fewer is not believed."""
 FAINT_NATS = 10.0
 """Evidence of a line in the bank's window without which it is not believed: its 8 (chirp) x 50 (frequency) or so
 independent places find as much in noise in 2 % of looks."""
@@ -69,13 +71,15 @@ class ChirpTracker:
 
     The motion may be to and fro: the phase's rate keeps its sign through a reversal, so that the profile, which is
     learned, is read backwards. The model is a stroke of unknown and slowly changing stiffness, dw/dt = g,
-    dg/dt = -k w + white noise; a constant speed is k = 0. Noise is freed where corrections of g go one way for long.
+    dg/dt = -k w + white noise; a constant speed is k = 0. How strong that noise is, and that of the offset, is learned
+    from what the readings say of it (`blind_filter`), so that jerky motions widen the sigma, and steps of the offset
+    pass.
 
-    Bounds: `references.cramer_rao.frequency_bound`. With a frequency that is a polynomial of time over a window, an
-    answer at the window's end is several times worse than one a little before it. So the answer is that of `lag_s` ago,
-    by the motion run backwards, which leaves the motion's noise within the lag out: longer lags are not offered. A
-    velocity serves to tell the wavelength only, |v(t - lag)| / f; it is not used to find f. Close to a reversal, where
-    the skin sticks while the finger turns, and while the lock is in doubt, the wavelength is held.
+    Bounds: `references.chirp_bound`. With a frequency that is a polynomial of time over a window, an answer at the
+    window's end is several times worse than one a little before it. So the answer is that of `lag_s` ago, smoothed with
+    all readings since. A velocity serves to tell the wavelength only, |v(t - lag)| / f; it is not used to find f. Close
+    to a reversal, where the skin sticks while the finger turns, and while the lock is in doubt, the wavelength is held.
+    The search for a lock is spread over samples (`blind_search`), so that no sample takes long.
 
     Parameters
     ----------
@@ -102,26 +106,27 @@ class ChirpTracker:
         lowest, highest = _checked_range(frequency_range_Hz, rate)
         self.lag_s = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate) / rate
         limit = checks.positive("saturation", saturation)
+        motion = _filter_settings(rate, round(self.lag_s * rate))
         self._settings = blind_kernel.Settings(
-            _filter_settings(rate),
-            search_settings(rate, lowest, highest, PERIODS, evidence=14.0),
-            _guide_settings(rate, self.lag_s, limit),
+            motion,
+            search_settings(rate, lowest, highest, PERIODS, 14.0, motion),
+            _guide_settings(rate, round(self.lag_s * rate), limit),
         )
-        self._kernels = kernels(blind_kernel.KERNELS, numba_available() if compiled is None else compiled)
+        fast = numba_available() if compiled is None else compiled
+        self._kernels = kernels(blind_kernel.COMPILED if fast else blind_kernel.KERNELS, fast)
         self._row, self._answer = np.full((1, 2), math.nan), np.empty((1, 5))
         self.reset()
 
     @property
     def state(self) -> TrackerState:
         """All that the tracker remembers, to be kept or to be set again."""
-        named = ((name, getattr(self._memory, name)) for name in _REMEMBERED)
-        return TrackerState(tuple((name, tuple(array.ravel().tolist())) for name, array in named))
+        return TrackerState(tuple((name, tuple(array.ravel().tolist())) for name, array in _remembered(self._memory)))
 
     @state.setter
     def state(self, state: TrackerState) -> None:
         fresh, given = _memory(self._settings, round(self.lag_s / self._settings.filter.dt)), dict(state.arrays)
-        for name in _REMEMBERED if state.arrays else ():
-            flat, values = getattr(fresh, name).reshape(-1), given.get(name, ())
+        for name, array in _remembered(fresh) if state.arrays else ():
+            flat, values = array.reshape(-1), given.get(name, ())
             if len(values) != flat.size:
                 raise InputError(f"the state holds {len(values)} numbers of {name}, this tracker needs {flat.size}")
             flat[:] = values
@@ -181,35 +186,42 @@ def _checked_range(frequency_range_Hz, rate: float) -> tuple[float, float]:
     return lowest, highest
 
 
-def _filter_settings(rate: float) -> blind_filter.FilterSettings:
+def _filter_settings(rate: float, lag: int) -> blind_filter.FilterSettings:
+    drift = 0.1**2 / rate
+    shape = np.concatenate([np.zeros(5), [drift], np.repeat(drift / np.arange(2, HARMONICS + 1) ** 2, 2)])
     return blind_filter.FilterSettings(
         dt=1 / rate,
         harmonics=HARMONICS,
         band=2 * math.pi * PASS_BAND * rate,
-        jerk=0.7,
-        pulled=3.0,
-        stretch=200.0,
-        memory=math.exp(-1 / (0.03 * rate)),
+        jerk=(0.45, 100.0, 5.0),
+        wander=(0.1, 20.0),
+        learn=(3.0 / rate, 60.0 / rate),
+        doubled=(10.0, 20.0),
+        memory=(math.exp(-1 / (0.03 * rate)), math.exp(-1 / (0.01 * rate))),
         stiffness=10.0,
-        amplitude=0.1,
-        offset=0.1,
+        shape=shape,
         forget=1 / (0.3 * rate),
         alert=1 / (0.03 * rate),
+        settled=0.1 * rate,
+        least=3.0,
         start=60.0,
         floor=1e-8,
+        every=max(math.ceil(lag / (blind_filter.PINS - 1)), 1),
     )
 
 
-def _guide_settings(rate: float, lag: float, limit: float) -> blind_kernel.GuideSettings:
+def _guide_settings(rate: float, lag: int, limit: float) -> blind_kernel.GuideSettings:
     return blind_kernel.GuideSettings(
         limit=limit,
-        lag=lag,
+        lag=float(lag),
         search=max(round(0.016 * rate), 1),
         doubt=max(round(0.032 * rate), 1),
-        calm=rate,
+        calm=2 * rate,
         young=0.5 * rate,
         surprised=1.7,
-        shake=30.0,
+        noisy=6.0,
+        pulled=3.0,
+        coloured=(0.4, 0.004),
         rival=8.0,
         lost=2.0,
         still=1 / (0.1 * rate),
@@ -217,7 +229,7 @@ def _guide_settings(rate: float, lag: float, limit: float) -> blind_kernel.Guide
         weak=0.25,
         hold=10.0,
         faint=FAINT_NATS,
-        proved=2 * math.pi * PERIODS,
+        proved=2 * math.pi * PROVED,
         crawl=0.1,
         slow=(0.03, 5.0),
         vague=0.5,
@@ -225,27 +237,28 @@ def _guide_settings(rate: float, lag: float, limit: float) -> blind_kernel.Guide
     )
 
 
-_REMEMBERED = ("state", "cov", "track", "guide", "ring", "costs", "speeds")
+def _remembered(memory: blind_kernel.Memory) -> list[tuple[str, np.ndarray]]:
+    own = [
+        (name, getattr(memory, name)) for name in ("state", "cov", "track", "pins", "guide", "ring", "costs", "speeds")
+    ]
+    return own + [(name, getattr(memory.look, name)) for name in LOOK_REMEMBERED]
 
 
 def _memory(settings: blind_kernel.Settings, delay: int) -> blind_kernel.Memory:
-    size, search = 2 * settings.filter.harmonics + 4, settings.search
-    length = search.window * search.stride
+    size = 2 * settings.filter.harmonics + 4
+    width, length = size + blind_filter.PINS, settings.search.window * settings.search.stride + settings.search.parts
     memory = blind_kernel.Memory(
-        state=np.zeros(size),
-        cov=np.zeros((size, size)),
+        state=np.zeros(width),
+        cov=np.zeros((size, width)),
         track=np.zeros(blind_filter.TRACK),
+        pins=np.zeros(blind_filter.PINS),
         guide=np.zeros(blind_kernel.GUIDE),
         ring=np.full(length, math.nan),
         costs=np.full(length, math.nan),
         speeds=np.full(delay + 1, math.nan),
+        look=look_room(settings.search, size),
         row=np.zeros(size),
-        across=np.zeros(size),
-        spare_state=np.zeros(size),
-        spare_cov=np.zeros((size, size)),
-        spare_track=np.zeros(blind_filter.TRACK),
-        spare_costs=np.zeros(length),
-        room=search_room(search),
+        across=np.zeros(width),
     )
     memory.guide[blind_kernel.HELD] = memory.guide[blind_kernel.LENGTH] = math.nan
     return memory

@@ -4,176 +4,188 @@ State: phase phi (rad) of the fundamental, its rate w (rad/s), the chirp g = dw/
 the motion, the offset b, a_1, then (c_h, s_h) for h = 2 ... H. The reading is
 b + a_1 cos phi + sum_h c_h cos h phi + s_h sin h phi; the motion is dphi/dt = w, dw/dt = g, dg/dt = -k w + white noise.
 A constant speed (k = 0) and a sinusoidal stroke are both exact; w changes its sign at a reversal.
+
+Behind the state come `PINS` rates of the past, constants that later readings still correct (fixed-point smoothing,
+Simon 2006, Optimal State Estimation, section 9.2): the answer is one of them. How much noise the motion and the offset
+have is learned: where their corrections go one way for long, their smoothed noise is larger than its variance says,
+and the score of the likelihood is for more of it (Koopman & Shephard 1992, doi:10.1093/biomet/79.4.823).
 """
 
 import math
 from typing import NamedTuple
 
-from papilla.estimators.tracking.vectors import spread_row, take_error
+import numpy as np
+
+from papilla.estimators.tracking.blind_vectors import add_diagonal, carry_motion, faded_row, spread_rows, take_rows
 
 PHI, RATE, CHIRP, STIFF, OFFSET, FIRST = range(6)
-NOISE, SCALE, SURPRISE, AGE, PULL, PULL_VAR, EXCESS, TURNED = range(8)
-"""Scalars of the filter: noise variance of a reading, fading mean square of w, fading mean of the squared innovation
-over its variance, samples since the lock; the fading sum of the chirp's corrections, its variance if they are white,
-the fading mean of its normalised square; rad passed since the lock, of either sign."""
-TRACK = 8
+PINS = 6
+NOISE, LEAST, SCALE, SURPRISE, AGE, TURNED, EXCESS = range(7)
+PULL, PULL_VAR, JERK, PUSH, PUSH_VAR, DRIFT, SLOT, SINCE, LAST, COLOUR = range(7, 17)
+"""Scalars of the filter: noise variance of a reading, and the least of late; fading mean square of w; fading mean of
+the squared innovation over its variance; samples since the lock, rad passed since; fading mean of the chirp's
+normalised smoothed noise squared (1 if true), the sum behind it and its variance; the noise of the motion; sum,
+variance and noise of the offset; which pin is the newest, samples since it was set; the last
+normalised innovation, and the fading mean of its products with the next one."""
+TRACK = 17
 
 
 class FilterSettings(NamedTuple):
-    """dt: seconds a sample; harmonics: number H; band: rad/s beyond which a harmonic is not expected; jerk: of the
-    motion's noise, a fraction of w's rms a s^2 and sqrt(Hz); pulled, stretch, memory: its power grows by `stretch` for
-    each unit by which EXCESS is above `pulled` (1 if white), the sum behind it fades by `memory` a sample; stiffness,
-    amplitude, offset: drifts per sqrt(s), of k in 1/s^2, of the amplitudes in a_1, of b in a_1; forget, alert: shares
-    of a sample in the noise and in the surprise; start: sd of k at a lock, 1/s^2; floor: smallest noise variance,
-    in a_1^2."""
+    """dt: seconds a sample; harmonics: number H; band: rad/s beyond which a harmonic is not expected; jerk: least,
+    largest and first noise of the motion, a fraction of w's rms a s^2 and sqrt(Hz); wander: least and largest of the
+    offset, in a_1 per sqrt(s); learn: by which share of itself each grows a sample and unit of score; doubled: largest
+    squares that count; memory: what is left of either sum a sample later; stiffness: drift of k in 1/s^2 per sqrt(s);
+    shape: (n,) variances that the amplitudes drift a sample, in a_1^2; forget, alert: shares of a sample in the noise
+    and in the surprise; settled: samples after which the noise is known; least: s in which the least noise grows by e;
+    start: sd of k at a lock, 1/s^2; floor: smallest noise variance, in a_1^2; every: samples from pin to pin."""
 
     dt: float
     harmonics: int
     band: float
-    jerk: float
-    pulled: float
-    stretch: float
-    memory: float
+    jerk: tuple[float, float, float]
+    wander: tuple[float, float]
+    learn: tuple[float, float]
+    doubled: tuple[float, float]
+    memory: tuple[float, float]
     stiffness: float
-    amplitude: float
-    offset: float
+    shape: np.ndarray
     forget: float
     alert: float
+    settled: float
+    least: float
     start: float
     floor: float
+    every: int
 
 
 def move(settings, state, cov, track):
-    """Time update by one sample."""
-    dt, size = settings.dt, state.shape[0]
-    half = 0.5 * dt * dt
-    turn = dt * state[RATE] + half * state[CHIRP]
-    state[PHI] += turn
+    """Time update by one sample of state (n + PINS,) and cov (n, n + PINS)."""
+    dt = settings.dt
+    rate, chirp, stiff = float(state[RATE]), float(state[CHIRP]), float(state[STIFF])
+    turn = dt * (rate + 0.5 * dt * chirp)
+    phase = float(state[PHI]) + turn
+    if abs(phase) > 6.283185307179586:
+        phase -= 6.283185307179586 * math.floor(phase / 6.283185307179586)
+    rate += dt * chirp
+    state[PHI], state[RATE], state[CHIRP] = phase, rate, chirp - dt * stiff * rate
     track[TURNED] += abs(turn)
-    if abs(state[PHI]) > 6.283185307179586:
-        state[PHI] -= 6.283185307179586 * math.floor(state[PHI] / 6.283185307179586)
-    state[RATE] += dt * state[CHIRP]
-    rate, stiff = state[RATE], state[STIFF]
-    state[CHIRP] -= dt * stiff * rate
-    # The rows first, then the columns: F P F' of one shear after another.
-    for j in range(size):
-        cov[PHI, j] += dt * cov[RATE, j] + half * cov[CHIRP, j]
-        cov[RATE, j] += dt * cov[CHIRP, j]
-        cov[CHIRP, j] -= dt * (stiff * cov[RATE, j] + rate * cov[STIFF, j])
-    for j in range(size):
-        cov[j, PHI] += dt * cov[j, RATE] + half * cov[j, CHIRP]
-        cov[j, RATE] += dt * cov[j, CHIRP]
-        cov[j, CHIRP] -= dt * (stiff * cov[j, RATE] + rate * cov[j, STIFF])
-    track[SCALE] += dt * (rate * rate - track[SCALE])
-    jerk = settings.jerk
-    swept = 1.0 + settings.stretch * max(track[EXCESS] - settings.pulled, 0.0)
-    cov[CHIRP, CHIRP] += jerk * jerk * swept * track[SCALE] * dt
+    carry_motion(cov, dt, stiff, rate)
+    scale = float(track[SCALE])
+    scale += dt * (rate * rate - scale)
+    track[SCALE] = scale
+    power = float(state[FIRST]) ** 2
+    add_diagonal(cov, settings.shape, power)
+    cov[CHIRP, CHIRP] += float(track[JERK]) ** 2 * scale * dt
     cov[STIFF, STIFF] += settings.stiffness * settings.stiffness * dt
-    power = state[FIRST] * state[FIRST] * dt
-    cov[OFFSET, OFFSET] += settings.offset * settings.offset * power
-    drift = settings.amplitude * settings.amplitude * power
-    cov[FIRST, FIRST] += drift
-    for h in range(2, settings.harmonics + 1):
-        at = 2 * h + 2
-        cov[at, at] += drift / (h * h)
-        cov[at + 1, at + 1] += drift / (h * h)
+    cov[OFFSET, OFFSET] += float(track[DRIFT]) ** 2 * power * dt
 
 
-def expected(settings, state, cov, row):
-    """The expected reading under a Gaussian phase, and the variance that its curvature adds to the linear part.
+def take(settings, state, cov, track, row, across, pins, reading):
+    """Measurement update with one reading; returns the innovation and its variance.
 
-    `row` is filled with the mean derivative of the reading by the state: harmonic h fades as exp(-h^2 var(phi) / 2),
-    so that a vague phase is first told by the fundamental (statistical linearisation, Gelb 1974, section 6.2).
+    The derivative is the mean one under a Gaussian phase: harmonic h fades as exp(-h^2 var(phi) / 2), so that a vague
+    phase is first told by the fundamental (statistical linearisation, Gelb 1974, section 6.2).
     """
-    spread = max(cov[PHI, PHI], 0.0)
-    cosine, sine = math.cos(state[PHI]), math.sin(state[PHI])
-    fade = math.exp(-0.5 * spread)
-    amplitude = state[FIRST]
-    reading = state[OFFSET] + amplitude * cosine * fade
-    slope = -amplitude * sine * fade
-    curved = 0.5 * amplitude * amplitude * (1.0 - fade * fade * (1.0 + spread))
-    row[:] = 0.0
-    row[OFFSET] = 1.0
-    row[FIRST] = cosine * fade
-    c, s, odd, weight = cosine, sine, fade, fade
-    for h in range(2, settings.harmonics + 1):
-        if h * abs(state[RATE]) > settings.band:
-            break
-        c, s = c * cosine - s * sine, s * cosine + c * sine
-        odd *= fade * fade
-        weight *= odd
-        at = 2 * h + 2
-        in_phase, quadrature = state[at], state[at + 1]
-        reading += weight * (in_phase * c + quadrature * s)
-        slope += h * weight * (quadrature * c - in_phase * s)
-        power = 0.5 * (in_phase * in_phase + quadrature * quadrature)
-        curved += power * (1.0 - weight * weight * (1.0 + h * h * spread))
-        row[at] = weight * c
-        row[at + 1] = weight * s
-    row[PHI] = slope
-    return reading, max(curved, 0.0)
-
-
-def take(settings, state, cov, track, row, across, reading):
-    """Measurement update with one reading; returns the innovation and its variance."""
-    mean, curved = expected(settings, state, cov, row)
+    count, size = 1, row.shape[0]
+    rate = abs(float(state[RATE]))
+    while count < settings.harmonics and (count + 1) * rate <= settings.band:
+        count += 1
+    mean, curved = faded_row(state[:size], max(float(cov[PHI, PHI]), 0.0), count, row)
+    noise = float(track[NOISE])
     error = reading - mean
-    variance = spread_row(cov, row, across) + curved + track[NOISE]
-    take_error(state, cov, across, variance, error)
-    pull = across[CHIRP] * across[CHIRP] / variance
-    track[PULL] = settings.memory * track[PULL] + across[CHIRP] / variance * error
-    track[PULL_VAR] = settings.memory * settings.memory * track[PULL_VAR] + pull
-    drive = track[PULL] * track[PULL] / max(track[PULL_VAR], 1e-300)
-    track[EXCESS] += settings.alert * (min(drive, 50.0) - track[EXCESS])
+    variance = spread_rows(cov, row, across) + curved + noise
+    take_rows(state, cov, pins, across, variance, error)
+    age = float(track[AGE]) + 1.0
+    track[AGE] = age
     square = error * error / variance
     track[SURPRISE] += settings.alert * (min(square, 25.0) - track[SURPRISE])
-    track[AGE] += 1.0
+    white = error / math.sqrt(variance)
+    track[COLOUR] += settings.alert * (min(max(white * float(track[LAST]), -9.0), 9.0) - track[COLOUR])
+    track[LAST] = white
+    chirp, offset = float(across[CHIRP]) / variance, float(across[OFFSET]) / variance
+    moved = noticed(track, PULL, settings.memory[0], chirp * error, chirp * chirp * variance)
+    track[EXCESS] += settings.alert * (min(moved, 50.0) - track[EXCESS])
+    shifted = noticed(track, PUSH, settings.memory[1], offset * error, offset * offset * variance)
+    if age > 20.0:
+        learn(track, JERK, settings.learn[0] * (min(moved, settings.doubled[0]) - 1.0), settings.jerk)
+        learn(track, DRIFT, settings.learn[1] * (min(shifted, settings.doubled[1]) - 1.0), settings.wander)
     # A step must not pass for noise: squares beyond 3 sd count as 3 sd, and 0.9950 is the mean of what is left.
     surplus = min(square, 9.0) / 0.9950 - 1.0
-    forget = max(settings.forget, 2.0 / (20.0 + track[AGE]))
-    floor = settings.floor * state[FIRST] * state[FIRST]
-    track[NOISE] = max(track[NOISE] * (1.0 + forget * surplus), floor)
+    forget = max(settings.forget, 2.0 / (20.0 + age))
+    noise = max(noise * (1.0 + forget * surplus), settings.floor * float(state[FIRST]) ** 2)
+    track[NOISE] = noise
+    if age > settings.settled:
+        least = float(track[LEAST]) * (1.0 + settings.dt / settings.least)
+        track[LEAST] = min(least, noise) if least > 0.0 else noise
     return error, variance
 
 
-def rate_before(state, cov, lag):
-    """(w, its variance) `lag` seconds ago, by the motion run backwards from what is known now."""
-    rate, stiff = state[RATE], state[STIFF]
-    half = 0.5 * lag * lag
-    by_rate, by_stiff = 1.0 - stiff * half, -rate * half
-    mean = by_rate * rate - lag * state[CHIRP]
-    variance = by_rate * (by_rate * cov[RATE, RATE] - 2 * lag * cov[RATE, CHIRP] + 2 * by_stiff * cov[RATE, STIFF])
-    variance += lag * (lag * cov[CHIRP, CHIRP] - 2 * by_stiff * cov[CHIRP, STIFF])
-    variance += by_stiff * by_stiff * cov[STIFF, STIFF]
-    return mean, max(variance, 0.0)
+def noticed(track, at, memory, step, variance):
+    """Let the sum at `track[at]` fade and grow by a correction, and its variance too; its normalised square."""
+    total = memory * float(track[at]) + step
+    spread = memory * memory * float(track[at + 1]) + variance
+    track[at], track[at + 1] = total, spread
+    return total * total / max(spread, 1e-300)
 
 
-def lock(settings, state, cov, track, nominee, rate_sd, chirp_sd):
-    """Start at a nominee (phase, w, g, offset, amplitude, noise variance); the sds are those of w and g."""
-    state[:] = 0.0
-    cov[:] = 0.0
-    state[PHI], state[RATE], state[CHIRP] = nominee[0], nominee[1], nominee[2]
-    state[OFFSET], state[FIRST], track[NOISE] = nominee[3], nominee[4], nominee[5]
-    amplitude = state[FIRST] * state[FIRST]
-    cov[PHI, PHI] = 0.1
-    cov[RATE, RATE] = rate_sd * rate_sd
-    cov[CHIRP, CHIRP] = chirp_sd * chirp_sd
-    cov[STIFF, STIFF] = settings.start * settings.start
-    cov[OFFSET, OFFSET] = cov[FIRST, FIRST] = 0.09 * amplitude
-    for h in range(2, settings.harmonics + 1):
-        at = 2 * h + 2
-        cov[at, at] = cov[at + 1, at + 1] = 0.16 * amplitude / (h * h)
-    track[SCALE] = state[RATE] * state[RATE]
-    track[SURPRISE], track[AGE], track[TURNED] = 1.0, 0.0, 0.0
-    track[PULL] = track[PULL_VAR] = track[EXCESS] = 0.0
-    track[NOISE] = max(track[NOISE], settings.floor * amplitude)
+def learn(track, at, growth, limits):
+    """Let a noise grow by a share of itself, within its limits."""
+    track[at] = min(max(float(track[at]) * (1.0 + growth), limits[0]), limits[1])
 
 
-def symmetrise(cov):
-    """Remove what rounding adds to the difference of a covariance and its transpose."""
-    for i in range(cov.shape[0]):
-        for j in range(i):
-            cov[i, j] = cov[j, i] = 0.5 * (cov[i, j] + cov[j, i])
+def pin(settings, state, cov, track, pins):
+    """Remember the rate as it is now, every few samples, in place of the oldest one."""
+    track[SINCE] += 1.0
+    if track[SINCE] >= settings.every:
+        track[SINCE] = 0.0
+        slot = (int(track[SLOT]) + 1) % PINS
+        set_pin(state, cov, pins, slot, 0.0)
+        track[SLOT] = slot
 
 
-KERNELS = (spread_row, take_error, move, expected, take, rate_before, lock, symmetrise)
+def set_pin(state, cov, pins, slot, age):
+    """Set a pin to the rate `age` seconds ago, by the chirp of now."""
+    size = cov.shape[0]
+    state[size + slot] = state[RATE] - age * state[CHIRP]
+    for i in range(size):
+        cov[i, size + slot] = cov[i, RATE] - age * cov[i, CHIRP]
+    pins[slot] = cov[RATE, size + slot] - age * cov[CHIRP, size + slot]
+
+
+def rate_before(settings, state, track, pins, lag):
+    """(w, its variance) `lag` samples ago, between the two pins next to it."""
+    age = max(lag - float(track[SINCE]), 0.0) / settings.every
+    back = min(int(age), PINS - 2)
+    part, slot = age - back, int(track[SLOT])
+    size = state.shape[0] - PINS
+    newer, older = (slot - back) % PINS, (slot - back - 1) % PINS
+    mean = (1.0 - part) * float(state[size + newer]) + part * float(state[size + older])
+    return mean, max((1.0 - part) * float(pins[newer]) + part * float(pins[older]), 0.0)
+
+
+def rest(state, cov, track, slow):
+    """Nothing moves: the rate is zero, and what it and the chirp will be is open by `slow` in units of w's rms."""
+    for part in range(2):
+        at = RATE + part
+        state[at] = 0.0
+        cov[at] = 0.0
+        cov[:, at] = 0.0
+        cov[at, at] = slow[part] ** 2 * track[SCALE]
+
+
+def lock(settings, state, cov, track, pins, noise, swing):
+    """Begin at a state and covariance that were set already, the noise variance of a reading being `noise`, w^2 of late
+    `swing`."""
+    amplitude = state[FIRST] ** 2
+    track[SCALE] = max(track[SCALE], swing)
+    track[NOISE] = max(noise, settings.floor * amplitude)
+    track[SURPRISE], track[AGE], track[TURNED], track[EXCESS] = 1.0, 0.0, 0.0, 0.0
+    track[PULL] = track[PULL_VAR] = track[PUSH] = track[PUSH_VAR] = track[LAST] = track[COLOUR] = 0.0
+    track[JERK] = settings.jerk[2]
+    track[DRIFT] = settings.wander[0]
+    track[SLOT], track[SINCE] = 0.0, 0.0
+    for back in range(PINS):
+        set_pin(state, cov, pins, (PINS - back) % PINS, back * settings.every * settings.dt)
+
+
+KERNELS = (noticed, learn, move, take, set_pin, pin, rate_before, rest, lock)

@@ -9,8 +9,10 @@ from papilla.estimators.tracking import blind_filter, blind_search
 from papilla.estimators.tracking.blind_filter import (
     AGE,
     CHIRP,
+    COLOUR,
     EXCESS,
     FIRST,
+    LEAST,
     NOISE,
     PHI,
     RATE,
@@ -20,31 +22,36 @@ from papilla.estimators.tracking.blind_filter import (
     FilterSettings,
     lock,
     move,
+    pin,
     rate_before,
-    symmetrise,
+    rest,
     take,
 )
-from papilla.estimators.tracking.blind_search import Room, SearchSettings, nominate
+from papilla.estimators.tracking.blind_loops import LOOPS
+from papilla.estimators.tracking.blind_search import BEHIND, OFFERED, PAID, SWING, TAKEN, Look, SearchSettings, search
+from papilla.estimators.tracking.blind_vectors import VECTORS, begin_with, symmetrise
 
-LOCKED, PLACE, SEEN, COUNT, MEAN, POWER, HELD, HELD_VAR, LENGTH, LENGTH_VAR, LATE, LEVEL, FASTEST = range(13)
+(LOCKED, PLACE, SEEN, COUNT, PART, MEAN, POWER, HELD, HELD_VAR, LENGTH, LENGTH_VAR, LATE, LEVEL, FASTEST) = range(14)
 """Scalars of the supervisor: whether the filter is locked; the ring's oldest place; samples seen, and since the last
-look; fading mean and variance of the readings; the frequency of the last answer in Hz and its variance; the wavelength
-and its variance; the place of the oldest velocity; the largest variance of the readings, and speed, fading."""
-GUIDE = 13
+look began; the next part of a look, 0 between two; fading mean and variance of the readings; the frequency of the last
+answer in Hz and its variance; the wavelength and its variance; the place of the oldest velocity; the largest variance
+of the readings, and speed, fading."""
+GUIDE = 14
 OK, SEARCHING, QUIET, MISSING = range(4)
 
 
 class GuideSettings(NamedTuple):
-    """limit: smallest |reading| that is saturated; lag: s; search, doubt, calm: samples between looks without a lock,
-    with one that is young or surprised, and otherwise; young: samples; surprised: mean normalised square beyond which
-    a lock is doubted and the motion freed; shake: by that much, as the filter's jerk; rival: nats by which a nominee
-    must foresee half a window better than the lock did, or than noise; lost: phase variance at which a lock is given
-    up; still: share of a sample in the readings' variance; quiet, weak: noise variances, and share of its largest value
-    that fades in `hold` s, below which nothing moves; faint, proved: nats in a window by which the fundamental of a
-    lock that is believed beats noise, and rad that it has followed; crawl: share of the largest speed below which a
-    speed tells no wavelength; slow: sds of rate and chirp when nothing moves, as fractions of w's rms (and 1/s); vague:
-    largest sigma of a frequency called OK, as a fraction of w's rms, and of its own for a wavelength; turn: s in which
-    a frequency that is only held is worth nothing."""
+    """limit: smallest |reading| that is saturated; lag: samples; search, doubt, calm: samples from look to look without
+    a lock, with one that is young or in doubt, and otherwise; young: samples; surprised, noisy: mean normalised square
+    of the innovations, and noise in units of the least one, beyond which a lock is doubted; pulled: the same of the
+    motion's noise; coloured: correlation of an innovation with the next one, and noise in a_1^2, beyond which a lock is
+    not believed; rival: nats by which a nominee must explain late readings better than the lock foresaw them, or than
+    noise; lost: phase variance at which a lock is given up; still: share of a sample in the readings' variance; quiet,
+    weak: noise variances, and share of its largest value that fades in `hold` s, below which nothing moves; faint,
+    proved: nats in a window by which the fundamental of a lock that is believed beats noise, and rad that it has
+    followed; crawl: share of the largest speed below which a speed tells no wavelength; slow: sds of rate and chirp
+    when nothing moves, as fractions of w's rms (and 1/s); vague: largest sigma of a frequency called OK, as a fraction
+    of w's rms, and of its own for a wavelength; turn: s in which a frequency that is only held is worth nothing."""
 
     limit: float
     lag: float
@@ -53,7 +60,9 @@ class GuideSettings(NamedTuple):
     calm: float
     young: float
     surprised: float
-    shake: float
+    noisy: float
+    pulled: float
+    coloured: tuple[float, float]
     rival: float
     lost: float
     still: float
@@ -77,116 +86,77 @@ class Settings(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """All arrays that a tracker remembers; those from `row` on only within a sample."""
+    """All arrays that a tracker remembers; `row` and `across` only within a sample."""
 
     state: np.ndarray
     cov: np.ndarray
     track: np.ndarray
+    pins: np.ndarray
     guide: np.ndarray
     ring: np.ndarray
     costs: np.ndarray
     speeds: np.ndarray
+    look: Look
     row: np.ndarray
     across: np.ndarray
-    spare_state: np.ndarray
-    spare_cov: np.ndarray
-    spare_track: np.ndarray
-    spare_costs: np.ndarray
-    room: Room
 
 
-def cost(error, variance):
-    """Twice the nats that a reading costs whoever foresaw it so."""
-    return error * error / variance + math.log(variance)
+def look_on(settings, memory):
+    """One part of a look; after the last, consider what was found."""
+    guide, search_for = memory.guide, settings.search
+    memory.look.scalars[BEHIND] += 1.0
+    left = search_for.parts - int(guide[PART])
+    # Without a lock to follow there is time for both parts of a block.
+    both = guide[LOCKED] == 0.0 and left % 2 == 0 and int(guide[PART]) > search_for.chirps.shape[0] + 1
+    for _ in range(2 if both else 1):
+        part = int(guide[PART])
+        if not search(search_for, memory.look, memory.ring, memory.costs, int(guide[PLACE]), part):
+            guide[PART] = 0.0
+            return
+        guide[PART] = part + 1.0
+    if guide[PART] == search_for.parts:
+        guide[PART] = 0.0
+        consider(settings, memory)
 
 
-def replay(settings, memory):
-    """Lock at the nominee in the middle of the window and take the readings since; returns what they cost, a reading.
+def consider(settings, memory):
+    """Lock to the fit of a look, if the readings since the window's middle were cheaper to it than to the lock.
 
-    Readings before the lock cost nothing; `costs` is overwritten from the middle on.
+    Costs are twice the nats of what was foreseen, by the lock or, where there was none, by noise.
     """
-    ring, costs, nominee = memory.ring, memory.costs, memory.room.nominee
-    length, at = ring.shape[0], int(memory.guide[PLACE])
-    first = (length + 1) // 2
-    # The first move must end at the first reading behind the middle.
-    nominee[0] += nominee[1] * (first - 1 - 0.5 * (length - 1)) * settings.filter.dt
-    lock(settings.filter, memory.state, memory.cov, memory.track, nominee, 0.5 * settings.search.step, 3.0 * nominee[1])
-    for back in range(first, length):
-        place = (at + back) % length
-        move(settings.filter, memory.state, memory.cov, memory.track)
-        costs[place] = math.nan
-        if not math.isnan(ring[place]):
-            error, variance = take(
-                settings.filter, memory.state, memory.cov, memory.track, memory.row, memory.across, ring[place]
-            )  # fmt: skip
-            costs[place] = cost(error, variance)
-
-
-def paid(costs, ring, at, blank):
-    """Sum of the costs of the window's second half; a reading that nobody foresaw costs `blank`."""
-    length, total = costs.shape[0], 0.0
-    for back in range((length + 1) // 2, length):
-        place = (at + back) % length
-        if not math.isnan(ring[place]):
-            total += blank if math.isnan(costs[place]) else costs[place]
-    return total
-
-
-def swap(first, second):
-    """Exchange the contents of two arrays (n,)."""
-    for i in range(first.shape[0]):
-        first[i], second[i] = second[i], first[i]
-
-
-def exchange(memory):
-    """Exchange the filter, and what it paid, with the spare one."""
-    swap(memory.state, memory.spare_state)
-    swap(memory.track, memory.spare_track)
-    swap(memory.costs, memory.spare_costs)
-    for i in range(memory.cov.shape[0]):
-        swap(memory.cov[i], memory.spare_cov[i])
-
-
-def look(settings, memory):
-    """Ask the bank; lock at its nominee where that beats noise, and what the lock foresaw, by enough nats."""
-    guide = memory.guide
-    at = int(guide[PLACE])
-    nats, variance = nominate(settings.search, memory.ring, at, memory.room)
-    if nats <= settings.search.evidence:
+    look, state, track = memory.look, memory.state, memory.track
+    cheaper = look.scalars[PAID] - look.scalars[OFFERED]
+    if not cheaper > 2.0 * settings.guide.rival:
         return
-    before = paid(memory.costs, memory.ring, at, 1.0 + math.log(variance))
-    exchange(memory)
-    replay(settings, memory)
-    if before - paid(memory.costs, memory.ring, at, 0.0) > 2.0 * settings.guide.rival:
-        guide[LOCKED] = 1.0
-    else:
-        exchange(memory)
-
-
-def rest(settings, memory):
-    """Nothing moves: the rate is zero, and what it will be is open."""
-    state, cov, square = memory.state, memory.cov, memory.track[SCALE]
-    for at in (RATE, CHIRP):
-        state[at] = 0.0
-        cov[at] = 0.0
-        cov[:, at] = 0.0
-    cov[RATE, RATE] = settings.guide.slow[0] ** 2 * square
-    cov[CHIRP, CHIRP] = settings.guide.slow[1] ** 2 * square
+    memory.costs[:] = look.scalars[OFFERED] / max(look.scalars[TAKEN], 1.0)
+    begin_with(look.theta, look.spread, state, memory.cov)
+    half = -0.5 * settings.search.times[0]
+    lock(settings.filter, state, memory.cov, track, memory.pins, look.scalars[blind_search.NOISE], look.scalars[SWING])
+    track[TURNED] = half * abs(state[RATE] - 0.5 * half * state[CHIRP])
+    memory.guide[LOCKED] = 1.0
 
 
 def follow(settings, memory, reading, usable):
-    """The filter's part of a sample: move, take the reading, free the motion when surprised; give up a lost phase."""
+    """The filter's part of a sample: move, take the reading; give up a lost phase or an alias."""
     track, cov, guide = memory.track, memory.cov, memory.guide
-    place = int(guide[PLACE])
     move(settings.filter, memory.state, cov, track)
     if usable:
-        error, variance = take(settings.filter, memory.state, cov, track, memory.row, memory.across, reading)
-        memory.costs[place] = cost(error, variance)
-    excess = track[SURPRISE] - settings.guide.surprised
-    if excess > 0.0 and track[AGE] > 20.0:
-        cov[CHIRP, CHIRP] += excess * settings.guide.shake**2 * track[SCALE] * settings.filter.dt
+        error, variance = take(
+            settings.filter, memory.state, cov, track, memory.row, memory.across, memory.pins, reading
+        )  # fmt: skip
+        memory.costs[int(guide[PLACE])] = error * error / variance + math.log(variance)
+    pin(settings.filter, memory.state, cov, track, memory.pins)
     if not cov[PHI, PHI] < settings.guide.lost:
         guide[LOCKED] = 0.0
+    # A fundamental beyond the pass band is an alias that the filter ran off to.
+    if abs(memory.state[RATE]) > settings.filter.band:
+        guide[LOCKED] = track[SCALE] = 0.0
+
+
+def doubted(settings, track):
+    """Whether the lock foresees the readings worse than it says, or than it did of late."""
+    louder = track[NOISE] > settings.guide.noisy * track[LEAST] > 0.0
+    return track[SURPRISE] > settings.guide.surprised or louder
 
 
 def quiet(settings, memory, reading):
@@ -202,15 +172,18 @@ def quiet(settings, memory, reading):
 
 
 def believed(settings, memory):
-    """Whether the lock explains the readings: corrections of its motion are white, its fundamental stands out of noise,
-    and it has followed whole periods since, which a step of the offset is not.
+    """Whether the lock explains the readings: corrections of its motion are white, loud innovations too, its noise is
+    no larger than of late, its fundamental stands out of it, and it has followed whole periods, unlike a step.
 
     The noise is learned, so that what a wrong lock leaves passes for it: the innovations alone would not tell.
     """
     track, first = memory.track, memory.state[FIRST]
-    if track[EXCESS] >= settings.filter.pulled or track[TURNED] < settings.guide.proved:
+    if track[EXCESS] >= settings.guide.pulled or track[TURNED] < settings.guide.proved or doubted(settings, track):
         return False
-    nats = 0.5 * memory.ring.shape[0] * math.log(1.0 + 0.5 * first * first / track[NOISE])
+    correlated, power = settings.guide.coloured
+    if track[COLOUR] > correlated and track[NOISE] > power * first * first:
+        return False
+    nats = 0.5 * settings.search.window * settings.search.stride * math.log(1.0 + 0.5 * first * first / track[NOISE])
     return nats > settings.guide.faint
 
 
@@ -231,8 +204,9 @@ def respond(settings, memory, velocity, status, answer):
         guide[HELD_VAR] = min(guide[HELD_VAR] + growth * scale * scale, max(guide[HELD_VAR], scale * scale))
     # A lock in doubt goes on from an answer, its sigma no less than that of one that is held; it does not begin one.
     if known or (guide[LOCKED] == 1.0 and not math.isnan(guide[HELD])):
-        mean, variance = rate_before(memory.state, memory.cov, part.lag)
-        variance /= 39.47841760435743
+        mean, variance = rate_before(settings.filter, memory.state, memory.track, memory.pins, part.lag)
+        # Where the smoothed noise of the motion is larger than its variance says, so is the error.
+        variance *= max(float(memory.track[EXCESS]), 1.0) / 39.47841760435743
         guide[HELD] = abs(mean) / 6.283185307179586
         guide[HELD_VAR] = variance if known else max(variance, guide[HELD_VAR])
         known = known and variance < (part.vague * scale) ** 2
@@ -249,10 +223,10 @@ def respond(settings, memory, velocity, status, answer):
 
 def track_block(settings, memory, rows, answers):
     """Answers (n, 5) to rows (n, 2) of reading and velocity."""
-    guide, part = memory.guide, settings.guide
-    length = memory.ring.shape[0]
+    guide, part, track = memory.guide, settings.guide, memory.track
+    length, enough = memory.ring.shape[0], settings.search.window * settings.search.stride
     for number in range(rows.shape[0]):
-        reading, velocity = rows[number, 0], rows[number, 1]
+        reading, velocity = float(rows[number, 0]), float(rows[number, 1])
         usable = abs(reading) < part.limit
         place = int(guide[PLACE])
         memory.ring[place] = reading if usable else math.nan
@@ -262,7 +236,7 @@ def track_block(settings, memory, rows, answers):
         memory.costs[place] = math.nan
         if guide[LOCKED] == 1.0:
             if status == QUIET:
-                rest(settings, memory)
+                rest(memory.state, memory.cov, track, part.slow)
             follow(settings, memory, reading, usable)
         guide[PLACE] = (place + 1) % length
         guide[SEEN] = min(guide[SEEN] + 1.0, 1e9)
@@ -270,28 +244,30 @@ def track_block(settings, memory, rows, answers):
         every = part.calm
         if guide[LOCKED] == 0.0:
             every = part.search
-        elif memory.track[AGE] < part.young or memory.track[SURPRISE] > part.surprised:
+        elif track[AGE] < part.young or doubted(settings, track):
             every = part.doubt
-        if guide[COUNT] >= every and guide[SEEN] >= length and status != QUIET:
+        if status == QUIET:
+            guide[PART] = 0.0
+        elif guide[PART] > 0.0:
+            look_on(settings, memory)
+        elif guide[COUNT] >= every and guide[SEEN] >= enough:
             guide[COUNT] = 0.0
             symmetrise(memory.cov)
-            look(settings, memory)
+            look_on(settings, memory)
         respond(settings, memory, velocity, status, answers[number])
 
 
-KERNELS = (
+OWN = (
     *blind_filter.KERNELS,
     *blind_search.KERNELS,
-    cost,
-    replay,
-    paid,
-    swap,
-    exchange,
-    look,
-    rest,
+    consider,
+    look_on,
     follow,
     quiet,
+    doubted,
     believed,
     respond,
     track_block,
 )
+KERNELS, COMPILED = (*VECTORS, *OWN), (*LOOPS, *OWN)
+"""All kernels, the entry last: as they run, and as they are compiled."""

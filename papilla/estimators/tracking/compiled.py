@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 from platformdirs import user_cache_dir
 
 from papilla.errors import MissingExtraError
@@ -24,15 +25,25 @@ def numba_available() -> bool:
     return find_spec("numba") is not None
 
 
-def kernels(functions: Sequence[Callable], compiled: bool) -> SimpleNamespace:
+def scalars(count: int, compiled: bool) -> Any:
+    """Room for numbers that a kernel reads and writes one by one: an array for the compiler, else a list, which is
+    three times as fast as an array then."""
+    return np.zeros(count) if compiled else [0.0] * count
+
+
+def kernels(functions: Sequence[Callable], compiled: bool, apart: Sequence[Callable] = ()) -> SimpleNamespace:
     """The functions by name, either as they are or compiled; each may call those before it, the last is the entry.
 
-    Where they are compiled, the loops of `vectors.LOOPS` stand in for their NumPy forms. Raises `MissingExtraError`
-    when numba is asked for and missing.
+    Where they are compiled, the loops of `vectors.LOOPS` stand in for their NumPy forms, and all but the entry and
+    those `apart` become part of what calls them: to hand over the arrays costs as much as the arithmetic.
+
+    Raises `MissingExtraError` when numba is asked for and missing.
     """
     if compiled and not numba_available():
         raise MissingExtraError("compiled estimators need numba: install papilla[fast], or use compiled=False")
-    return _compiled(tuple(functions)) if compiled else SimpleNamespace(**{item.__name__: item for item in functions})
+    if compiled:
+        return _compiled(tuple(functions), frozenset(apart))
+    return SimpleNamespace(**{item.__name__: item for item in functions})
 
 
 def kernel_cache(functions: Sequence[Callable]) -> Path:
@@ -44,7 +55,7 @@ def kernel_cache(functions: Sequence[Callable]) -> Path:
 
 
 @lru_cache(maxsize=8)
-def _compiled(functions: tuple[Callable, ...]) -> SimpleNamespace:
+def _compiled(functions: tuple[Callable, ...], apart: frozenset[Callable]) -> SimpleNamespace:
     import numba
 
     config: Any = numba.core.config
@@ -56,7 +67,8 @@ def _compiled(functions: tuple[Callable, ...]) -> SimpleNamespace:
         copy = FunctionType(source.__code__, {**source.__globals__, **made}, function.__name__)
         copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
         # Kernels allocate nothing: without numba's reference counts they compile in a third of the time.
-        made[function.__name__] = compiler(copy, error_model="numpy", _nrt=False)
+        inline = function is not functions[-1] and function not in apart
+        made[function.__name__] = compiler(copy, error_model="numpy", _nrt=False, forceinline=inline)
     before = config.CACHE_DIR
     config.CACHE_DIR = str(kernel_cache(functions))
     try:

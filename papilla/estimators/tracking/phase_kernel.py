@@ -83,14 +83,16 @@ def watch_colour(settings, track, error, variance):
     """Keep the innovations' autocovariance at one and two samples: none in noise, that of a line wherever one is left.
 
     With the cosines of an angle and of its double, one of the two is large at any frequency. A step of the baseline
-    must not pass for a line: innovations beyond 3 sd count as 3 sd.
+    must not pass for a line: innovations beyond 3 sd count as 3 sd, and none while they surprise. A line
+    that stays does not, being in the noise variance.
     """
-    noise, share = float(track[NOISE]), 2.0 / settings.memory
+    noise, share = track[NOISE], 2.0 / settings.memory
     most = math.sqrt(FAR * noise)
     value = min(max(error * math.sqrt(noise / variance), -most), most)
-    last, before = float(track[LAST]), float(track[BEFORE])
-    track[NEXT] += share * (value * last - track[NEXT])
-    track[SECOND] += share * (value * before - track[SECOND])
+    last, before = track[LAST], track[BEFORE]
+    if track[SURPRISE] < ODD:
+        track[NEXT] += share * (value * last - track[NEXT])
+        track[SECOND] += share * (value * before - track[SECOND])
     track[LAST], track[BEFORE] = value, last
 
 
@@ -99,8 +101,8 @@ def colour(settings, track, power):
 
     White noise alone makes averages over N samples of sd noise / sqrt(N); three of these do not count.
     """
-    chance = 3.0 * float(track[NOISE]) * math.sqrt(1.0 / settings.memory)
-    left = math.hypot(float(track[NEXT]), float(track[SECOND])) - chance
+    chance = 3.0 * track[NOISE] * math.sqrt(1.0 / settings.memory)
+    left = math.hypot(track[NEXT], track[SECOND]) - chance
     return max(left, 0.0) / max(power, 1e-300)
 
 
@@ -143,7 +145,7 @@ def lock_phase(settings, phase, nominee, lever):
         if h < FIT:
             state[FIRST + h] = nominee[SERIES + 2 * h - 2]
             state[FIRST + count + h] = nominee[SERIES + 2 * h - 1]
-    track[TRUE_K], track[TRUE_KP], track[TRUE_P] = cov[0, 0], cov[0, 1], cov[1, 1]
+    track[TRUE_K], track[TRUE_KP], track[TRUE_P] = float(cov[0, 0]), float(cov[0, 1]), float(cov[1, 1])
     track[AGE] = track[KICK] = track[DUE] = track[BATCH] = track[ANGLE] = 0.0
     track[SURPRISE] = track[EXCESS] = 1.0
     measure_slope(settings, phase, 0.0)
@@ -154,27 +156,27 @@ def turning(settings, track, dx):
     if dx == 0.0:
         track[TURN] = 0.0
         return False
-    side = math.copysign(1.0, dx)
-    relay = float(track[RELAY])
+    side, relay = math.copysign(1.0, dx), track[RELAY]
     if relay == 0.0:
         relay = side
-    turn = (side - relay) * -math.expm1(-abs(dx) / settings.relax)
+    left = side - relay
+    turn = left if abs(left) < 1e-9 else left * -math.expm1(-abs(dx) / settings.relax)
     track[TURN] = turn
     track[RELAY] = relay + turn
-    return abs(side - relay - turn) > 0.1
+    return abs(left - turn) > 0.1
 
 
 def move_phase(settings, phase, dx, slack):
     """Time update: the finger moves on by dx in mm, known to `slack` mm."""
     state, cov, track = phase.state, phase.cov, phase.track
-    dr, noise, wavenumber, first = float(track[TURN]), float(track[NOISE]), float(state[0]), float(state[FIRST])
+    dr, noise, wavenumber, first = track[TURN], track[NOISE], float(state[0]), float(state[FIRST])
     angle = float(state[1]) + wavenumber * dx - float(state[2]) * dr
     state[1] = angle - TURN_AROUND * math.floor(angle / TURN_AROUND)
     carry(cov, settings.shape, (settings.amplitude * first) ** 2, dx, dr)
-    true_k, true_kp, true_p = float(track[TRUE_K]), float(track[TRUE_KP]), float(track[TRUE_P])
+    true_k, true_kp, true_p = track[TRUE_K], track[TRUE_KP], track[TRUE_P]
     track[TRUE_P] = true_p + dx * (2 * true_kp + dx * true_k)
     track[TRUE_KP] = true_kp + dx * true_k
-    strength, square = max(float(track[STRENGTH]), 1e-30), max(float(track[SPEED]), 1e-30)
+    strength, square = max(track[STRENGTH], 1e-30), max(track[SPEED], 1e-30)
     drift = settings.loop**4 * min(noise / strength, 10.0) / square
     cov[0, 0] += drift
     if abs(dx) <= settings.still:
@@ -189,20 +191,21 @@ def move_phase(settings, phase, dx, slack):
 def take_phase(phase, angle, variance):
     """Measurement update with the phase itself, which is known but for whole turns."""
     state, cov, track = phase.state, phase.cov, phase.track
-    turns = (angle - state[1]) / TURN_AROUND
+    turns = (angle - float(state[1])) / TURN_AROUND
     error = TURN_AROUND * (turns - math.floor(turns + 0.5))
     phase.row[:] = 0.0
     phase.row[1] = 1.0
-    within = float(spread_row(cov, phase.row, phase.across))
+    within = spread_row(cov, phase.row, phase.across)
     phase.row[OFFSET_AT] = 1.0
     take_error(state, cov, phase.across, within + variance, error)
-    track[TRUE_K], track[TRUE_KP], track[TRUE_P] = cov[0, 0], cov[0, 1], cov[1, 1]
+    track[TRUE_K], track[TRUE_KP], track[TRUE_P] = float(cov[0, 0]), float(cov[0, 1]), float(cov[1, 1])
 
 
 def correct_truth(track, across, row, total, noise, error):
     """Follow the covariance of the actual (k, phi) error, and what the corrections of k say about the noise."""
-    k, p, g = float(across[0]) / total, float(across[1]) / total, float(row[1])
-    kk, kp, pp = float(track[TRUE_K]), float(track[TRUE_KP]), float(track[TRUE_P])
+    certainty, g = 1.0 / total, float(row[1])
+    k, p = float(across[0]) * certainty, float(across[1]) * certainty
+    kk, kp, pp = track[TRUE_K], track[TRUE_KP], track[TRUE_P]
     stay = 1.0 - p * g
     track[TRUE_K] = kk - 2 * k * g * kp + k * k * (g * g * pp + noise)
     track[TRUE_KP] = stay * (kp - k * g * pp) + k * p * noise
@@ -217,10 +220,10 @@ def close_period(settings, track, step):
     Coloured noise and errors of the model correct k again and again in one direction within a period; the error of k
     is then larger by the root of the excess (the idea of batch means). `step` is the phase step, rad.
     """
-    samples, angle, due = float(track[BATCH]) + 1.0, float(track[ANGLE]) + step, float(track[DUE])
+    samples, angle, due = track[BATCH] + 1.0, track[ANGLE] + step, track[DUE]
     if angle >= TURN_AROUND and samples >= 8.0 and due > 0.0:
         share = min(2.0 * samples / settings.memory, 0.25)
-        kick, excess = float(track[KICK]), float(track[EXCESS])
+        kick, excess = track[KICK], track[EXCESS]
         track[EXCESS] = excess + share * (kick * kick / due - excess)
         samples = angle = track[KICK] = track[DUE] = 0.0
     track[BATCH], track[ANGLE] = samples, angle
@@ -229,12 +232,12 @@ def close_period(settings, track, step):
 def feed_phase(settings, phase, reading, step):
     """Measurement update with one reading; returns the innovation and the variance that it should have."""
     state, track, row, across = phase.state, phase.track, phase.row, phase.across
-    error = reading - float(harmonic_row(settings.orders, state, present_harmonics(settings, step), row))
-    within = float(spread_row(phase.cov, row, across))
-    noise = float(track[NOISE])
+    error = reading - harmonic_row(settings.orders, state, present_harmonics(settings, step), row)
+    within = spread_row(phase.cov, row, across)
+    noise = track[NOISE]
     variance = within + noise
     normal = error * error / variance
-    surprise = float(track[SURPRISE])
+    surprise = track[SURPRISE]
     surprise += 0.125 * (min(normal, 16.0) - surprise)
     track[SURPRISE] = surprise
     # While something else than noise disturbs the readings, they say less about the wavenumber.
@@ -246,7 +249,7 @@ def feed_phase(settings, phase, reading, step):
     close_period(settings, track, step)
     watch_colour(settings, track, error, variance)
     track[AGE] += 1.0
-    seen = float(track[SEEN]) + 1.0
+    seen = track[SEEN] + 1.0
     track[SEEN] = seen
     forget = max(settings.forget, 2.0 / (20.0 + seen))
     # A step must not pass for noise: squares beyond 2 sd count as 2 sd, and 0.92 is the mean of what is left.

@@ -10,26 +10,43 @@ from dataclasses import dataclass, replace
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus, WavelengthEstimate
-from papilla.estimators.tracking.stream import WavelengthStream, frequency_of, pair
+from papilla.estimators.tracking.stream import VAGUE, WavelengthStream, frequency_of, pair
 
-_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, *_ = map(int, TrackingStatus)
+_OK, _SEARCHING, _STANDSTILL, _MISSING, _NO_VELOCITY, _ALIASED, _, _DISTURBED = map(int, TrackingStatus)
 HYSTERESIS = 0.5
 """A crossing counts after the signal was this fraction of its rms below the mean."""
 DOUBT = HYSTERESIS / math.sqrt(2) / (2 * math.pi)
 """Sd of a crossing before any was compared, in wavelengths: noise beyond the hysteresis, over a sine's slope, would
 have counted more crossings."""
+IRREGULAR = 2.0
+"""Sd of the crossings, over `DOUBT`, from which some are missing or too many: noise or a second line made them."""
+SILENCE = 1.5
+"""Longest wavelengths without a crossing after which the mean is no mean of these readings."""
+WINDOWS, TRUST = 6.0, 2.0
+"""Windows without common crossings that are compared with the one before, fading, and how many the white noise that
+sigma assumes is worth against them."""
+APART = 4.0
+"""Sds from the window before within which it confirms fewer than half of the crossings that are kept."""
+SPLIT = 5.0
+"""Normalised square from which the two halves of a window differ by more than noise."""
 PRIOR = 3.0
 """Comparisons that `DOUBT` is worth: the fewest of which the error over its stated sigma has a variance."""
 
 
 @dataclass(frozen=True)
 class CrossingState:
-    """mean, power: fading in distance; armed: the signal was low; last: the reading before, less the mean; travel: mm
-    since the stroke began; crossings: their places on this stroke, newest last; sign: of the stroke; answer: the last
-    one; scatter: of the strokes before, sum of squares of their crossings' errors in wavelengths, and comparisons."""
+    """mean, power: fading in distance; since, silent: mm since the mean began, and since the last crossing; armed: the
+    signal was low; last: the reading before, less the mean; travel: mm since the stroke began; crossings: their places
+    on this stroke, newest last; sign: of the stroke; answer: the last one; regular: whether the crossings since then
+    do not contradict it; window: wavelength of the last whole window, and its relative variance in white noise; fresh:
+    crossings since then; excess: of such windows, sum of squares of what neighbours differ by over what they should,
+    and how many; scatter: of the strokes before, sum of squares of their crossings' errors in wavelengths, and
+    comparisons."""
 
     mean: float = math.nan
     power: float = 0.0
+    since: float = 0.0
+    silent: float = 0.0
     armed: bool = False
     last: float = 0.0
     travel: float = 0.0
@@ -37,6 +54,10 @@ class CrossingState:
     velocity: float = math.nan
     sign: float = 0.0
     answer: tuple[float, float] = (math.nan, math.nan)
+    regular: bool = False
+    window: tuple[float, float] = (math.nan, 0.0)
+    fresh: int = 0
+    excess: tuple[float, float] = (TRUST, TRUST)
     scatter: tuple[float, float] = (PRIOR * DOUBT**2, PRIOR)
 
 
@@ -90,6 +111,7 @@ class ReciprocalCounter(WavelengthStream):
             return self._answer(_ALIASED, velocity)
         sign = math.copysign(1.0, step)
         if sign != state.sign:
+            state = self._compared(state) if min(state.fresh, len(state.crossings)) > 2 else state
             scatter = self._remembered(state.crossings, state.scatter)
             state = replace(state, sign=sign, travel=0.0, crossings=(), armed=False, scatter=scatter)
         travel = state.travel + abs(step)
@@ -97,27 +119,52 @@ class ReciprocalCounter(WavelengthStream):
             self.state = replace(state, velocity=velocity, travel=travel, crossings=(), armed=False)
             return self._answer(_MISSING, velocity)
         self.state = self._counted(state, reading, velocity, travel, abs(step))
-        status = _OK if math.isfinite(self.state.answer[0]) else _SEARCHING
-        return self._answer(status, velocity)
+        if math.isnan(self.state.answer[0]):
+            return self._answer(_SEARCHING, velocity)
+        sure = self.state.regular and self.state.answer[1] < VAGUE * self.state.answer[0]
+        return self._answer(_OK if sure else _DISTURBED, velocity)
 
     def _counted(self, state: CrossingState, reading, velocity, travel, step) -> CrossingState:
-        share = -math.expm1(-step / (2 * self._longest))
+        if state.silent > SILENCE * self._longest:
+            state = replace(state, mean=math.nan, since=0.0, silent=0.0, armed=False, crossings=(), regular=False)
+        since, silent = state.since + step, state.silent + step
+        # At first the mean of all readings, then a fading one.
+        share = max(-math.expm1(-step / (2 * self._longest)), step / since)
         mean = reading if math.isnan(state.mean) else state.mean + share * (reading - state.mean)
         level = reading - mean
         power = state.power + share * (level * level - state.power)
-        armed, crossings, answer = state.armed, state.crossings, state.answer
+        armed, crossings, answer, regular = state.armed, state.crossings, state.answer, state.regular
+        fresh = state.fresh
         if level < -HYSTERESIS * math.sqrt(power):
             armed = True
         elif armed and level >= 0.0 > state.last:
             place = travel - step * level / (level - state.last)
-            if not crossings or place - crossings[-1] >= 0.5 * self._shortest:
-                crossings = (*crossings[-self._kept + 1 :], place)
-                answer = self._measured(crossings, state.scatter) or answer
+            # A mean of less than the longest wavelength is not where the texture's crossings are.
+            if since > self._longest and (not crossings or place - crossings[-1] >= 0.5 * self._shortest):
+                crossings, silent, fresh = (*crossings[-self._kept + 1 :], place), 0.0, state.fresh + 1
+                if len(crossings) > 2:
+                    found = self._measured(crossings, state)
+                    answer, regular = found or answer, found is not None
             armed = False
         if travel > 1e6:
             # Places are differences only: a long stroke must not lose digits.
-            crossings, travel = tuple(place - travel for place in crossings), 0.0
-        return CrossingState(mean, power, armed, level, travel, crossings, velocity, state.sign, answer, state.scatter)
+            crossings, travel, since = tuple(place - travel for place in crossings), 0.0, min(since, 1e6)
+        counted = replace(
+            state,
+            mean=mean,
+            power=power,
+            since=since,
+            silent=silent,
+            armed=armed,
+            last=level,
+            travel=travel,
+            crossings=crossings,
+            velocity=velocity,
+            answer=answer,
+            regular=regular,
+            fresh=fresh,
+        )
+        return self._compared(counted) if min(fresh, len(crossings)) >= self._kept else counted
 
     def _pooled(self, crossings: tuple[float, ...], before: tuple[float, float]) -> tuple[float, float]:
         """Scatter of a stroke of three crossings or more, and of those before as far as it has fewer comparisons than
@@ -134,15 +181,48 @@ class ReciprocalCounter(WavelengthStream):
         squares, freedom = self._pooled(crossings, before)
         return min(squares, freedom * DOUBT**2), freedom
 
-    def _measured(self, crossings: tuple[float, ...], before: tuple[float, float]) -> tuple[float, float] | None:
-        count = len(crossings) - 1
-        if count < 2:
-            return None
-        wavelength = (crossings[-1] - crossings[0]) / count
-        squares, freedom = self._pooled(crossings, before)
+    def _variance(self, state: CrossingState, crossings: tuple[float, ...]) -> float:
+        """Relative variance of the wavelength of these crossings, if the windows before err on their own; infinite
+        where they are not those of one wavelength."""
+        squares, freedom = self._pooled(crossings, state.scatter)
         # Few comparisons: Student's distribution is wider than a normal one, its variance by n / (n - 2).
         jitter = squares / (freedom - 2)
-        return (wavelength, wavelength * math.sqrt(2 * jitter) / count) if wavelength <= self._longest else None
+        if jitter > (IRREGULAR * DOUBT) ** 2:
+            return math.inf
+        alone, half = 2 * jitter / (len(crossings) - 1) ** 2, (len(crossings) - 1) // 2
+        # In white noise the halves of a window differ by 12 times the variance of the whole: by far more, and they err
+        # as two, their mean by a quarter.
+        first, last = crossings[half] - crossings[0], crossings[-1] - crossings[-1 - half]
+        differ = math.log(last / first) ** 2
+        return differ / 4 if differ > SPLIT * 12 * alone else alone
+
+    def _measured(self, crossings: tuple[float, ...], state: CrossingState) -> tuple[float, float] | None:
+        """Wavelength and sigma of three crossings or more; None where they are not those of one wavelength, or few and
+        not confirmed by the window before."""
+        count = len(crossings) - 1
+        wavelength, variance = (crossings[-1] - crossings[0]) / count, self._variance(state, crossings)
+        excess = state.excess[0] / state.excess[1]
+        before, doubt = state.window
+        off = math.log(wavelength / before)
+        confirmed = off * off < APART**2 * excess * (variance + doubt) or 2 * count >= self._kept - 1
+        if not confirmed or wavelength > self._longest or variance == math.inf:
+            return None
+        return wavelength, wavelength * math.sqrt(variance * excess)
+
+    def _compared(self, state: CrossingState) -> CrossingState:
+        """When a window is over: what it differs by from the one before says by how much crossings err together.
+
+        Source of the ratio: Birge (1932), doi:10.1103/PhysRev.40.207.
+        """
+        crossings, excess, (before, doubt) = state.crossings, state.excess, state.window
+        wavelength, variance = (crossings[-1] - crossings[0]) / (len(crossings) - 1), self._variance(state, crossings)
+        if variance == math.inf:
+            return replace(state, fresh=0)
+        if not math.isnan(before):
+            off, keep = math.log(wavelength / before), math.exp(-1 / WINDOWS)
+            squares, windows = ((value - TRUST) * keep for value in excess)
+            excess = squares + off * off / (variance + doubt) + TRUST, windows + 1 + TRUST
+        return replace(state, window=(wavelength, variance), fresh=0, excess=excess)
 
     def _answer(self, status: int, velocity: float) -> WavelengthEstimate:
         wavelength, sigma = self.state.answer

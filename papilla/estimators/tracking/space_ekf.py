@@ -6,14 +6,15 @@ nothing to lag behind. The filter's memory is declared: its variance is that of 
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.tracking import bank_kernel, phase_kernel, tracker_kernel
+from papilla.estimators.tracking import bank_kernel, guide_kernel, phase_kernel, tracker_kernel
 from papilla.estimators.tracking.answer import TrackerState, TrackingStatus, WavelengthEstimate
-from papilla.estimators.tracking.compiled import kernels, numba_available
+from papilla.estimators.tracking.compiled import kernels, numba_available, scalars
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 LOOP_TURNS = 3.24
@@ -81,9 +82,10 @@ class SpaceTracker:
             1e-6 * bank.length,
         )
         guide = _guide_settings(rate, memory, checks.positive("saturation", saturation))
-        self._settings = tracker_kernel.Settings(bank, phase, guide)
+        self._settings = guide_kernel.Settings(bank, phase, guide)
         self._fewest = NO_TEXTURE_NATS / (memory * rate)
-        self._kernels = kernels(tracker_kernel.KERNELS, numba_available() if compiled is None else compiled)
+        self._compiled = numba_available() if compiled is None else compiled
+        self._kernels = kernels(tracker_kernel.KERNELS, self._compiled, tracker_kernel.APART)
         self._answer = np.empty((1, tracker_kernel.ANSWER))
         self._row = np.empty((1, 2))
         self.reset()
@@ -96,18 +98,12 @@ class SpaceTracker:
     @property
     def state(self) -> TrackerState:
         """All that the tracker remembers, to be kept or to be set again."""
-        return TrackerState(tuple((name, tuple(array.ravel().tolist())) for name, array in _remembered(self._memory)))
+        return TrackerState.of(_remembered(self._memory))
 
     @state.setter
     def state(self, state: TrackerState) -> None:
-        fresh = _memory(self._settings)
-        given = dict(state.arrays)
-        for name, array in _remembered(fresh):
-            values = given.get(name, ())
-            if state.arrays and len(values) != array.size:
-                raise InputError(f"the state holds {len(values)} numbers of {name}, this tracker needs {array.size}")
-            if state.arrays:
-                array.reshape(-1)[:] = values
+        fresh = _memory(self._settings, self._compiled)
+        state.into(_remembered(fresh))
         self._memory = fresh
 
     def reset(self) -> None:
@@ -122,13 +118,13 @@ class SpaceTracker:
     @property
     def phase_rad(self) -> float:
         """Phase of the fundamental under the gauge, in [0, 2 pi); NaN without a lock."""
-        locked = self._memory.guide[tracker_kernel.LOCKED] == 1.0
+        locked = self._memory.guide[guide_kernel.LOCKED] == 1.0
         return float(self._memory.phase.state[1]) % (2 * math.pi) if locked else math.nan
 
     @property
     def phase_sigma_rad(self) -> float:
         """Standard deviation of `phase_rad`; NaN without a lock."""
-        locked = self._memory.guide[tracker_kernel.LOCKED] == 1.0
+        locked = self._memory.guide[guide_kernel.LOCKED] == 1.0
         return math.sqrt(self._memory.phase.track[phase_kernel.TRUE_P]) if locked else math.nan
 
     def process(self, block) -> WavelengthEstimate:
@@ -198,8 +194,7 @@ def bank_settings(wavelength_range_mm: tuple[float, float], rate: float) -> bank
         raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {shortest:g} to {longest:g} mm")
     step = RESOLUTION / longest
     high = int(2 * math.pi / shortest / step) + 2
-    # A square number: the compiled waves are products of as many fine as coarse turns.
-    side = math.ceil(math.sqrt(2 * high + 1))
+    split, turns, mixing = bank_kernel.bank_arrays(high)
     return bank_kernel.BankSettings(
         step=step,
         low=max(int(2 * math.pi / longest / step), 1),
@@ -207,8 +202,9 @@ def bank_settings(wavelength_range_mm: tuple[float, float], rate: float) -> bank
         length=longest,
         keep=math.exp(-1 / (0.25 * rate)),
         period=2 * math.pi / step,
-        orders=np.arange(float(side * side)),
-        mixing=bank_kernel.mixing_of_moments(),
+        split=split,
+        turns=turns,
+        mixing=mixing,
     )
 
 
@@ -230,10 +226,13 @@ def _phase_settings(rate, memory, shear, relaxation, still) -> phase_kernel.Phas
     )
 
 
-def _guide_settings(rate, memory, saturation) -> tracker_kernel.GuideSettings:
-    return tracker_kernel.GuideSettings(
+def _guide_settings(rate, memory, saturation) -> guide_kernel.GuideSettings:
+    every = max(round(0.004 * rate), guide_kernel.STRIDE)
+    return guide_kernel.GuideSettings(
         dt=1 / rate,
-        every=max(round(0.004 * rate), tracker_kernel.STRIDE),
+        every=every,
+        rare=3 * every,
+        doubt=1.5,
         evidence=4.0,
         alarm=4.0,
         calm=2.0,
@@ -256,30 +255,31 @@ def _guide_settings(rate, memory, saturation) -> tracker_kernel.GuideSettings:
         plain=2.5,
         even=0.1,
         mature=0.1 * rate,
+        slow=0.02,
     )
 
 
-def _memory(settings: tracker_kernel.Settings) -> tracker_kernel.Memory:
+def _memory(settings: guide_kernel.Settings, compiled: bool) -> guide_kernel.Memory:
     size = settings.phase.shape.size
-    memory = tracker_kernel.Memory(
-        bank=bank_kernel.new_bank(settings.bank),
+    memory = guide_kernel.Memory(
+        bank=bank_kernel.new_bank(settings.bank, compiled),
         phase=phase_kernel.Phase(
             state=np.zeros(size),
             cov=np.zeros((size, size)),
-            track=np.zeros(phase_kernel.TRACK),
+            track=scalars(phase_kernel.TRACK, compiled),
             row=np.concatenate([np.zeros(3), [1.0], np.zeros(size - 4)]),
             across=np.zeros(size),
         ),
-        guide=np.zeros(tracker_kernel.GUIDE),
+        guide=scalars(guide_kernel.GUIDE, compiled),
         average=np.zeros(settings.bank.high + 1),
     )
-    memory.guide[tracker_kernel.VELOCITY] = math.nan
-    memory.guide[tracker_kernel.TOKENS] = settings.guide.alarms
+    memory.guide[guide_kernel.VELOCITY] = math.nan
+    memory.guide[guide_kernel.TOKENS] = settings.guide.alarms
     memory.phase.track[phase_kernel.SURPRISE] = memory.phase.track[phase_kernel.EXCESS] = 1.0
     return memory
 
 
-def _remembered(memory: tracker_kernel.Memory) -> list[tuple[str, np.ndarray]]:
+def _remembered(memory: guide_kernel.Memory) -> list[tuple[str, Any]]:
     """What is not only room to work, by name."""
     parts = [(name, getattr(memory.bank, name)) for name in bank_kernel.REMEMBERED]
     parts += [(name, getattr(memory.phase, name)) for name in ("state", "cov", "track")]

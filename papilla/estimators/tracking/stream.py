@@ -8,6 +8,9 @@ import numpy as np
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import WavelengthEstimate
 
+VAGUE = 0.05
+"""Sigma, as a fraction of the wavelength, from which an answer is a guess."""
+
 
 class WavelengthStream(ABC):
     """Base of trackers whose state is one frozen dataclass in `self.state`; they define `_fresh()` and `update`."""

@@ -2,70 +2,35 @@
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
-import numpy as np
-
-from papilla.estimators.tracking import bank_kernel, phase_kernel, vectors
+from papilla.estimators.tracking import bank_kernel, guide_kernel, phase_kernel, vectors
 from papilla.estimators.tracking.bank_kernel import (
-    AMPLITUDE,
-    EXPLAINED,
-    LENGTH,
-    LEVER,
-    OFFSET,
-    PARAMETERS,
-    PHASE,
-    REST,
-    RIVAL,
-    SAMPLES,
-    SQUARE,
-    WAVENUMBER,
     WEIGHT,
-    Bank,
-    BankSettings,
     clear_bank,
     feed_bank,
-    fit_series,
-    look,
-    lowest,
     move_bank,
-    nominate,
-    prefer_multiple,
-    window_length,
+)
+from papilla.estimators.tracking.guide_kernel import (
+    COAST,
+    GAP,
+    LOCKED,
+    VELOCITY,
+    restart_window,
+    supervise,
+    watch,
 )
 from papilla.estimators.tracking.phase_kernel import (
-    AGE,
     COLOUR,
     EXCESS,
-    FIRST,
     NOISE,
-    OFFSET_AT,
     SPEED,
     STRENGTH,
-    SURPRISE,
     TRUE_K,
     TRUE_P,
-    TURN_AROUND,
-    Phase,
-    PhaseSettings,
     feed_phase,
-    lock_phase,
-    measure_slope,
     move_phase,
-    take_phase,
     turning,
 )
-from papilla.estimators.tracking.vectors import add_up, fade_into, largest, middle
-
-LOCKED, VELOCITY, GAP, COUNT, NOMINATED, SINCE, RINGING, INJECT, LOOKS, TRAVEL, COAST, TOKENS, ROUGH, BESIDE = range(14)
-"""Scalars of the supervisor: whether the tracker is locked, the last velocity, samples since then, samples since the
-last look, whether it brought a nominee, distance since the nomination, whether there is an alarm, for how many samples
-the offset is still freed, looks in the average, distance since the last look, whether the phase is being looked for,
-alarms that are left, recent mean square of the innovations over the noise's variance, and the recent mean of the log of
-their mean square over what the nominees leave."""
-GUIDE = 14
-STRIDE = 4
-"""A look takes four samples, a part each, so that every sample costs the same."""
 
 TAKEN, NO_READING, NO_VELOCITY, TOO_FAST, STILL = range(5)
 WAVENUMBER_OUT, SIGMA_OUT, OUTCOME_OUT, LOCKED_OUT, STRENGTH_OUT, PHASE_OUT, PHASE_SIGMA_OUT, COLOUR_OUT = range(8)
@@ -73,311 +38,9 @@ ANSWER = 8
 """Columns of an answer."""
 
 
-class GuideSettings(NamedTuple):
-    """dt: seconds a sample; every: samples between two looks at the bank; evidence: nats by which a nominee must beat
-    noise or the tracker, beyond the price of its parameters; alarm, calm: mean normalised squared innovation that
-    starts and ends an alarm; inject: samples for which an alarm frees the offset; alarms, refill: how many there may
-    be in a row, and how many come back in a sample; speed: share of a sample in the mean square of dx; periods: of
-    the nominee that the window must span (what repeats contradicts a wrong one);
-    settle: samples after a lock without alarm; looks: lengths of the bank that
-    are averaged; clear, better: ratio of the average's peak to its median, and to the tracker's place, from which it
-    may overrule; apart: cycles over the window by which a nominee differs; lost: phase variance from which a turn
-    loses the phase; wild: mean log of innovations over the nominees' rest at which the tracker is beside the line;
-    share: of a look in that mean; limit: largest |reading| that is taken for one; gap: samples without a velocity after
-    which the place is not known; plain: noise variances that a nominee of a short window may leave; even: power in odd
-    harmonics over that in even ones at which the wavenumber is a submultiple; mature: samples after a lock from which
-    that is asked."""
-
-    dt: float
-    every: int
-    evidence: float
-    alarm: float
-    calm: float
-    inject: float
-    alarms: float
-    refill: float
-    speed: float
-    periods: float
-    settle: float
-    looks: float
-    clear: float
-    better: float
-    apart: float
-    lost: float
-    wild: float
-    share: float
-    limit: float
-    gap: float
-    plain: float
-    even: float
-    mature: float
-
-
-class Memory(NamedTuple):
-    """All arrays that a tracker remembers, and room to work."""
-
-    bank: Bank
-    phase: Phase
-    guide: np.ndarray
-    average: np.ndarray
-
-
-class Settings(NamedTuple):
-    """Settings of the three parts."""
-
-    bank: BankSettings
-    phase: PhaseSettings
-    guide: GuideSettings
-
-
-def restart_window(memory, reading):
-    """Forget the bank's window, and a look that is under way."""
-    clear_bank(memory.bank, reading)
-    memory.guide[COUNT] = memory.guide[NOMINATED] = 0.0
-
-
-def watch(settings, memory, reading, error, variance):
-    """Notice surprise: forget the bank's window when it starts and when it ends, and free the offset meanwhile."""
-    guide, sums, track = memory.guide, memory.bank.sums, memory.phase.track
-    noise, surprise = float(track[NOISE]), float(track[SURPRISE])
-    sums[RIVAL] += noise * (error * error / variance + math.log(variance / noise))
-    tokens = min(float(guide[TOKENS]) + settings.refill, settings.alarms)
-    ringing = guide[RINGING] == 1.0
-    # While the offset is freed it follows anything: what counts then is the innovation against the noise alone.
-    rough = float(guide[ROUGH])
-    rough += 0.125 * (min(error * error / noise, 16.0) - rough)
-    guide[ROUGH] = rough
-    if track[AGE] < settings.settle:
-        track[SURPRISE] = 1.0
-        guide[RINGING] = 0.0
-    elif not ringing and surprise > settings.alarm and tokens >= 1.0:
-        guide[RINGING] = 1.0
-        tokens -= 1.0
-        guide[INJECT] = settings.inject
-        restart_window(memory, reading)
-    elif ringing and rough < settings.calm:
-        guide[RINGING] = 0.0
-        restart_window(memory, reading)
-    guide[TOKENS] = tokens
-    if guide[RINGING] == 1.0 and guide[INJECT] >= 1.0:
-        guide[INJECT] -= 1.0
-        memory.phase.cov[OFFSET_AT, OFFSET_AT] += min(error * error, 9.0 * variance)
-
-
-def convinced(settings, memory):
-    """Whether the nominee explains this window better than noise (no lock yet) or than the tracker's wavelength does.
-
-    A change must beat what the tracker foresaw and what its wavelength could explain if all else were fitted anew: a
-    jump of the baseline spoils the first, but not the second.
-    """
-    bank, nominee, noise = memory.bank, memory.bank.nominee, float(memory.phase.track[NOISE])
-    weight, count = float(bank.sums[WEIGHT]), float(nominee[PARAMETERS])
-    floor = weight * settings.phase.floor
-    price = settings.guide.evidence + 0.5 * count * math.log(weight)
-    rest = float(nominee[REST]) + floor
-    if memory.guide[LOCKED] == 0.0:
-        return 0.5 * weight * math.log((float(nominee[EXPLAINED]) + rest) / rest) > price
-    rival, wavenumber = max(float(bank.sums[RIVAL]), floor), float(memory.phase.state[0])
-    foreseen = 0.5 * weight * math.log(rival / rest) < price or rival - rest < 2.0 * price * noise
-    if foreseen and memory.guide[COAST] == 0.0:
-        return False
-    if abs(float(nominee[WAVENUMBER]) - wavenumber) * float(nominee[LENGTH]) < settings.guide.apart * TURN_AROUND:
-        return False
-    spare = max(weight - count, 1.0)
-    short = float(nominee[LENGTH]) * float(nominee[WAVENUMBER]) < 2 * TURN_AROUND
-    if short and rest > settings.guide.plain * noise * spare:
-        # Of a window this short many wavelengths explain a part: only one that leaves mere noise is the new one.
-        return False
-    below = int(wavenumber / settings.bank.step)
-    for index in range(max(below, 1), below + 2):
-        own = fit_series(settings.bank, bank, index)
-        if 0.5 * weight * math.log((own + floor) / rest) < settings.guide.evidence + math.log(weight):
-            return False
-    return True
-
-
-def take_look(settings, memory, travel):
-    """First part of a look: the spectrum of the window, and its share in the average over many windows, in units of
-    their noise."""
-    bank, guide = memory.bank, memory.guide
-    weight = float(bank.sums[WEIGHT])
-    guide[NOMINATED] = 0.0
-    if weight < 12.0:
-        return
-    look(bank)
-    share = min(travel / (settings.guide.looks * settings.bank.length), 1.0)
-    total = float(bank.sums[SQUARE]) - float(bank.fields[0, 0, 0]) ** 2 / weight
-    best = largest(bank.power, settings.bank.low)
-    rest = max(total - float(bank.power[best]), 1e-3 * total)
-    if rest > 0.0:
-        fade_into(memory.average, bank.power, 1.0 - share, share / rest * weight)
-    guide[LOOKS] += share
-
-
-def choose(settings, memory):
-    """Second part of a look: nominate the wavenumber with the highest score of those that the window spans."""
-    bank, guide = memory.bank, memory.guide
-    low = lowest(settings.bank, bank.sums, settings.guide.periods)
-    seen = guide[LOCKED] == 0.0 or window_length(bank.sums) * float(memory.phase.state[0]) > 0.7 * TURN_AROUND
-    if low >= settings.bank.high - 1 or not seen:
-        return
-    add_up(bank.power, settings.bank.low, bank.score)
-    best = largest(bank.score, low - settings.bank.low) + settings.bank.low
-    nominate(settings.bank, bank, best)
-    guide[NOMINATED], guide[SINCE] = 1.0, 0.0
-
-
-def try_multiple(settings, memory, order):
-    """Third part of a look, and the start of the last: the nominee must not be a submultiple."""
-    if prefer_multiple(settings.bank, memory.bank, order, settings.guide.evidence):
-        memory.guide[SINCE] = 0.0
-
-
-def usable(memory):
-    """Whether the nominee has an amplitude and a window with more samples than it has parameters."""
-    nominee = memory.bank.nominee
-    return nominee[AMPLITUDE] > 0.0 and float(memory.bank.sums[WEIGHT]) > 2 * nominee[PARAMETERS]
-
-
-def trusted(settings, memory):
-    """Whether the nominee's window holds enough periods to overrule a tracker of this age."""
-    nominee, age = memory.bank.nominee, float(memory.phase.track[AGE])
-    periods = float(nominee[LENGTH]) * float(nominee[WAVENUMBER]) / TURN_AROUND
-    return periods > (3.0 if age > settings.phase.memory else 2.0)
-
-
-def beside(settings, memory):
-    """Whether the tracker has sat beside the line, too near for `convinced`, for some windows: its innovations are far
-    above what the nominees leave."""
-    guide, sums, nominee = memory.guide, memory.bank.sums, memory.bank.nominee
-    spare = float(sums[WEIGHT]) - float(nominee[PARAMETERS])
-    if guide[COAST] == 1.0 or guide[LOCKED] == 0.0 or guide[RINGING] == 1.0 or spare < 12.0:
-        return False
-    floor = settings.phase.floor
-    ratio = math.log((float(sums[RIVAL]) / float(sums[WEIGHT]) + floor) / (float(nominee[REST]) / spare + floor))
-    guide[BESIDE] += settings.guide.share * (ratio - guide[BESIDE])
-    return guide[BESIDE] > settings.guide.wild and trusted(settings, memory)
-
-
-def decide(settings, memory):
-    """Last part of a look: lock to the nominee where the window, or the average of many windows, convinces."""
-    bank, guide = memory.bank, memory.guide
-    try_multiple(settings, memory, 3)
-    wins = usable(memory) and convinced(settings, memory)
-    wins = wins or beside(settings, memory)
-    spanned = window_length(bank.sums) * float(memory.phase.state[0])
-    if not wins and guide[COAST] == 1.0 and spanned > settings.guide.periods * TURN_AROUND:
-        find_phase(settings, memory)
-    elif not wins and guide[LOOKS] > 0.6:
-        best = clear_average(settings, memory)
-        if best >= lowest(settings.bank, bank.sums, settings.guide.periods):
-            nominate(settings.bank, bank, best)
-            guide[SINCE] = 0.0
-            wins = usable(memory)
-    if wins:
-        lock_to_nominee(settings, memory)
-
-
-def find_phase(settings, memory):
-    """After a turn that left the phase unknown: measure it with the window since then, at the tracker's wavenumber."""
-    bank, phase, nominee = memory.bank, memory.phase, memory.bank.nominee
-    wavenumber = float(phase.state[0])
-    best = min(max(int(wavenumber / settings.bank.step + 0.5), settings.bank.low), settings.bank.high - 1)
-    nominate(settings.bank, bank, best)
-    if not usable(memory):
-        return
-    weight, count, amplitude = float(bank.sums[WEIGHT]), float(nominee[PARAMETERS]), float(nominee[AMPLITUDE])
-    variance = 2 * float(nominee[REST]) / ((weight - count) * weight * amplitude**2) + 0.003
-    if variance < 0.1:
-        lever = -float(bank.sums[LEVER]) / weight
-        take_phase(phase, float(nominee[PHASE]) + (wavenumber - float(nominee[WAVENUMBER])) * lever, variance)
-        phase.cov[OFFSET_AT, :] = 0.0
-        phase.cov[:, OFFSET_AT] = 0.0
-        phase.cov[OFFSET_AT, OFFSET_AT] = 0.05 * amplitude**2
-        phase.state[OFFSET_AT] = nominee[OFFSET]
-        memory.guide[COAST] = 0.0
-
-
-def clear_average(settings, memory):
-    """Index of the wavenumber that stands out of the average over many windows and is not the tracker's, or -1."""
-    low, score = settings.bank.low, memory.bank.score
-    add_up(memory.average, low, score)
-    best = largest(score, 0)
-    top = float(score[best])
-    if memory.guide[LOCKED] == 1.0:
-        place = float(memory.phase.state[0]) / settings.bank.step - low
-        below = int(min(max(place, 0.0), score.shape[0] - 2.0))
-        if abs(best - place) < 1.5 or top < settings.guide.better * max(score[below], score[below + 1]):
-            return -1
-    return best + low if top > settings.guide.clear * middle(score) else -1
-
-
-def lock_to_nominee(settings, memory):
-    """Start the tracker anew at the nominee."""
-    guide, sums, nominee = memory.guide, memory.bank.sums, memory.bank.nominee
-    spare = nominee[SAMPLES] - nominee[PARAMETERS]
-    left = max(float(nominee[REST]) / spare, settings.phase.floor)
-    track = memory.phase.track
-    # Off the line, what the wavelength does not explain passed for noise.
-    if guide[LOCKED] == 0.0 or (trusted(settings, memory) and left < track[NOISE]):
-        track[NOISE] = left
-    nominee[PHASE] += nominee[WAVENUMBER] * guide[SINCE]
-    lock_phase(settings.phase, memory.phase, nominee, -float(sums[LEVER]) / float(sums[WEIGHT]))
-    guide[LOCKED] = 1.0
-    guide[LOOKS] = guide[COAST] = guide[RINGING] = guide[BESIDE] = 0.0
-    memory.average[:] = 0.0
-    sums[RIVAL] = nominee[REST]
-
-
-def leave_submultiple(settings, memory):
-    """Double the tracker's wavenumber where nearly all of its power is in the second and fourth harmonic."""
-    state, nominee, bank = memory.phase.state, memory.bank.nominee, memory.bank
-    count = settings.phase.orders.shape[0]
-    odd = even = 0.0
-    for h in range(count):
-        in_phase, quadrature = float(state[FIRST + h]), float(state[FIRST + count + h])
-        power = in_phase * in_phase + quadrature * quadrature
-        if h % 2:
-            even += power
-        else:
-            odd += power
-    if odd > settings.guide.even * even or 2 * state[0] > settings.bank.step * settings.bank.high:
-        return
-    a, c = float(state[FIRST + 1]), float(state[FIRST + count + 1])
-    nominee[:] = 0.0
-    nominee[WAVENUMBER], nominee[PHASE] = 2 * state[0], 2 * float(state[1]) - math.atan2(c, a)
-    nominee[AMPLITUDE], nominee[OFFSET] = math.sqrt(a * a + c * c), state[OFFSET_AT]
-    nominee[LENGTH], nominee[SAMPLES] = window_length(bank.sums), bank.sums[WEIGHT]
-    nominee[REST] = memory.phase.track[NOISE] * nominee[SAMPLES]
-    memory.guide[SINCE] = memory.guide[NOMINATED] = 0.0
-    lock_to_nominee(settings, memory)
-
-
-def supervise(settings, memory, dx, step):
-    """One part of a look: a sample each."""
-    guide = memory.guide
-    count = int(guide[COUNT])
-    guide[TRAVEL] += abs(dx)
-    guide[SINCE] += dx
-    if count == 0:
-        take_look(settings, memory, float(guide[TRAVEL]))
-        guide[TRAVEL] = 0.0
-    elif count == 1 and memory.bank.sums[WEIGHT] >= 12.0:
-        choose(settings, memory)
-    elif count == 2:
-        measure_slope(settings.phase, memory.phase, step)
-        if guide[NOMINATED] == 1.0:
-            try_multiple(settings, memory, 2)
-        if guide[LOCKED] == 1.0 and memory.phase.track[AGE] > settings.guide.mature:
-            leave_submultiple(settings, memory)
-    elif count == 3 and guide[NOMINATED] == 1.0:
-        decide(settings, memory)
-    guide[COUNT] = 0.0 if count + 1 >= settings.guide.every else count + 1.0
-
-
 def travelled(settings, guide, velocity):
     """Distance in mm since the last known velocity, and how well it is known."""
-    before, gap = float(guide[VELOCITY]), float(guide[GAP])
+    before, gap = guide[VELOCITY], guide[GAP]
     guide[VELOCITY], guide[GAP] = velocity, 0.0
     if before != before:
         before, gap = velocity, 0.0
@@ -396,7 +59,7 @@ def track_sample(settings, memory, reading, velocity):
     moves = abs(dx) > settings.phase.still
     track = phase.track
     if moves:
-        square = float(track[SPEED])
+        square = track[SPEED]
         track[SPEED] = dx * dx if square == 0.0 else square + settings.guide.speed * (dx * dx - square)
     move_bank(settings.bank, memory.bank, dx)
     slips = turning(settings.phase, track, dx) and settings.phase.shear > 0.0
@@ -440,11 +103,11 @@ def track_block(settings, memory, rows, answers):
     for i in range(rows.shape[0]):
         answers[i, OUTCOME_OUT] = track_sample(settings, memory, float(rows[i, 0]), float(rows[i, 1]))
         answers[i, WAVENUMBER_OUT] = memory.phase.state[0]
-        answers[i, SIGMA_OUT] = math.sqrt(max(float(track[TRUE_K]), 0.0) * max(float(track[EXCESS]), 1.0))
+        answers[i, SIGMA_OUT] = math.sqrt(max(track[TRUE_K], 0.0) * max(track[EXCESS], 1.0))
         answers[i, LOCKED_OUT] = memory.guide[LOCKED]
-        answers[i, STRENGTH_OUT] = float(track[STRENGTH]) / max(float(track[NOISE]), 1e-300)
+        answers[i, STRENGTH_OUT] = track[STRENGTH] / max(track[NOISE], 1e-300)
         answers[i, PHASE_OUT] = memory.phase.state[1]
-        answers[i, PHASE_SIGMA_OUT] = math.sqrt(max(float(track[TRUE_P]), 0.0))
+        answers[i, PHASE_SIGMA_OUT] = math.sqrt(max(track[TRUE_P], 0.0))
         answers[i, COLOUR_OUT] = track[COLOUR]
 
 
@@ -453,40 +116,41 @@ KERNELS: tuple[Callable, ...] = (
     clear_bank,
     move_bank,
     feed_bank,
-    window_length,
-    lowest,
+    bank_kernel.window_length,
+    bank_kernel.lowest,
     bank_kernel.harmonics_of,
-    fit_series,
+    bank_kernel.fit_series,
     bank_kernel.between,
-    look,
-    nominate,
+    bank_kernel.look,
+    bank_kernel.nominate,
     bank_kernel.rounding,
-    prefer_multiple,
+    bank_kernel.prefer_multiple,
     phase_kernel.present_harmonics,
     phase_kernel.colour,
-    measure_slope,
-    lock_phase,
+    phase_kernel.measure_slope,
+    phase_kernel.lock_phase,
     turning,
     move_phase,
-    take_phase,
+    phase_kernel.take_phase,
     phase_kernel.correct_truth,
     phase_kernel.close_period,
     phase_kernel.watch_colour,
     feed_phase,
     restart_window,
     watch,
-    convinced,
-    take_look,
-    choose,
-    try_multiple,
-    usable,
-    trusted,
-    beside,
-    find_phase,
-    clear_average,
-    lock_to_nominee,
-    decide,
-    leave_submultiple,
+    guide_kernel.convinced,
+    guide_kernel.take_look,
+    guide_kernel.choose,
+    guide_kernel.try_multiple,
+    guide_kernel.usable,
+    guide_kernel.trusted,
+    guide_kernel.beside,
+    guide_kernel.find_phase,
+    guide_kernel.clear_average,
+    guide_kernel.lock_to_nominee,
+    guide_kernel.decide,
+    guide_kernel.leave_submultiple,
+    guide_kernel.pause,
     supervise,
     travelled,
     sound,
@@ -494,3 +158,18 @@ KERNELS: tuple[Callable, ...] = (
     track_block,
 )
 """Every function in the order of their calls, for `kernels`."""
+
+APART: tuple[Callable, ...] = (
+    bank_kernel.fit_series,
+    bank_kernel.nominate,
+    phase_kernel.measure_slope,
+    phase_kernel.lock_phase,
+    restart_window,
+    guide_kernel.take_look,
+    guide_kernel.choose,
+    guide_kernel.try_multiple,
+    guide_kernel.lock_to_nominee,
+    guide_kernel.decide,
+    guide_kernel.leave_submultiple,
+)
+"""Those of them that few samples need: compiled into each caller they would only take long to compile."""

@@ -6,7 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.studies.estimators.competitors import COMPETITORS, Competitor
+from papilla.references.chirp_bound import windowed_bounds
+from papilla.studies.estimators.competitors import BLIND, COMPETITORS, Competitor
 from papilla.studies.estimators.measures import (
     OUTLIER,
     aligned_square,
@@ -16,9 +17,11 @@ from papilla.studies.estimators.measures import (
     settling_ms,
 )
 from papilla.studies.estimators.plan import Plan
-from papilla.studies.estimators.scenes import Scene, scene
+from papilla.studies.estimators.scenes import PASS_BAND, Scene, profile_amplitudes, scene
 
 STEP_AT_S, AFTER_STEP_S = 1.5, 1.0
+BLIND_WINDOW_S = 0.08
+"""Window of the bound of those that do not know the velocity: over longer ones a stroke is no chirp any more."""
 VELOCITY_SCENE = ("act1", 20.0)
 
 
@@ -28,7 +31,8 @@ class SceneRow:
 
     error, median : RMS and median of |relative error| over the judged rows, a row without an answer counting as 3.
     answered, error_answered : share of rows with an answer, and the RMS over these alone. bound, ratio : Cramér-Rao of
-    the declared memory with the velocity known, RMS over wavelengths, and error over it;
+    the declared memory with the velocity known, or of the frequency of a chirp from the last 80 ms for those who do not
+    know it and answer as late as they do; RMS over wavelengths, and error over it;
     NaN for those that declare none, in harsh touch, whose disturbances the bound does not know, and where the bound
     itself is beyond 10 % (no bound of small errors any more). outliers : share of rows beyond 10 %. false_locks : share
     of runs that settle on a wrong wavelength. sigma_ratio : RMS of error over stated sigma. lag_ms : of the frequency,
@@ -87,14 +91,35 @@ def _bound(kind: str, wavelength: float, seed: int, seconds: float, memory: floa
     return _scene(kind, wavelength, 0.0, seed, seconds, (0.0,) * gauges).bound(memory)
 
 
+@lru_cache(maxsize=64)
+def _blind_bound(kind: str, wavelength: float, seed: int, seconds: float, lag_s: float) -> float:
+    """The bound at 0 dB without the velocity: median over windows that end in judged rows."""
+    made = _scene(kind, wavelength, 0.0, seed, seconds, (0.0,))
+    bounds = windowed_bounds(
+        made.time_s,
+        2 * math.pi * made.position_mm / wavelength,
+        made.frequency_Hz,
+        profile_amplitudes(wavelength),
+        made.noise_sd,
+        ends=np.flatnonzero(made.judged())[::20],
+        window_s=BLIND_WINDOW_S,
+        lag_s=lag_s,
+        band_Hz=PASS_BAND * made.sample_rate_Hz,
+    )
+    return float(np.median(bounds))
+
+
 def bound_of(competitor: Competitor, kind: str, snr: float, plan: Plan) -> float:
-    """RMS over wavelengths of the Cramér-Rao bound of a competitor's declared memory, NaN where it says nothing."""
-    if competitor.memory_s is None or kind == "harsh":
+    """RMS over wavelengths of the Cramér-Rao bound of a competitor's memory, NaN where it says nothing."""
+    blind = competitor.family == BLIND
+    if kind == "harsh" or (competitor.memory_s is None and not blind):
         return math.nan
-    bounds = [
-        _bound(kind, wavelength, plan.seeds[0], plan.seconds, competitor.memory_s, len(competitor.gauges_mm))
-        for wavelength in plan.wavelengths_mm
-    ]
+    given = [(kind, wavelength, plan.seeds[0], plan.seconds) for wavelength in plan.wavelengths_mm]
+    if blind:
+        lag = competitor.make().lag_s
+        bounds = [_blind_bound(*scene_of, lag) for scene_of in given]
+    else:
+        bounds = [_bound(*scene_of, competitor.memory_s, len(competitor.gauges_mm)) for scene_of in given]
     bound = 10 ** (-snr / 20) * math.sqrt(np.mean(np.square(bounds)))
     return bound if bound <= OUTLIER else math.nan
 

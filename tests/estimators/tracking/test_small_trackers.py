@@ -1,5 +1,6 @@
 """The reciprocal counter, the wavenumber bank alone, and several gauges together."""
 
+import itertools
 import math
 
 import numpy as np
@@ -153,3 +154,24 @@ def test_dead_and_contradicting_gauges_are_left_out(gauges):
         fused.process(rows[:, :3])
     with pytest.raises(InputError, match="5 readings"):
         fused.update((1.0, 2.0))
+
+
+@pytest.mark.parametrize("kind, scenes", [(WavenumberBank, (("harsh", 20.0),)), (ReciprocalCounter, (("const", 0.0),))])
+def test_what_cannot_be_known_is_not_called_ok(kind, scenes):
+    """Steps of the baseline, or noise that makes crossings: no wrong wavelength is called OK."""
+    for (name, snr), wavelength in itertools.product(scenes, (0.6, 1.8)):
+        made = scene(name, wavelength, snr_dB=snr, seed=102, seconds=2.5)
+        found = kind().process(made.block())
+        called = made.judged() & (found.status == TrackingStatus.OK)
+        assert np.all(np.abs(found.wavelength_mm[called] / wavelength - 1) < 0.1)
+        assert np.mean(called[made.judged()]) < 0.6
+
+
+def test_the_counter_follows_a_baseline_that_has_moved():
+    made = scene("const", 1.2, seed=3, seconds=1.6)
+    rows = made.block()
+    rows[600:, 0] += 20.0
+    found = ReciprocalCounter().process(rows)
+    assert np.mean(found.status[700:760] == TrackingStatus.OK) < 0.1
+    assert np.all(found.status[1000:] == TrackingStatus.OK)
+    assert found.wavelength_mm[1000:] == pytest.approx(np.full(600, 1.2), rel=0.005)

@@ -39,6 +39,20 @@ def test_harsh_touch_is_survived(wavelength):
     assert np.median(np.abs(error[made.judged()])) < 0.003
 
 
+@pytest.mark.parametrize("wavelength, seed", [(0.6, 10000), (0.6, 10002)])
+def test_steps_of_the_baseline_are_not_called_a_second_texture(wavelength, seed):
+    made = scene("harsh", wavelength, seed=seed, seconds=2.5)
+    found = plain().process(made.block())
+    assert np.mean(found.status[made.judged()] == TrackingStatus.DISTURBED) < 0.15
+
+
+@pytest.mark.parametrize("wavelength, seed, snr", [(3.0, 20002, 40.0), (2.4, 502, 0.0), (1.2, 10000, 0.0)])
+def test_neither_a_step_nor_friction_at_the_turn_passes_for_a_long_wavelength(wavelength, seed, snr):
+    made = scene("harsh", wavelength, snr_dB=snr, seed=seed, seconds=4.0)
+    found = SpaceTracker().process(made.block())
+    assert np.abs(found.wavelength_mm[made.time_s > 1] / wavelength - 1).max() < 0.1
+
+
 def test_a_new_wavelength_is_found():
     made = scene("const", 3.0, seed=2, seconds=1.4, step_to_mm=0.6, step_at_s=1.0)
     found = plain().process(made.block()).wavelength_mm

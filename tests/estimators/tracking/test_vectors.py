@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.tracking import bank_kernel, vectors
+from papilla.estimators.tracking import bank_kernel, bank_vectors, vectors
 from papilla.estimators.tracking.compiled import kernel_cache
 from papilla.estimators.tracking.tracker_kernel import KERNELS
 
 RNG = np.random.default_rng(11)
-SIZE, SIDE = 2 * bank_kernel.FIT + 1, 9
+SIZE = 2 * bank_kernel.FIT + 1
+SPLIT, TURNS, MIXING = bank_kernel.bank_arrays(80)
 
 
 def symmetric(size: int) -> np.ndarray:
@@ -16,10 +17,18 @@ def symmetric(size: int) -> np.ndarray:
     return root @ root.T + np.eye(size)
 
 
+def add_waves(fields, keep, turn, value):
+    bank_vectors.add_waves(TURNS, np.zeros((2, bank_vectors.SIDE)), fields, SPLIT, keep, turn, value)
+
+
+def no_fields() -> np.ndarray:
+    return np.zeros((2, bank_vectors.SIDE * (TURNS.size - bank_vectors.SIDE)))
+
+
 def bank_fields() -> np.ndarray:
-    fields = np.zeros((2, 2, SIDE**2))
+    fields = no_fields()
     for place in np.linspace(0, 5, 60):
-        vectors.add_waves(np.arange(81.0), np.zeros((2, 81)), fields, 0.97, 0.2 * place, np.cos(3 * place) + 0.3)
+        add_waves(fields, 0.97, 0.2 * place, np.cos(3 * place) + 0.3)
     return fields
 
 
@@ -35,16 +44,25 @@ def filter_row() -> np.ndarray:
 
 
 CASES = {
-    vectors.add_waves: lambda: (np.arange(81.0), np.zeros((2, 81)), bank_fields(), 0.97, 2.5, 0.7),
-    vectors.explain: lambda: (bank_fields(), np.zeros(40)),
-    vectors.add_up: lambda: (RNG.random(40), 5, np.zeros(30)),
-    vectors.largest: lambda: (RNG.random(30), 4),
-    vectors.middle: lambda: (RNG.random(30),),
-    vectors.fade_into: lambda: (RNG.random(30), RNG.random(30), 0.9, 0.2),
-    vectors.normal_equations: lambda: (
-        bank_kernel.mixing_of_moments(),
+    bank_vectors.add_waves: lambda: (
+        TURNS,
+        np.zeros((2, bank_vectors.SIDE)),
         bank_fields(),
-        9,
+        SPLIT,
+        0.97,
+        2.5,
+        0.7,
+    ),
+    bank_vectors.explain: lambda: (bank_fields(), SPLIT, np.zeros(81)),
+    bank_vectors.add_up: lambda: (RNG.random(40), 5, np.zeros(30)),
+    bank_vectors.largest: lambda: (RNG.random(30), 4),
+    bank_vectors.middle: lambda: (RNG.random(30),),
+    bank_vectors.fade_into: lambda: (RNG.random(30), RNG.random(30), 0.9, 0.2),
+    bank_vectors.normal_equations: lambda: (
+        MIXING,
+        bank_fields(),
+        SPLIT,
+        int(RNG.integers(5, 80)),
         np.zeros((SIZE, SIZE)),
         np.zeros(SIZE),
     ),
@@ -60,7 +78,7 @@ def test_both_forms_agree(function):
     given = CASES[function]()
     other = tuple(item.copy() if isinstance(item, np.ndarray) else item for item in given)
     first, second = function(*given), vectors.LOOPS[function](*other)
-    scratch = 1 if function is vectors.add_waves else None
+    scratch = 1 if function is bank_vectors.add_waves else None
     if function is vectors.harmonic_row:
         # The harmonic that is not present takes no part; both forms leave its entries zero.
         assert other[3][4 + 4] == given[3][4 + 4] == 0.0
@@ -84,15 +102,15 @@ def test_both_forms_solve_the_leading_equations():
 def test_normal_equations_are_those_of_the_samples():
     places, index, step = np.linspace(0, 5, 80), 9, 0.2
     readings = np.cos(2 * places) + 0.2
-    fields = np.zeros((2, 2, 81))
+    fields = no_fields()
     for place, reading in zip(places, readings, strict=True):
-        vectors.add_waves(np.arange(81.0), np.zeros((2, 81)), fields, 1.0, step * place, reading)
+        add_waves(fields, 1.0, step * place, reading)
     gram, right = np.zeros((SIZE, SIZE)), np.zeros(SIZE)
-    vectors.normal_equations(bank_kernel.mixing_of_moments(), fields, index, gram, right)
+    bank_vectors.normal_equations(MIXING, fields, SPLIT, index, gram, right)
     phase = step * index * places
     waves = [wave(h * phase) for h in range(1, bank_kernel.FIT + 1) for wave in (np.cos, np.sin)]
     basis = np.column_stack([np.ones(80), *waves])
-    ridge = bank_kernel.RIDGE * 80 * np.diag([0.0] + [1.0] * (SIZE - 1))
+    ridge = bank_vectors.RIDGE * 80 * np.diag([0.0] + [1.0] * (SIZE - 1))
     assert gram == pytest.approx(basis.T @ basis + ridge, abs=1e-9)
     assert right == pytest.approx(basis.T @ readings, abs=1e-9)
 
