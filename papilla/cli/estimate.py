@@ -111,6 +111,17 @@ def _pipeline(recorded: "TimeLog", record, noise, wavelengths, saturation) -> "P
     )
 
 
+def _first_stage(pipeline: "Pipeline", rate_Hz: float) -> str:
+    """What the first block waits for: where the trackers are not compiled yet, that takes far longer than the rows."""
+    from papilla.estimators.pipeline.parts import TRACKER_RATE_HZ
+    from papilla.estimators.tracking import blind_kernel, compiled, tracker_kernel
+
+    kernels = blind_kernel.COMPILED if "wavelength" in pipeline.off else tracker_kernel.KERNELS
+    if rate_Hz < TRACKER_RATE_HZ or not compiled.numba_available() or compiled.kernel_cache(kernels).exists():
+        return "estimating"
+    return "compiling the trackers; this is kept for the next time"
+
+
 def _run(pipeline: "Pipeline", recorded: "TimeLog") -> dict:
     """The columns of the pipeline's answers to the whole log."""
     import numpy as np
@@ -119,9 +130,10 @@ def _run(pipeline: "Pipeline", recorded: "TimeLog") -> dict:
     table = np.column_stack([recorded.t_s, recorded.readings, *(getattr(recorded, name) for name in given)])
     answers = []
     with progress() as bar:
-        bar.line("estimating")
+        bar.line(_first_stage(pipeline, recorded.sample_rate_Hz))
         for begin in range(0, len(table), BLOCK):
             answers.append(pipeline.process(table[begin : begin + BLOCK]))
+            bar.line("estimating")
             bar.steps(min(begin + BLOCK, len(table)), len(table))
     names = answers[0]._fields
     columns = {name: np.concatenate([getattr(answer, name) for answer in answers]) for name in names[:-1]}

@@ -134,6 +134,13 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_
         assert text in table
 
 
+def test_the_wait_for_the_compiler_is_announced(papilla, tmp_path, sliding, monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "empty"))
+    stages = papilla("estimate", sliding, "--out", "est.csv").err.splitlines()
+    assert stages[:2] == ["compiling the trackers; this is kept for the next time", "estimating"]
+
+
 @pytest.mark.parametrize("column, factor", [("t_s", 1000), ("velocity_mm_s", 1e-3)])
 def test_units_off_by_a_thousand_are_asked_about(papilla, tmp_path, column, factor):
     t = np.arange(2000) / 1000
