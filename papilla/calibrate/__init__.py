@@ -3,6 +3,17 @@
 from papilla.calibrate.bench import fit_bench
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.material_fit import MaterialTests, fit_material
+from papilla.calibrate.position import with_positions
 from papilla.calibrate.sweep import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 
-__all__ = ["DEFAULT_FORCES", "DEFAULT_MODULI", "MaterialTests", "Sweep", "fit", "fit_bench", "fit_material", "sweep"]
+__all__ = [
+    "DEFAULT_FORCES",
+    "DEFAULT_MODULI",
+    "MaterialTests",
+    "Sweep",
+    "fit",
+    "fit_bench",
+    "fit_material",
+    "sweep",
+    "with_positions",
+]
