@@ -136,8 +136,7 @@ class TrackerPart(Part):
     """frequency_Hz, wavelength_mm, wavelength_sigma_mm of the trackers of all gauges, at the pace of the clock."""
 
     def __init__(self, gauges: int, **options):
-        # The places of the gauges matter only for the answer by phase, which is not asked for here.
-        self.estimator = SpaceTracker(**options) if gauges == 1 else FusedTracker(range(gauges), **options)
+        self.estimator = SpaceTracker(**options) if gauges == 1 else FusedTracker(gauges, **options)
         self._lost = (_NONE,) * gauges
 
     def advance(self, rows):

@@ -13,6 +13,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackerState, TrackingStatus, WavelengthEstimate
+from papilla.estimators.tracking.between_gauges import UNKNOWN, wavelength_between
 from papilla.estimators.tracking.space_ekf import SpaceTracker
 
 _OK = int(TrackingStatus.OK)
@@ -39,17 +40,21 @@ class FusedTracker:
 
     Parameters
     ----------
-    gauge_positions_mm : (g,) along the sliding direction, different from each other.
+    gauge_positions_mm : (g,) along the sliding direction, different from each other; or g, where they are not known:
+        then there is no wavelength by phase.
     options : those of `SpaceTracker`.
 
     Raises `InputError` for fewer than two gauges, positions that are equal, or unusable options.
     """
 
     def __init__(self, gauge_positions_mm, **options):
-        self._places = [checks.finite("gauge position (mm)", place) for place in gauge_positions_mm]
-        if len(self._places) < 2 or len(set(self._places)) < len(self._places):
-            raise InputError(f"gauge_positions_mm must be two or more different places, got {self._places}")
-        self._trackers = [SpaceTracker(**options) for _ in self._places]
+        self._places, gauges = None, gauge_positions_mm
+        if not isinstance(gauge_positions_mm, int):
+            self._places = [checks.finite("gauge position (mm)", place) for place in gauge_positions_mm]
+            gauges = len(set(self._places))
+        if gauges < 2 or (self._places is not None and gauges < len(self._places)):
+            raise InputError(f"gauge_positions_mm must be two or more different places, got {gauge_positions_mm}")
+        self._trackers = [SpaceTracker(**options) for _ in range(gauges)]
 
     @property
     def state(self) -> tuple[TrackerState, ...]:
@@ -74,9 +79,9 @@ class FusedTracker:
         Raises `InputError` for a block of another shape.
         """
         rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != len(self._places) + 1:
+        if rows.ndim != 2 or rows.shape[1] != len(self._trackers) + 1:
             shape = " x ".join(map(str, rows.shape))
-            raise InputError(f"a block must be n x {len(self._places) + 1} (gauges, then velocity_mm_s), got {shape}")
+            raise InputError(f"a block must be n x {len(self._trackers) + 1} (gauges, then velocity_mm_s), got {shape}")
         answers = self._fused(rows)
         columns = list(zip(*answers, strict=True)) if answers else [()] * 7
         kinds = (float, float, float, int, float, float, int)
@@ -85,8 +90,10 @@ class FusedTracker:
     def update(self, sample) -> FusedEstimate:
         """The estimate after one more sample (g1, ..., gg, velocity_mm_s); raises `InputError` for another length."""
         *readings, velocity = map(float, sample)
-        if len(readings) != len(self._places):
-            raise InputError(f"a sample must be {len(self._places)} readings and a velocity, got {len(sample)} values")
+        if len(readings) != len(self._trackers):
+            raise InputError(
+                f"a sample must be {len(self._trackers)} readings and a velocity, got {len(sample)} values"
+            )
         answers = [t.update((reading, velocity)) for t, reading in zip(self._trackers, readings, strict=True)]
         phases = [(tracker.phase_rad, tracker.phase_sigma_rad) for tracker in self._trackers]
         return self._fuse(velocity, answers, phases)
@@ -117,50 +124,15 @@ class FusedTracker:
         pairs = zip(weights, kept, strict=True)
         wavelength = math.fsum(weight * answers[number].wavelength_mm for weight, number in pairs) / total
         frequency = math.nan if status == TrackingStatus.NO_VELOCITY else abs(velocity) / wavelength
-        by_phase = self._by_phase(kept, wavelength, phases) if status == _OK else (math.nan, math.nan)
+        by_phase = self._by_phase(kept, wavelength, phases) if status == _OK else UNKNOWN
         return FusedEstimate(wavelength, total**-0.5, frequency, status, *by_phase, len(kept))
 
     def _by_phase(self, kept: list[int], wavelength: float, phases) -> tuple[float, float]:
-        """Wavelength and sigma from the phases of neighbours; the whole turns are those of the nearest wavelength."""
-        order = sorted(kept, key=self._places.__getitem__)
-        if len(order) < 2:
-            return math.nan, math.nan
-        origin = order[0]
-        base, base_sigma = phases[origin]
-        lags, top, bottom, shared = [], 0.0, 0.0, 0.0
-        for number in order[1:]:
-            distance = self._places[number] - self._places[origin]
-            expected = 2 * math.pi * distance / wavelength
-            phase, sigma = phases[number]
-            lag = phase - base
-            turns = lag + 2 * math.pi * round((expected - lag) / (2 * math.pi))
-            weight = 1 / (sigma**2 + base_sigma**2)
-            top += weight * distance * turns
-            bottom += weight * distance * distance
-            shared += weight * distance
-            lags.append((distance, turns, sigma, weight))
-        wavenumber = top / bottom
-        if wavenumber <= 0:
-            return math.nan, math.nan
-        # The origin's phase error is in every lag: it moves the slope by the sum of the weights, and does not average.
-        own = math.fsum((weight * distance * sigma) ** 2 for distance, _, sigma, weight in lags)
-        variance = (own + (shared * base_sigma) ** 2) / bottom**2 * _disagreement(wavenumber, base_sigma, lags)
-        return 2 * math.pi / wavenumber, 2 * math.pi / wavenumber**2 * math.sqrt(variance)
-
-
-def _disagreement(wavenumber: float, base_sigma: float, lags) -> float:
-    """Birge's ratio, at least 1: mean square of the phases off the line of `wavenumber`, over what their sigmas allow.
-
-    `lags` are (distance, phase, sigma, weight) from the origin, whose own residual is 0. Source: Birge (1932),
-    doi:10.1103/PhysRev.40.207.
-    """
-    if len(lags) < 2:
-        return 1.0
-    certain = [base_sigma**-2, *(sigma**-2 for _, _, sigma, _ in lags)]
-    off = [0.0, *(phase - wavenumber * distance for distance, phase, _, _ in lags)]
-    mean = math.fsum(w * value for w, value in zip(certain, off, strict=True)) / math.fsum(certain)
-    square = math.fsum(w * (value - mean) ** 2 for w, value in zip(certain, off, strict=True))
-    return max(1.0, square / (len(lags) - 1))
+        """Wavelength and sigma from the phases between the gauges that agree, where their places are known."""
+        if self._places is None or len(kept) < 2:
+            return UNKNOWN
+        phase, sigma = zip(*(phases[number] for number in kept), strict=True)
+        return wavelength_between([self._places[number] for number in kept], phase, sigma, wavelength)
 
 
 def _agreeing(answers: list[WavelengthEstimate], good: list[int]) -> list[int]:
