@@ -187,19 +187,20 @@ def _checked_range(frequency_range_Hz, rate: float) -> tuple[float, float]:
 
 
 def _filter_settings(rate: float, lag: int) -> blind_filter.FilterSettings:
-    drift = 0.1**2 / rate
-    shape = np.concatenate([np.zeros(5), [drift], np.repeat(drift / np.arange(2, HARMONICS + 1) ** 2, 2)])
+    shape = np.concatenate([np.zeros(5), [1.0], np.repeat(1 / np.arange(2, HARMONICS + 1) ** 2, 2)]) / rate
     return blind_filter.FilterSettings(
         dt=1 / rate,
         harmonics=HARMONICS,
         band=2 * math.pi * PASS_BAND * rate,
-        jerk=(0.45, 100.0, 5.0),
-        wander=(0.1, 20.0),
+        jerk=(0.3, 100.0, 5.0),
+        wander=(0.05, 20.0),
         learn=(3.0 / rate, 60.0 / rate),
         doubled=(10.0, 20.0),
         memory=(math.exp(-1 / (0.03 * rate)), math.exp(-1 / (0.01 * rate))),
-        stiffness=10.0,
+        stiffness=5.0,
         shape=shape,
+        pressed=0.1,
+        tail=(5e-4, 0.15),
         forget=1 / (0.3 * rate),
         alert=1 / (0.03 * rate),
         settled=0.1 * rate,
@@ -221,7 +222,8 @@ def _guide_settings(rate: float, lag: int, limit: float) -> blind_kernel.GuideSe
         surprised=1.7,
         noisy=6.0,
         pulled=3.0,
-        coloured=(0.4, 0.004),
+        coloured=0.4,
+        loud=0.004,
         rival=8.0,
         lost=2.0,
         still=1 / (0.1 * rate),
@@ -230,10 +232,11 @@ def _guide_settings(rate: float, lag: int, limit: float) -> blind_kernel.GuideSe
         hold=10.0,
         faint=FAINT_NATS,
         proved=2 * math.pi * PROVED,
-        crawl=0.1,
+        crawl=0.2,
         slow=(0.03, 5.0),
         vague=0.5,
         turn=0.25,
+        worn=2.0,
     )
 
 

@@ -35,7 +35,9 @@ class FilterSettings(NamedTuple):
     largest and first noise of the motion, a fraction of w's rms a s^2 and sqrt(Hz); wander: least and largest of the
     offset, in a_1 per sqrt(s); learn: by which share of itself each grows a sample and unit of score; doubled: largest
     squares that count; memory: what is left of either sum a sample later; stiffness: drift of k in 1/s^2 per sqrt(s);
-    shape: (n,) variances that the amplitudes drift a sample, in a_1^2; forget, alert: shares of a sample in the noise
+    shape: (n,) variances that the amplitudes drift a sample, in a_1^2 and units of the offset's noise,
+    which like them comes from pressing; pressed: up to this one; tail: power of the harmonics beyond H in a_1^2, and
+    rad a sample below which the first of them is as good as constant; forget, alert: shares of a sample in the noise
     and in the surprise; settled: samples after which the noise is known; least: s in which the least noise grows by e;
     start: sd of k at a lock, 1/s^2; floor: smallest noise variance, in a_1^2; every: samples from pin to pin."""
 
@@ -49,6 +51,8 @@ class FilterSettings(NamedTuple):
     memory: tuple[float, float]
     stiffness: float
     shape: np.ndarray
+    pressed: float
+    tail: tuple[float, float]
     forget: float
     alert: float
     settled: float
@@ -74,7 +78,7 @@ def move(settings, state, cov, track):
     scale += dt * (rate * rate - scale)
     track[SCALE] = scale
     power = float(state[FIRST]) ** 2
-    add_diagonal(cov, settings.shape, power)
+    add_diagonal(cov, settings.shape, power * min(float(track[DRIFT]), settings.pressed) ** 2)
     cov[CHIRP, CHIRP] += float(track[JERK]) ** 2 * scale * dt
     cov[STIFF, STIFF] += settings.stiffness * settings.stiffness * dt
     cov[OFFSET, OFFSET] += float(track[DRIFT]) ** 2 * power * dt
@@ -93,7 +97,11 @@ def take(settings, state, cov, track, row, across, pins, reading):
     mean, curved = faded_row(state[:size], max(float(cov[PHI, PHI]), 0.0), count, row)
     noise = float(track[NOISE])
     error = reading - mean
-    variance = spread_rows(cov, row, across) + curved + noise
+    # What the harmonics left out say goes one way for as long as they do not turn: it counts as one reading.
+    turn, tail = (settings.harmonics + 1) * rate * settings.dt, 0.0
+    if turn < 1.0:
+        tail = settings.tail[0] * float(state[FIRST]) ** 2 / max(turn, settings.tail[1])
+    variance = spread_rows(cov, row, across) + curved + noise + tail
     take_rows(state, cov, pins, across, variance, error)
     age = float(track[AGE]) + 1.0
     track[AGE] = age
@@ -110,7 +118,7 @@ def take(settings, state, cov, track, row, across, pins, reading):
         learn(track, JERK, settings.learn[0] * (min(moved, settings.doubled[0]) - 1.0), settings.jerk)
         learn(track, DRIFT, settings.learn[1] * (min(shifted, settings.doubled[1]) - 1.0), settings.wander)
     # A step must not pass for noise: squares beyond 3 sd count as 3 sd, and 0.9950 is the mean of what is left.
-    surplus = min(square, 9.0) / 0.9950 - 1.0
+    surplus = (min(square, 9.0) / 0.9950 - 1.0) * noise / (noise + tail)
     forget = max(settings.forget, 2.0 / (20.0 + age))
     noise = max(noise * (1.0 + forget * surplus), settings.floor * float(state[FIRST]) ** 2)
     track[NOISE] = noise

@@ -28,7 +28,17 @@ from papilla.estimators.tracking.blind_filter import (
     take,
 )
 from papilla.estimators.tracking.blind_loops import LOOPS
-from papilla.estimators.tracking.blind_search import BEHIND, OFFERED, PAID, SWING, TAKEN, Look, SearchSettings, search
+from papilla.estimators.tracking.blind_search import (
+    BEHIND,
+    CALM,
+    OFFERED,
+    PAID,
+    SWING,
+    TAKEN,
+    Look,
+    SearchSettings,
+    search,
+)
 from papilla.estimators.tracking.blind_vectors import VECTORS, begin_with, symmetrise
 
 (LOCKED, PLACE, SEEN, COUNT, PART, MEAN, POWER, HELD, HELD_VAR, LENGTH, LENGTH_VAR, LATE, LEVEL, FASTEST) = range(14)
@@ -44,14 +54,15 @@ class GuideSettings(NamedTuple):
     """limit: smallest |reading| that is saturated; lag: samples; search, doubt, calm: samples from look to look without
     a lock, with one that is young or in doubt, and otherwise; young: samples; surprised, noisy: mean normalised square
     of the innovations, and noise in units of the least one, beyond which a lock is doubted; pulled: the same of the
-    motion's noise; coloured: correlation of an innovation with the next one, and noise in a_1^2, beyond which a lock is
-    not believed; rival: nats by which a nominee must explain late readings better than the lock foresaw them, or than
-    noise; lost: phase variance at which a lock is given up; still: share of a sample in the readings' variance; quiet,
-    weak: noise variances, and share of its largest value that fades in `hold` s, below which nothing moves; faint,
-    proved: nats in a window by which the fundamental of a lock that is believed beats noise, and rad that it has
-    followed; crawl: share of the largest speed below which a speed tells no wavelength; slow: sds of rate and chirp
-    when nothing moves, as fractions of w's rms (and 1/s); vague: largest sigma of a frequency called OK, as a fraction
-    of w's rms, and of its own for a wavelength; turn: s in which a frequency that is only held is worth nothing."""
+    motion's noise; coloured: correlation of an innovation with the next one, beyond which a lock is not believed; loud:
+    noise in a_1^2 beyond which that, and that it grew, counts; rival: nats by which a nominee must explain late
+    readings better than the lock foresaw them, or than noise; lost: phase variance at which a lock is given up; still:
+    share of a sample in the readings' variance; quiet, weak: noise variances, and share of its largest value that fades
+    in `hold` s, below which nothing moves; faint, proved: nats in a window by which the fundamental of a lock that is
+    believed beats noise, and rad that it has followed; crawl: share of the largest speed below which a speed tells no
+    wavelength; slow: sds of rate and chirp when nothing moves, as fractions of w's rms (and 1/s); vague: largest sigma
+    of a frequency called OK, as a fraction of w's rms, and of its own for a wavelength; turn, worn: s in which a
+    frequency, and a wavelength, that are only held are worth nothing."""
 
     limit: float
     lag: float
@@ -62,7 +73,8 @@ class GuideSettings(NamedTuple):
     surprised: float
     noisy: float
     pulled: float
-    coloured: tuple[float, float]
+    coloured: float
+    loud: float
     rival: float
     lost: float
     still: float
@@ -75,6 +87,7 @@ class GuideSettings(NamedTuple):
     slow: tuple[float, float]
     vague: float
     turn: float
+    worn: float
 
 
 class Settings(NamedTuple):
@@ -120,13 +133,14 @@ def look_on(settings, memory):
 
 
 def consider(settings, memory):
-    """Lock to the fit of a look, if the readings since the window's middle were cheaper to it than to the lock.
+    """Lock to the fit of a look, if it did not lose the phase, and the readings since the window's middle were cheaper
+    to it than to the lock.
 
     Costs are twice the nats of what was foreseen, by the lock or, where there was none, by noise.
     """
     look, state, track = memory.look, memory.state, memory.track
     cheaper = look.scalars[PAID] - look.scalars[OFFERED]
-    if not cheaper > 2.0 * settings.guide.rival:
+    if not (cheaper > 2.0 * settings.guide.rival and look.spread[PHI, PHI] < settings.guide.lost):
         return
     memory.costs[:] = look.scalars[OFFERED] / max(look.scalars[TAKEN], 1.0)
     begin_with(look.theta, look.spread, state, memory.cov)
@@ -153,9 +167,11 @@ def follow(settings, memory, reading, usable):
         guide[LOCKED] = track[SCALE] = 0.0
 
 
-def doubted(settings, track):
-    """Whether the lock foresees the readings worse than it says, or than it did of late."""
-    louder = track[NOISE] > settings.guide.noisy * track[LEAST] > 0.0
+def doubted(settings, memory):
+    """Whether the lock foresees the readings worse than it says, or loudly worse than it did of late."""
+    track, first = memory.track, memory.state[FIRST]
+    loud = track[NOISE] > settings.guide.loud * first * first
+    louder = loud and track[NOISE] > settings.guide.noisy * track[LEAST] > 0.0
     return track[SURPRISE] > settings.guide.surprised or louder
 
 
@@ -178,10 +194,9 @@ def believed(settings, memory):
     The noise is learned, so that what a wrong lock leaves passes for it: the innovations alone would not tell.
     """
     track, first = memory.track, memory.state[FIRST]
-    if track[EXCESS] >= settings.guide.pulled or track[TURNED] < settings.guide.proved or doubted(settings, track):
+    if track[EXCESS] >= settings.guide.pulled or track[TURNED] < settings.guide.proved or doubted(settings, memory):
         return False
-    correlated, power = settings.guide.coloured
-    if track[COLOUR] > correlated and track[NOISE] > power * first * first:
+    if track[COLOUR] > settings.guide.coloured and track[NOISE] > settings.guide.loud * first * first:
         return False
     nats = 0.5 * settings.search.window * settings.search.stride * math.log(1.0 + 0.5 * first * first / track[NOISE])
     return nats > settings.guide.faint
@@ -211,11 +226,12 @@ def respond(settings, memory, velocity, status, answer):
         guide[HELD_VAR] = variance if known else max(variance, guide[HELD_VAR])
         known = known and variance < (part.vague * scale) ** 2
     frequency, sigma = guide[HELD], math.sqrt(guide[HELD_VAR])
+    guide[LENGTH_VAR] += settings.filter.dt / part.worn * guide[LENGTH] * guide[LENGTH]
     if known and sigma < part.vague * frequency and speed > part.crawl * guide[FASTEST] and status != QUIET:
-        guide[LENGTH] = speed / frequency
-        guide[LENGTH_VAR] = (guide[LENGTH] * sigma / frequency) ** 2
-    else:
-        guide[LENGTH_VAR] += growth * guide[LENGTH] * guide[LENGTH]
+        variance = (speed * sigma / (frequency * frequency)) ** 2
+        # Of this wavelength and the one that is held, the better known; there may be none to hold.
+        if not variance > guide[LENGTH_VAR]:
+            guide[LENGTH], guide[LENGTH_VAR] = speed / frequency, variance
     answer[0], answer[1] = frequency, sigma
     answer[2], answer[3] = guide[LENGTH], math.sqrt(guide[LENGTH_VAR])
     answer[4] = SEARCHING if status == OK and not known else status
@@ -244,7 +260,7 @@ def track_block(settings, memory, rows, answers):
         every = part.calm
         if guide[LOCKED] == 0.0:
             every = part.search
-        elif track[AGE] < part.young or doubted(settings, track):
+        elif track[AGE] < part.young or doubted(settings, memory):
             every = part.doubt
         if status == QUIET:
             guide[PART] = 0.0
@@ -252,6 +268,7 @@ def track_block(settings, memory, rows, answers):
             look_on(settings, memory)
         elif guide[COUNT] >= every and guide[SEEN] >= enough:
             guide[COUNT] = 0.0
+            memory.look.scalars[CALM] = (1.0 - memory.look.scalars[CALM]) * (1.0 - guide[LOCKED])
             symmetrise(memory.cov)
             look_on(settings, memory)
         respond(settings, memory, velocity, status, answers[number])

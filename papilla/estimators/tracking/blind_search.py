@@ -30,14 +30,19 @@ CHIRPS = (0.0, 2.5, 6.0, 12.0)
 """Relative chirp rates of the bank in 1/s, of either sign: what a stroke of 1 Hz has over 83 % of its time."""
 TEETH = 3
 """Harmonics that the bank adds up."""
-LIVELY = 20.0
-"""Noise of the motion that the fit expects, as a fraction of its rate a s^2 and sqrt(Hz)."""
+LIVELY = (20.0, 5.0)
+"""Noise of the motion that the fit expects, as a fraction of its rate a s^2 and sqrt(Hz): with a lock the first,
+without one the two by turns. A lively one loses the phase of fine textures in noise, a calm one that of a hand."""
+BENT = 3.2
+"""Largest sd of a nominee's chirp in squared steps of the grid: by that it bends the phase by 4 rad at either end of
+the window, and what is bent by more the bank would not have nominated."""
 LEAPS = 10
 """Blocks in which the fit goes from the middle of the window to the last reading."""
-MEAN, ENERGY, BEHIND, SWING, NOISE, ROWS, PRESENT, SPREAD, TAKEN, PAID, OFFERED = range(11)
+MEAN, ENERGY, BEHIND, SWING, NOISE, ROWS, PRESENT, SPREAD, TAKEN, PAID, OFFERED, CALM = range(12)
 """Scalars of a look: mean and weighted energy of its window; readings since the time of theta; square of the nominee's
 rate; noise variance of a reading; of the block that is next, how many readings, how many that are there, and the
-variance of one; readings taken; twice the nats that they cost the lock, and the fit."""
+variance of one; readings taken; twice the nats that they cost the lock, and the fit; whether
+the look expects a calm motion."""
 
 
 class SearchSettings(NamedTuple):
@@ -45,7 +50,7 @@ class SearchSettings(NamedTuple):
     frequency grid; step: its spacing in rad/s; dt: seconds from one reading to the next; chirps: (a,) rates; hann:
     (window,) weights; times: (window,) s before the last reading; table: (2 a, window, count) cosine and sine of each
     chirp; evidence: nats that a nominee must have over noise; total, effective: sum of `hann`, number of samples that
-    it is worth; band: rad/s beyond which a harmonic is not expected; lively: noise of the motion in the fit, as
+    it is worth; band: rad/s beyond which a harmonic is not expected; lively: noises of the motion in the fit, as
     `blind_filter`'s jerk; start: sd of the stiffness, 1/s^2; parts: samples that a look takes."""
 
     window: int
@@ -61,7 +66,7 @@ class SearchSettings(NamedTuple):
     total: float
     effective: float
     band: float
-    lively: float
+    lively: tuple[float, float]
     start: float
     parts: int
 
@@ -93,7 +98,7 @@ def look_room(settings: SearchSettings, size: int) -> Look:
     """Room for the looks of one bank, for a fit of `size` parameters."""
     groups, window, count = settings.table.shape
     shape = {
-        "scalars": (11,),
+        "scalars": (12,),
         "pair": (2, window),
         "share": (groups, count),
         "theta": (size,),
@@ -222,7 +227,7 @@ def open_up(settings, theta, spread):
     spread[:] = 0.0
     spread[PHI, PHI] = 0.3
     spread[RATE, RATE] = settings.step * settings.step
-    spread[CHIRP, CHIRP] = 36.0 * theta[RATE] * theta[RATE]
+    spread[CHIRP, CHIRP] = min(6.0 * theta[RATE], BENT * settings.step * settings.step) ** 2
     spread[STIFF, STIFF] = settings.start * settings.start
     spread[OFFSET, OFFSET] = spread[FIRST, FIRST] = 0.09 * power
     for i in range(FIRST + 1, theta.shape[0]):
@@ -236,7 +241,7 @@ def carry(settings, look, time):
     theta[RATE] += time * theta[CHIRP]
     theta[CHIRP] -= time * theta[STIFF] * theta[RATE]
     carry_motion(spread, time, theta[STIFF], theta[RATE])
-    noise = settings.lively**2 * look.scalars[SWING] * time
+    noise = settings.lively[int(look.scalars[CALM])] ** 2 * look.scalars[SWING] * time
     spread[CHIRP, CHIRP] += noise
     spread[RATE, RATE] += noise * time * time / 3.0
 
