@@ -12,7 +12,7 @@ import numpy as np
 
 SPEED_SD, SPEED_REACH = 0.03, 0.1
 """Relative error of a velocity: its standard deviation, and the largest that is reckoned with."""
-CLEAR = 9.0
+CLEAR = 25.0
 """By how much the squared misfit of any other turns must be greater."""
 UNKNOWN = math.nan, math.nan
 

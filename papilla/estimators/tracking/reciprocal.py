@@ -197,15 +197,15 @@ class ReciprocalCounter(WavelengthStream):
         return differ / 4 if differ > SPLIT * 12 * alone else alone
 
     def _measured(self, crossings: tuple[float, ...], state: CrossingState) -> tuple[float, float] | None:
-        """Wavelength and sigma of three crossings or more; None where they are not those of one wavelength, or few and
-        not confirmed by the window before."""
+        """Wavelength and sigma of three crossings or more; None where they are not those of one wavelength, where it is
+        out of range, or where they are few and not confirmed by the window before."""
         count = len(crossings) - 1
         wavelength, variance = (crossings[-1] - crossings[0]) / count, self._variance(state, crossings)
         excess = state.excess[0] / state.excess[1]
         before, doubt = state.window
         off = math.log(wavelength / before)
         confirmed = off * off < APART**2 * excess * (variance + doubt) or 2 * count >= self._kept - 1
-        if not confirmed or wavelength > self._longest or variance == math.inf:
+        if not confirmed or not self._shortest <= wavelength <= self._longest or variance == math.inf:
             return None
         return wavelength, wavelength * math.sqrt(variance * excess)
 
