@@ -44,18 +44,6 @@ class PointSurface:
         )
         return p + u * (q + u * (r + u * s)), along_t * per_x, (q + u * (2 * r + 3 * u * s)) * per_y
 
-    def value(self, ln_force: float, ln_modulus: float) -> float:
-        """Value at a point of the domain (a point outside is not checked)."""
-        cells, _, x0, per_x, m, y0, per_y, n = self._tables
-        t, u = (ln_force - x0) * per_x, (ln_modulus - y0) * per_y
-        i, j = min(max(int(t), 0), m - 1), min(max(int(u), 0), n - 1)
-        t, u = t - i, u - j
-        a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cells[i][j]
-        p = a0 + u * (a1 + u * (a2 + u * a3))
-        q = b0 + u * (b1 + u * (b2 + u * b3))
-        r = c0 + u * (c1 + u * (c2 + u * c3))
-        return p + t * (q + t * (r + t * (d0 + u * (d1 + u * (d2 + u * d3)))))
-
     def force_cell(self, ln_force: float) -> int:
         """Number of the force cell of a point of the domain."""
         _, _, x0, per_x, m, *_ = self._tables

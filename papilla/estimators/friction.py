@@ -13,6 +13,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.status_words import status_in_words
 
 _NONE = math.nan
 
@@ -64,9 +65,7 @@ class FrictionEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [FrictionStatus(code).sentence for code in self.status.tolist()]
-        return FrictionStatus(self.status).sentence
+        return status_in_words(FrictionStatus, self.status)
 
 
 class Direction(NamedTuple):

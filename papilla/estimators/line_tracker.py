@@ -14,6 +14,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.lines import FEWEST_STEPS, find_lines
+from papilla.estimators.status_words import status_in_words
 from papilla.estimators.tracking.answer import TrackingStatus
 
 WINDOW = 20.0
@@ -39,9 +40,7 @@ class LineEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [TrackingStatus(code).sentence for code in self.status.tolist()]
-        return TrackingStatus(self.status).sentence
+        return status_in_words(TrackingStatus, self.status)
 
 
 @dataclass(frozen=True)

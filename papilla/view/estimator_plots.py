@@ -155,7 +155,7 @@ def wrong_velocity(rows: Rows, colors: Mapping[str, str]) -> Figure:
         grid[0].set_xticks(sorted({row["delay_ms"] for row in late}))
         grid[1].set(xlabel="velocity too large by (%)")
         grid[1].set_xticks([round(100 * gain - 100) for gain in gains])
-        _title(figure, _velocity_message(rows), "active touch 100 sin 2πt mm/s, 20 dB")
+        _title(figure, _velocity_message(rows), "active touch 100 sin 2πt mm/s, 20 dB; no answer counts as 300 %")
         _shared_legend(figure, grid[0])
     return figure
 
@@ -181,7 +181,7 @@ def error_against_cost(rows: Rows, costs: Rows, colors: Mapping[str, str]) -> Fi
         _plain_log(axes.yaxis)
         axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8, labelspacing=0.75)
         best = min(here, key=lambda row: row["error"])
-        cost = f"{fastest[best['estimator']]:.2g} µs"
+        cost = f"{fastest[best['estimator']]:.0f} µs"
         _title(figure, f"Smallest error in active touch: {best['estimator']}, {100 * best['error']:.2g} % at {cost}",
                "speed against error; 100 sin 2πt mm/s, 20 dB; compiled where numba is installed")  # fmt: skip
     return figure

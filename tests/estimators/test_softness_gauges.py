@@ -10,6 +10,7 @@ from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertain
 from papilla.errors import InputError
 from papilla.estimators import GaugeSoftness, GaugeState
 from papilla.estimators.softness import Fault
+from papilla.estimators.softness.faults import unpack
 from papilla.estimators.softness.surfaces import GaugeSurfaces, distance_curve
 from papilla.references.softness_bound import modulus_bound
 
@@ -140,12 +141,7 @@ def swapped(samples, one, other):
 
 
 def faults_of(answer):
-    code, found = int(answer.left_out[-1]), {}
-    for channel in range(6):
-        code, fault = divmod(code, 8)
-        if fault:
-            found[channel] = Fault(fault)
-    return found
+    return {channel: fault for channel, fault in enumerate(unpack(int(answer.left_out[-1]), 6)) if fault}
 
 
 def silent(samples):

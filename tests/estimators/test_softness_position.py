@@ -11,6 +11,7 @@ from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertain
 from papilla.errors import InputError
 from papilla.estimators import GaugeSoftness, GaugeState, Pipeline
 from papilla.estimators.softness import Fault
+from papilla.estimators.softness.faults import unpack
 from papilla.estimators.softness.position_surfaces import PositionSurfaces
 from papilla.references.softness_bound import modulus_bound
 
@@ -187,12 +188,7 @@ def test_leaving_the_reach_keeps_what_was_learnt(exact):
 
 
 def faults_of(answer):
-    code, found = int(answer.left_out[-1]), {}
-    for channel in range(6):
-        code, fault = divmod(code, 8)
-        if fault:
-            found[channel] = Fault(fault)
-    return found
+    return {channel: fault for channel, fault in enumerate(unpack(int(answer.left_out[-1]), 6)) if fault}
 
 
 def dead(samples):

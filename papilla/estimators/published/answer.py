@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.status_words import status_in_words
+
 NONE = math.nan
 
 
@@ -59,9 +61,7 @@ class RoughnessEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [RoughnessStatus(code).sentence for code in self.status.tolist()]
-        return RoughnessStatus(self.status).sentence
+        return status_in_words(RoughnessStatus, self.status)
 
 
 class Finding(NamedTuple):

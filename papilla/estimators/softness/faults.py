@@ -42,12 +42,13 @@ def pack(faults) -> int:
     return code
 
 
+def unpack(code: int, channels: int) -> list[Fault]:
+    """The faults of all channels behind such an integer, the first gauge's first."""
+    return [Fault(code // BASE**channel % BASE) for channel in range(channels)]
+
+
 def in_words(code: int, channels: int) -> str:
     """Such as "g3 left out: stuck, force left out: no reading"; the last channel is the force."""
-    parts = []
-    for number in range(channels):
-        code, fault = divmod(code, BASE)
-        if fault:
-            name = "force" if number == channels - 1 else f"g{number + 1}"
-            parts.append(f"{name} left out: {Fault(fault).sentence}")
-    return ", ".join(parts)
+    names = [*(f"g{number}" for number in range(1, channels)), "force"]
+    faults = zip(names, unpack(code, channels), strict=True)
+    return ", ".join(f"{name} left out: {fault.sentence}" for name, fault in faults if fault)

@@ -18,6 +18,7 @@ from papilla import checks
 from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.softness.surfaces import Section, Sections, sd_force_table
+from papilla.estimators.status_words import status_in_words
 
 # As plain integers: looking a member up in its enumeration costs as much as evaluating the surface.
 _CODES = tuple(map(int, SoftnessStatus))
@@ -40,9 +41,7 @@ class SoftnessEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [SoftnessStatus(code).sentence for code in self.status.tolist()]
-        return SoftnessStatus(self.status).sentence
+        return status_in_words(SoftnessStatus, self.status)
 
 
 @dataclass(frozen=True)

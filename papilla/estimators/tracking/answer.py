@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.errors import InputError
+from papilla.estimators.status_words import status_in_words
 
 
 class TrackingStatus(IntEnum):
@@ -54,9 +55,7 @@ class WavelengthEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [TrackingStatus(code).sentence for code in self.status.tolist()]
-        return TrackingStatus(self.status).sentence
+        return status_in_words(TrackingStatus, self.status)
 
 
 @dataclass(frozen=True)

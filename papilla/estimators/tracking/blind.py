@@ -8,6 +8,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.status_words import status_in_words
 from papilla.estimators.tracking import blind_filter, blind_kernel
 from papilla.estimators.tracking.answer import TrackerState
 from papilla.estimators.tracking.blind_search import LOOK_REMEMBERED, look_room, search_settings
@@ -61,9 +62,7 @@ class ChirpEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [ChirpStatus(code).sentence for code in self.status.tolist()]
-        return ChirpStatus(self.status).sentence
+        return status_in_words(ChirpStatus, self.status)
 
 
 class ChirpTracker:

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.status_words import status_in_words
+
 NONE = math.nan
 
 
@@ -51,6 +53,4 @@ class RidgeEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        if isinstance(self.status, np.ndarray):
-            return [RidgeStatus(code).sentence for code in self.status.tolist()]
-        return RidgeStatus(self.status).sentence
+        return status_in_words(RidgeStatus, self.status)
