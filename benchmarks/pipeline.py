@@ -16,9 +16,9 @@ from papilla.calibration import Calibration
 from papilla.estimators import Pipeline
 from papilla.estimators.pipeline.pipeline import OPTIONAL
 from papilla.estimators.tracking.compiled import numba_available
-from papilla.studies.estimators.competitors import GAUGES_MM
-from papilla.studies.estimators.scenes import scene
-from papilla.studies.estimators.timing import Cost, timed
+from papilla.studies.estimator_bench.competitors import GAUGES_MM
+from papilla.studies.estimator_bench.scenes import scene
+from papilla.studies.estimator_bench.timing import Cost, timed
 
 TEXTURE_MICROSTRAIN, MODULUS_MPA, FORCE_N, FRICTION = 60.0, 0.3, 0.45, 0.6
 NOISE = {"gauge_sigma": 20.0, "force_sigma_N": 0.002}

@@ -7,8 +7,8 @@ import argparse
 import dataclasses
 
 from papilla.cli.bench_estimators import print_tables
-from papilla.studies.estimators.plan import HELD_OUT, LONG
-from papilla.studies.estimators.runner import compare
+from papilla.studies.estimator_bench.plan import HELD_OUT, LONG
+from papilla.studies.estimator_bench.runner import compare
 
 
 def main() -> None:

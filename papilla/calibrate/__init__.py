@@ -1,10 +1,10 @@
 """Calibration: sweep over force and modulus, fit, compare with what was published, refit from measured presses."""
 
-from papilla.calibrate.bench import fit_bench
+from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.material_fit import MaterialTests, fit_material
-from papilla.calibrate.position import with_positions
-from papilla.calibrate.sweep import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibrate.measured import fit_bench
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 
 __all__ = [
     "DEFAULT_FORCES",

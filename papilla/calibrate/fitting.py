@@ -8,9 +8,9 @@ from importlib.metadata import version
 import numpy as np
 
 from papilla import __version__
+from papilla.calibrate.press_table import Sweep
 from papilla.calibrate.regression import fit_quadratic
-from papilla.calibrate.surface import SurfaceFit, table_resolution, uncertainty, usable_part
-from papilla.calibrate.sweep import Sweep
+from papilla.calibrate.surface_fit import SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface
 from papilla.errors import InputError
 

@@ -5,16 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla import fem, units
-from papilla.calibrate.bench import fit_bench
+from papilla import cache, fem, units
+from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
-from papilla.calibrate.position import with_positions
-from papilla.calibrate.sweep import DEFAULT_FORCES, DEFAULT_MODULI, SCHEMA, Sweep, default_specimen, sweep
+from papilla.calibrate.measured import fit_bench
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SCHEMA, Sweep, default_specimen, sweep
 from papilla.calibration import Calibration
-from papilla.fem.prepare import code_sha256
+from papilla.fem.reduction.prepare import code_sha256
 from papilla.finger import Finger
 from papilla.logs import BenchLog
-from papilla.mesh import cache
 
 SCATTER_VARIANTS = (1, 2, 3, 4)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""

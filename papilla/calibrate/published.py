@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.calibrate.sweep import SPECIMENS_MPA
+from papilla.calibrate.press_table import SPECIMENS_MPA
 from papilla.calibration import Calibration
 from papilla.calibration.quadratic import QuadraticInverse, invert_quadratic
 from papilla.errors import InputError

@@ -37,12 +37,12 @@ def bench(
 
         bench_estimators(short, out, as_json)
         return
+    from papilla.fem.pressing.pricing import price
     from papilla.files import check_writable
     from papilla.finger import Finger
     from papilla.studies import bench as study
     from papilla.studies.bench.peers import missing_peers, run_peers
     from papilla.studies.bench.plot import write_plot
-    from papilla.studies.pricing import price
 
     folder = out or Path.cwd()
     check_writable(folder)

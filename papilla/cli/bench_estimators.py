@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from papilla.cli.output import Stopwatch, print_json, progress, say
 
 if TYPE_CHECKING:
-    from papilla.studies.estimators.rows import SceneRow
-    from papilla.studies.estimators.runner import Comparison
-    from papilla.studies.estimators.softness import SoftnessRow
-    from papilla.studies.estimators.targets import Verdict
-    from papilla.studies.estimators.timing import Cost
+    from papilla.studies.estimator_bench.rows import SceneRow
+    from papilla.studies.estimator_bench.runner import Comparison
+    from papilla.studies.estimator_bench.softness import SoftnessRow
+    from papilla.studies.estimator_bench.targets import Verdict
+    from papilla.studies.estimator_bench.timing import Cost
 
 WORKERS = 2
 DETAIL_DB = 20.0
@@ -45,9 +45,9 @@ def bench_estimators(short: bool, out: Path | None, as_json: bool) -> None:
     `FileAccessError` before any work where `out` cannot be written.
     """
     from papilla.files import check_writable
-    from papilla.studies.estimators.plan import LONG, SHORT
-    from papilla.studies.estimators.runner import compare
-    from papilla.studies.estimators.touch import compare_touch
+    from papilla.studies.estimator_bench.plan import LONG, SHORT
+    from papilla.studies.estimator_bench.runner import compare
+    from papilla.studies.estimator_bench.touch import compare_touch
 
     if out is not None:
         check_writable(out)

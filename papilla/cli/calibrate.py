@@ -53,7 +53,7 @@ def calibrate(
 
 def _write(done: "Calibrated", finger: "Finger | None", out: Path, watch: Stopwatch, shown: Progress) -> dict[str, str]:
     """Write the results, each whole or not at all; their paths."""
-    from papilla.calibrate.report import write_report
+    from papilla.calibrate.report.page import write_report
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     done.calibration.save(paths["calibration"])

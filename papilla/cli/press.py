@@ -48,7 +48,7 @@ def press(
         finite(f"--at {axis} (mm)", value)
 
     from papilla import fem
-    from papilla.fem.prepare import prepare
+    from papilla.fem.reduction.prepare import prepare
     from papilla.finger import Finger
     from papilla.mesh import build
 

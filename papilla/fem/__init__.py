@@ -2,11 +2,11 @@
 
 from papilla.fem.fields import Field, ReceptiveFields, receptive_fields, recover
 from papilla.fem.finite import press_finite
-from papilla.fem.model import FingerModel
-from papilla.fem.prepare import prepare
-from papilla.fem.press import press
-from papilla.fem.reduced import ReducedFinger
-from papilla.fem.scene import Press
+from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.prepare import prepare
+from papilla.fem.reduction.reduced import ReducedFinger
 
 __all__ = [
     "Field",

@@ -6,10 +6,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.model import FingerModel, image_of
-from papilla.fem.reduced import ReducedFinger
-from papilla.fem.scene import Press
-from papilla.fem.space import Space, parity_signs
+from papilla.fem.discrete.space import Space, parity_signs
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.finger_model import FingerModel, image_of
+from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh.layered import LayeredMesh
 
 

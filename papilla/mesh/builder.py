@@ -4,10 +4,10 @@ from importlib.metadata import version
 
 import numpy as np
 
+from papilla import cache as store
 from papilla import checks
 from papilla.errors import InputError, MeshError
 from papilla.finger import Finger
-from papilla.mesh import cache as store
 from papilla.mesh.body import Body, body_of
 from papilla.mesh.layered import LayeredMesh
 from papilla.mesh.memory import refuse_size
@@ -53,7 +53,7 @@ def build(
     size_mm : edge length at the contact; it grows away from the apex (`papilla.mesh.sizing`).
     variant : number >= 0 of an independent mesh of the same design: what differs between variants is mesh scatter.
     progress : called with a line of text about twice a second while the mesher runs.
-    cache : look for the mesh among the shipped and the cached ones, and keep it (`papilla.mesh.cache`).
+    cache : look for the mesh among the shipped and the cached ones, and keep it (`papilla.cache`).
 
     Raises `InputError` for a size or variant out of range or a gauge off the interface, `MemoryEstimateError` for a
     mesh that could not be pressed in the memory left, `FileAccessError` and `FileFormatError` for surface files,

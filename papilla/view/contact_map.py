@@ -9,9 +9,9 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 
 from papilla.errors import InputError
-from papilla.fem.ellipse import contact_shape
-from papilla.fem.reduced import ReducedFinger
-from papilla.fem.scene import Press
+from papilla.fem.pressing.moments import contact_shape
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.view.style import INK, MUTED, SEQUENTIAL, nice_limit, styled
 
 KPA = 1000.0

@@ -4,12 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from papilla import cache
 from papilla.errors import InputError
-from papilla.fem.reduced import ReducedFinger
-from papilla.fem.scene import Press
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.files import replacing
 from papilla.finger import Finger
-from papilla.mesh import DEFAULT_SIZE_MM, build, cache
+from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import Specimen
 
 APPEARANCE = 1

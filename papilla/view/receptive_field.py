@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from papilla.errors import InputError
 from papilla.fem.fields import ReceptiveFields
-from papilla.fem.gauges import gauge_frame
+from papilla.fem.reduction.gauges import gauge_frame
 from papilla.finger import Finger
 from papilla.mesh.surfaces import surfaces_of
 from papilla.units import to_microstrain

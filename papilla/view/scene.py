@@ -5,9 +5,9 @@ import pyvista as pv
 from scipy.interpolate import LinearNDInterpolator
 
 from papilla.fem.fields import Field
-from papilla.fem.patch import Frame
-from papilla.fem.reduced import ReducedFinger
-from papilla.fem.scene import Press
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.patch import Frame
+from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.mesh.surfaces import surfaces_of
 from papilla.specimen import Block, Specimen, Sphere

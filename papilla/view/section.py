@@ -8,7 +8,7 @@ from contourpy import contour_generator
 from scipy.interpolate import LinearNDInterpolator
 
 from papilla.fem.fields import Field
-from papilla.fem.gauges import gauge_frame, strain_functional
+from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
 from papilla.mesh.surfaces import surfaces_of

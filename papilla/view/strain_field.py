@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from papilla.errors import InputError
 from papilla.fem.fields import Field
-from papilla.fem.reduced import ReducedFinger
-from papilla.fem.scene import Press
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.specimen import Block, Specimen, Sphere
 from papilla.view.render import Part, View, fitted, render

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.job import Calibrated, Recovery, calibrate_bench
-from papilla.calibrate.report import write_report
-from papilla.calibrate.report_doubts import status_table
-from papilla.calibrate.report_figures import AnswerMap
-from papilla.calibrate.report_html import Markup, markup, number, page, plain, table, tag
+from papilla.calibrate.report.doubts import status_table
+from papilla.calibrate.report.figures import AnswerMap
+from papilla.calibrate.report.html import Markup, markup, number, page, plain, table, tag
+from papilla.calibrate.report.page import write_report
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.finger import Finger

@@ -19,7 +19,7 @@ from papilla.estimators.published import (
     ZeroCrossing,
 )
 from papilla.estimators.tracking import ReciprocalCounter, SpaceTracker, TrackingStatus, WavenumberBank
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.scenes import scene
 
 PUBLISHED = (ImpulseDensity, ImpulseInterval, ShortTimeSpectrum, ZeroCrossing, Okamoto)
 SPECTRA = (ShortTimeSpectrum, Okamoto)

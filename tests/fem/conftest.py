@@ -8,9 +8,9 @@ import pytest
 from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 
 from papilla.fem import FingerModel, ReducedFinger
-from papilla.fem.compliance import half_space_compliance
-from papilla.fem.patch import Patch
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.reduction.compliance import half_space_compliance
+from papilla.fem.reduction.patch import Patch
 from papilla.finger import Dome, Finger
 from papilla.mesh import build
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from papilla.fem.compliance import half_space_compliance, kernel_compliance, linear_potentials, quadrature
+from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance, linear_potentials, quadrature
 from papilla.references import uniform_disc_mean_displacement
 
 TRIANGLES = np.array(

@@ -8,9 +8,9 @@ import scipy.sparse as sp
 
 from papilla.errors import InputError
 from papilla.fem import FingerModel, ReducedFinger, press, receptive_fields, recover
-from papilla.fem.elements import ELEMENTS, space_of
-from papilla.fem.pure_displacement import P1, P2
-from papilla.fem.solver import factorise
+from papilla.fem.discrete.elements import ELEMENTS, space_of
+from papilla.fem.discrete.pure_displacement import P1, P2
+from papilla.fem.discrete.solver import factorise
 from papilla.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
 from papilla.specimen import Block

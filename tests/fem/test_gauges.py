@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.fem.gauges import curvature_functional, gauge_frame, gauge_site, strain_functional
+from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, gauge_site, strain_functional
 from papilla.finger import Finger, Gauge, Slab
 from papilla.mesh.surfaces import surfaces_of
 

@@ -5,7 +5,7 @@ import pytest
 
 from papilla.errors import ContactRangeError
 from papilla.fem import press
-from papilla.fem.hertz_table import hertz_table
+from papilla.fem.pressing.hertz_table import hertz_table
 from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
 from papilla.specimen import Block, HalfSpace, Sphere
 

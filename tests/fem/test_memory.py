@@ -10,7 +10,8 @@ import pytest
 
 from papilla import memory
 from papilla.errors import MemoryEstimateError
-from papilla.fem import FingerModel, press_finite, solver
+from papilla.fem import FingerModel, press_finite
+from papilla.fem.discrete import solver
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.memory import SPREAD, finite_bytes, reduction_bytes

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.fem.patch import Frame, build_patch, gap_of
-from papilla.fem.space import SYMMETRIC
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.space import SYMMETRIC
+from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.reduction.patch import Frame, build_patch, gap_of
 from papilla.mesh.surfaces import Ellipsoid
 
 DOME = Ellipsoid((24.0, 30.0, 20.0))

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem import FingerModel, auto, press
-from papilla.fem.prices import QUANTITIES, known_prices
+from papilla.fem import FingerModel, press
+from papilla.fem.pressing import auto
+from papilla.fem.pressing.prices import QUANTITIES, known_prices
 from papilla.finger import Finger, Slab
 from papilla.mesh import build
 from papilla.references import finite_sphere_factor, hertz_sphere_at

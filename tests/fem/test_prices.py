@@ -5,11 +5,12 @@ import json
 
 import pytest
 
+from papilla import cache
 from papilla.errors import FileAccessError, FileFormatError
-from papilla.fem import prices as module
-from papilla.fem.prices import SHIPPED, Cost, Loss, Prices, keep, known_prices
+from papilla.fem.pressing import prices as module
+from papilla.fem.pressing.prices import SHIPPED, Cost, Loss, Prices, keep, known_prices
 from papilla.finger import Finger
-from papilla.mesh import build, cache
+from papilla.mesh import build
 
 FORCES = (0.05, 0.2, 0.5)
 

@@ -9,7 +9,7 @@ import pytest
 
 from papilla.errors import FileAccessError, FileFormatError
 from papilla.fem import ReducedFinger, press
-from papilla.fem.patch import Patch
+from papilla.fem.reduction.patch import Patch
 from papilla.specimen import Block
 
 

@@ -8,8 +8,9 @@ import pytest
 import scipy.sparse as sp
 
 from papilla.errors import SolverError
-from papilla.fem import FingerModel, press, solver
-from papilla.fem.solver import ENGINES, factorise
+from papilla.fem import FingerModel, press
+from papilla.fem.discrete import solver
+from papilla.fem.discrete.solver import ENGINES, factorise
 from papilla.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
 from papilla.specimen import Block

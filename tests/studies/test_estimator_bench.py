@@ -8,10 +8,10 @@ import pytest
 
 from papilla.cli.bench_estimators import bench_estimators, print_tables
 from papilla.errors import InputError
-from papilla.studies.estimators import prototypes, targets
-from papilla.studies.estimators.competitors import AS_PRINTED, COMPETITORS, FAMILIES
-from papilla.studies.estimators.plan import LONG, SHORT
-from papilla.studies.estimators.runner import compare
+from papilla.studies.estimator_bench import prototypes, targets
+from papilla.studies.estimator_bench.competitors import AS_PRINTED, COMPETITORS, FAMILIES
+from papilla.studies.estimator_bench.plan import LONG, SHORT
+from papilla.studies.estimator_bench.runner import compare
 from papilla.view import estimator_plots
 from papilla.view.style import png
 
@@ -95,7 +95,7 @@ def test_plots_and_tables_of_a_comparison(small, capsys):
 
 def test_every_competitor_runs_on_its_gauges():
     assert {item.family for item in COMPETITORS.values()} == set(FAMILIES)
-    from papilla.studies.estimators.scenes import scene
+    from papilla.studies.estimator_bench.scenes import scene
 
     for item in COMPETITORS.values():
         rows = scene("const", 1.8, seconds=0.12, gauge_positions_mm=item.gauges_mm).block()

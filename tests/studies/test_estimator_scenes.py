@@ -7,11 +7,11 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.references.cramer_rao import frequency_bound, wavelength_bound
-from papilla.studies.estimators import measures
-from papilla.studies.estimators.competitors import COMPETITORS, chosen
-from papilla.studies.estimators.likelihood import fit_wavelengths, likelihood
-from papilla.studies.estimators.plan import Plan
-from papilla.studies.estimators.scenes import HARMONICS, SCENES, WAVELENGTHS_MM, profile_amplitudes, scene, sheared
+from papilla.studies.estimator_bench import measures
+from papilla.studies.estimator_bench.competitors import COMPETITORS, chosen
+from papilla.studies.estimator_bench.likelihood import fit_wavelengths, likelihood
+from papilla.studies.estimator_bench.plan import Plan
+from papilla.studies.estimator_bench.scenes import HARMONICS, SCENES, WAVELENGTHS_MM, profile_amplitudes, scene, sheared
 
 
 @pytest.mark.parametrize("name", SCENES)

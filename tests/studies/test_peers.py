@@ -8,7 +8,7 @@ import pytest
 
 from papilla.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.finger import Finger
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh
 from papilla.mesh.mirroring import mirrored

@@ -10,7 +10,7 @@ import pytest
 from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, Surface, Uncertainty
 from papilla.calibration.quadratic import Quadratic
 from papilla.errors import InputError
-from papilla.studies.estimators import softness
+from papilla.studies.estimator_bench import softness
 
 FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
 

@@ -15,11 +15,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.errors import ContactRangeError, SolverError
-from papilla.fem.contact import solve_contact
+from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Evaluation
 from papilla.fem.finite.touching import Touch, Touching
-from papilla.fem.model import INCOMPRESSIBLE, STABILISATION
-from papilla.fem.solver import Factor, factorise
+from papilla.fem.pressing.complementarity import solve_contact
+from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8
 """Of the relative residuals of equilibrium, volume and contact."""

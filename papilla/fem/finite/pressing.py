@@ -8,18 +8,18 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.contact_rung import DEEPEST, RESOLVED_RADIUS
-from papilla.fem.elasticity import lame
-from papilla.fem.ellipse import contact_shape
+from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.memory import refuse_finite
+from papilla.fem.discrete.space import SYMMETRIC
+from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, State, solve_level
 from papilla.fem.finite.readout import gauge_values
 from papilla.fem.finite.touching import Touching
-from papilla.fem.memory import refuse_finite
-from papilla.fem.patch import Frame, build_patch
-from papilla.fem.scene import Press
-from papilla.fem.space import SYMMETRIC
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.pressing.contact import DEEPEST, RESOLVED_RADIUS
+from papilla.fem.pressing.moments import contact_shape
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from papilla.fem.gauges import curvature_functional, gauge_frame, strain_functional
-from papilla.fem.locate import interpolation
-from papilla.fem.model import image_of
-from papilla.fem.space import SYMMETRIC, parity_signs
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.space import SYMMETRIC, parity_signs
+from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger
 from papilla.mesh.surfaces import Surface
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.compliance import half_space_compliance, kernel_compliance, quadrature
-from papilla.fem.contact_rung import BESIDE
-from papilla.fem.patch import LoadedPatch, Patch
+from papilla.fem.pressing.contact import BESIDE
+from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance, quadrature
+from papilla.fem.reduction.patch import LoadedPatch, Patch
 from papilla.references import BondedLayerKernel
 from papilla.specimen import Block, Specimen, Sphere
 

@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.solver import BATCH
+from papilla.fem.discrete.solver import BATCH
 
 GEMM_SIZE = 1500
 """Of a matrix product, large enough to reach the peak and small enough for a fraction of a second."""

@@ -13,9 +13,9 @@ import numpy as np
 from papilla import mesh as meshes
 from papilla.errors import PapillaError
 from papilla.fem import FingerModel, ReducedFinger
-from papilla.fem.solver import BATCH
-from papilla.fem.space import SYMMETRIC
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.solver import BATCH
+from papilla.fem.discrete.space import SYMMETRIC
+from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.finger import Finger
 from papilla.studies.bench.limits import factor_flops
 from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, answers, finite_answers, thousand

@@ -8,7 +8,7 @@ import numpy as np
 
 from papilla import mesh as meshes
 from papilla.errors import ContactRangeError
-from papilla.fem.elements import DEFAULT_ELEMENT, ELEMENTS
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
 from papilla.finger import Finger
 from papilla.studies.bench.growth import Growth, growth_of
 from papilla.studies.bench.limits import Bound, Machine, factor_bound, solve_bound

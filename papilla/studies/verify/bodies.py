@@ -3,7 +3,7 @@
 import numpy as np
 
 from papilla.fem import ReducedFinger
-from papilla.fem.compliance import quadrature
+from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Layer
 from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder, growing

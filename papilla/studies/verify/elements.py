@@ -12,10 +12,10 @@ import scipy.sparse as sp
 from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector, FacetBasis, LinearForm
 from skfem.helpers import ddot, div, dot, sym_grad
 
-from papilla.fem.elasticity import lame
-from papilla.fem.model import INCOMPRESSIBLE, STABILISATION
-from papilla.fem.solver import factorise
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.solver import factorise
+from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 from papilla.finger import Layer
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from papilla.fem.solver import factorise
+from papilla.fem.discrete.solver import factorise
 from papilla.finger import Layer
 from papilla.studies.verify.case import Check
 from papilla.studies.verify.flat import FlatModel

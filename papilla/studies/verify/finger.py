@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from papilla.fem import FingerModel, Press, ReducedFinger
-from papilla.fem.compliance import quadrature
+from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, Specimen, Sphere

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla.fem import FingerModel, ReducedFinger
-from papilla.fem.compliance import quadrature
+from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Dome, Finger, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
 

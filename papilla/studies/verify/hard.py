@@ -7,7 +7,7 @@ import numpy as np
 
 from papilla.errors import ContactRangeError, MeshError
 from papilla.fem import FingerModel, Press, ReducedFinger, press
-from papilla.fem.contact_rung import OFF_APEX
+from papilla.fem.pressing.contact import OFF_APEX
 from papilla.finger import Dome, Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.builder import refuse_unusable

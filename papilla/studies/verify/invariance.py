@@ -8,10 +8,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.fem import FingerModel, ReducedFinger, press
-from papilla.fem.contact import solve_contact
-from papilla.fem.elasticity import lame
-from papilla.fem.patch import Frame, build_patch
-from papilla.fem.space import SYMMETRIC
+from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.space import SYMMETRIC
+from papilla.fem.pressing.complementarity import solve_contact
+from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere

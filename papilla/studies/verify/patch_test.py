@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from papilla.fem.elasticity import lame
-from papilla.fem.gauges import curvature_functional, gauge_frame, strain_functional
-from papilla.fem.locate import interpolation
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh

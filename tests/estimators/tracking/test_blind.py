@@ -8,7 +8,7 @@ import pytest
 from papilla.errors import InputError
 from papilla.estimators.tracking.blind import ChirpStatus, ChirpTracker
 from papilla.estimators.tracking.compiled import numba_available
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.scenes import scene
 
 
 def plain(**options) -> ChirpTracker:

@@ -11,7 +11,7 @@ import pytest
 
 from papilla.estimators.tracking import blind_kernel, blind_loops, blind_vectors
 from papilla.estimators.tracking.blind import ChirpStatus, ChirpTracker
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.scenes import scene
 
 SNR = 30.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.tracking.blind import ChirpStatus, ChirpTracker
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.scenes import scene
 
 
 def wavelength_error(kind, wavelength, snr, seed):

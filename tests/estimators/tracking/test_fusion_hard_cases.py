@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.scenes import scene
 
 PLACES = (-8.0, -4.5, 0.0, 3.9, 8.0)
 TRUTH = 2.3

@@ -14,8 +14,8 @@ from papilla.estimators.tracking import (
     WavelengthEstimate,
     WavenumberBank,
 )
-from papilla.studies.estimators.measures import errors_of
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.measures import errors_of
+from papilla.studies.estimator_bench.scenes import scene
 
 KINDS = (ReciprocalCounter, WavenumberBank)
 PLACES = (-8.0, -4.0, 0.0, 4.0, 8.0)

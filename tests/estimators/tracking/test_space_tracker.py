@@ -9,7 +9,7 @@ import pytest
 from papilla.errors import InputError, MissingExtraError
 from papilla.estimators.tracking import SpaceTracker, TrackerState, TrackingStatus
 from papilla.estimators.tracking.compiled import numba_available
-from papilla.studies.estimators.scenes import scene
+from papilla.studies.estimator_bench.scenes import scene
 
 
 def plain(**options) -> SpaceTracker:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from papilla.errors import SolverError
 from papilla.fem import FingerModel, press
-from papilla.fem.scene import Press
+from papilla.fem.pressing.press import Press
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import HalfSpace

@@ -9,13 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
-from papilla.fem.elasticity import lame
-from papilla.fem.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
-from papilla.fem.locate import interpolation
-from papilla.fem.model import image_of
-from papilla.fem.patch import STEEPEST, Frame, gap_of
-from papilla.fem.space import SYMMETRIC, parity_signs
-from papilla.fem.taylor_hood import TaylorHood
+from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.space import SYMMETRIC, parity_signs
+from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.reduction.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
+from papilla.fem.reduction.patch import STEEPEST, Frame, gap_of
 from papilla.finger import Finger, Layer
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import surfaces_of

@@ -1,0 +1,1 @@
+"""Discretisation: element spaces on a mesh, assembly and factorisation."""

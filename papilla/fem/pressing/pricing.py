@@ -1,0 +1,113 @@
+"""What the rungs of a finger are off by, and cost: measured at a few forces, kept for `fidelity="auto"`.
+
+`python -m papilla.fem.pressing.pricing` measures the default finger and writes the file that ships with the package.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
+from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
+from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+from papilla.specimen import Block
+from papilla.units import gf_to_newton
+
+FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
+"""N: those for which the cost of small strain is reported."""
+
+SPECIMEN = Block(0.51, 10)
+"""The middle one of the published specimens, as thick as the default."""
+
+SCENES = 40
+"""Presses that the seconds of a scene are the median of."""
+
+Progress = Callable[[str], None]
+
+
+def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
+    """Errors of the rungs at the apex of a finger, at `FORCES` on `SPECIMEN`, with elements of `size_mm`.
+
+    Rung hertz is measured against contact, contact against itself on a mesh of half the size, and contact against
+    finite. Takes a minute and more: a mesh of half the size, and four presses at finite strain. `progress` is called
+    with a line for each stage. Raises what meshing, reducing and pressing raise.
+    """
+    say = progress or (lambda _: None)
+    mesh = build(finger, size_mm, progress=progress)
+    say("pricing: assembling and reducing")
+    began = perf_counter()
+    reduced = FingerModel(finger, mesh).reduce()
+    setup = perf_counter() - began
+    say("pricing: the mesh of half the size")
+    finest = prepare(finger, size_mm=size_mm / 2, progress=progress)
+    contact = _presses(reduced, "contact")
+    finite, seconds = _finite_presses(finger, mesh, say)
+    return Prices(
+        finger_name=finger.name,
+        finger_sha256=finger.sha256,
+        mesh_sha256=mesh.sha256,
+        mesh_size_mm=mesh.size_mm,
+        finest_size_mm=finest.mesh_size_mm,
+        specimen=f"a {SPECIMEN.thickness:g} mm block of {SPECIMEN.modulus:g} MPa",
+        hertz=loss(_presses(reduced, "hertz"), contact),
+        mesh=loss(contact, _presses(finest, "contact")),
+        small_strain=loss(contact, finite),
+        costs={
+            **{rung: Cost(setup, _seconds_per_scene(reduced, rung)) for rung in ("hertz", "contact")},
+            "finite": Cost(0.0, seconds),
+        },
+    )
+
+
+def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
+    """Measure the prices of a finger, as `measure_prices`, and keep them in the cache for `fidelity="auto"`."""
+    prices = measure_prices(finger, size_mm=size_mm, progress=progress)
+    keep(prices)
+    return prices
+
+
+def loss(cheaper: list[Press], better: list[Press]) -> Loss:
+    """What presses at the same rising forces are off by against better ones."""
+    errors = {
+        name: tuple(getattr(a, name) / getattr(b, name) - 1 for a, b in zip(cheaper, better, strict=True))
+        for name in QUANTITIES
+    }
+    return Loss(tuple(one.force for one in better), **errors)
+
+
+def _presses(reduced: ReducedFinger, rung: str) -> list[Press]:
+    return [press(reduced, SPECIMEN, force=force, fidelity=rung) for force in FORCES]
+
+
+def _finite_presses(finger: Finger, mesh: LayeredMesh, say: Progress) -> tuple[list[Press], float]:
+    """Presses at finite strain, and the mean seconds of one."""
+    presses = []
+    for number, force in enumerate(FORCES, 1):
+        say(f"pricing: finite strain, press {number} of {len(FORCES)}")
+        presses.append(press_finite(finger, mesh, SPECIMEN, force=force))
+    return presses, float(np.mean([one.seconds for one in presses]))
+
+
+def _seconds_per_scene(reduced: ReducedFinger, rung: str) -> float:
+    forces = np.geomspace(FORCES[0], FORCES[-1], SCENES)
+    return float(np.median([press(reduced, SPECIMEN, force=force, fidelity=rung).seconds for force in forces]))
+
+
+def ship() -> None:
+    """Measure the default finger on its reference mesh and write the file that ships with the package."""
+    prices = measure_prices(Finger.default(), progress=print)
+    hertz, mesh, small_strain = (_rounded(found) for found in (prices.hertz, prices.mesh, prices.small_strain))
+    replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).save(SHIPPED)
+    print(f"{SHIPPED.name} written")
+
+
+def _rounded(found: Loss) -> Loss:
+    """Errors to a hundredth of a percent: what is beyond is the rounding of another machine."""
+    return replace(found, **{name: tuple(round(error, 4) for error in getattr(found, name)) for name in QUANTITIES})
+
+
+if __name__ == "__main__":
+    ship()

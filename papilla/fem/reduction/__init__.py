@@ -1,0 +1,1 @@
+"""From a factorised finger to a `ReducedFinger`: contact patch, gauge rows, condensation."""

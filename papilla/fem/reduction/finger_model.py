@@ -1,0 +1,231 @@
+"""`FingerModel`: a finger on a mesh, factorised once and condensed to a `ReducedFinger`.
+
+Mirror planes are used to the full: any load is split into fields that are symmetric or antisymmetric in each plane,
+each solved on the quarter cell. A press at the apex needs the symmetric ones alone; one anywhere else needs all four,
+and still costs a quarter of the whole mesh.
+"""
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.fem.discrete.assembly import restricted, scaled
+from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, space_of
+from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.memory import refuse_reduction
+from papilla.fem.discrete.solver import BATCH, Factor, factorise
+from papilla.fem.discrete.space import SYMMETRIC, parity_signs
+from papilla.fem.reduction.compliance import half_space_compliance
+from papilla.fem.reduction.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
+from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import Finger, Layer
+from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.surfaces import surfaces_of
+
+INCOMPRESSIBLE = 1e-7
+"""Of mu/lambda, below which the pressure block is too empty to factor and a stabilised one is factored instead."""
+
+STABILISATION = 1e-5
+"""Pressure mass, in units of 1/mu, that the stabilised matrix has; solves are refined against the true matrix."""
+
+
+class FingerModel:
+    """Linear elasticity of `finger` on `mesh` (mm, MPa).
+
+    `element` is "Taylor-Hood", or "P2" or "P1" in displacements alone: these lock near nu = 0.5, and are there to be
+    priced (`pure_displacement`). Raises `InputError` for another name, or a mesh that is not the finger's.
+    """
+
+    def __init__(self, finger: Finger, mesh: LayeredMesh, element: str = DEFAULT_ELEMENT):
+        if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
+            raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
+        self.finger = finger
+        self.mesh = mesh
+        self.surfaces = surfaces_of(finger)
+        self.space = space_of(element, mesh.cell())
+        self._factors: dict[tuple[int, int], tuple[np.ndarray, Factor]] = {}
+
+    @cached_property
+    def layers(self) -> dict[int, Layer]:
+        """Layer number -> material."""
+        layers = {OUTER: self.finger.outer, INNER: self.finger.inner}
+        return layers if self.finger.bone is None else layers | {BONE: self.finger.bone}
+
+    def reduce(self, at: tuple[float, float] = (0.0, 0.0)) -> ReducedFinger:
+        """Condense the finger to contact compliance and gauge influence for a specimen that touches down at `at`.
+
+        `at` is (x, y) in mm; the specimen comes along the skin's inward normal there. Raises `InputError` where there
+        is no skin, `MemoryEstimateError` where the mesh is too fine for the memory left, `SolverError` where the
+        equations cannot be solved.
+        """
+        loaded, parities = self._patch(at)
+        refuse_reduction(self.space, len(loaded.patch.xy), len(set(parities) - set(self._factors)))
+        strain, curvature = self._gauge_functionals()
+        compliance, rows = self._condense(loaded, parities, strain + curvature)
+        gauges = self.finger.gauges
+        return ReducedFinger(
+            finger_name=self.finger.name,
+            finger_sha256=self.finger.sha256,
+            mesh_sha256=self.mesh.sha256,
+            mesh_size_mm=self.mesh.size_mm,
+            at=(float(at[0]), float(at[1])),
+            gauge_names=tuple(gauge.name for gauge in gauges),
+            gains=np.array([gauge.membrane_gain for gauge in gauges]),
+            levers=np.array([gauge.lever_mm for gauge in gauges]),
+            depth=self._depth(loaded.frame),
+            outer_modulus=self.finger.outer.modulus / (1 - self.finger.outer.nu**2),
+            patch=loaded.patch,
+            compliance=compliance,
+            half_space=half_space_compliance(loaded.patch),
+            strain_rows=rows[: len(gauges)],
+            curvature_rows=rows[len(gauges) :],
+            element=self.space.name,
+        )
+
+    def cell_displacements(self, pressure: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
+        """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,) in MPa."""
+        loaded, parities = self._patch(at)
+        if np.shape(pressure) != (len(loaded.patch.xy),):
+            raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(pressure)}")
+        solutions = {}
+        for parity in parities:
+            load = loaded.loads(parity) @ pressure[:, None]
+            solutions[parity] = self._solve(parity, load)[:, 0].reshape(-1, 3) / len(parities)
+        return solutions
+
+    def gauge_adjoints(self) -> dict:
+        """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
+        newton of force there, component by component (reciprocity)."""
+        strain, _ = self._gauge_functionals()
+        parities = self._all_parities()
+        loads = {parity: self._rows(strain, parity).T.toarray() / len(parities) for parity in parities}
+        return {parity: self._solve(parity, load).reshape(-1, 3, len(strain)) for parity, load in loads.items()}
+
+    def reading_adjoints(self) -> dict:
+        """As `gauge_adjoints`, of each gauge's reading (gain * strain + lever * curvature change, as strain), and only
+        for fields that are symmetric in y: loads that are so excite no others."""
+        gauges, (strain, curvature) = self.finger.gauges, self._gauge_functionals()
+        parities = self._all_parities()
+        weights = sp.diags([gauge.membrane_gain for gauge in gauges]), sp.diags([gauge.lever_mm for gauge in gauges])
+        found = {}
+        for parity in [parity for parity in parities if parity[1] > 0]:
+            rows = weights[0] @ self._rows(strain, parity) + weights[1] @ self._rows(curvature, parity)
+            load = rows.T.toarray() / len(parities)
+            found[parity] = self._solve(parity, load).reshape(-1, 3, len(gauges))
+        return found
+
+    def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
+        """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""
+        if parity not in self._factors:
+            free = self.space.free(parity, self.mesh.mirrors)
+            matrix = restricted(self.matrix, free)
+            negative = int(free[3 * self.space.nodes :].sum())
+            self._factors[parity] = free, factorise(matrix, negative, stabilised=self._stabilised(matrix, free))
+        return self._factors[parity]
+
+    @cached_property
+    def _scale(self) -> np.ndarray:
+        """Factors (unknowns,) that rid the matrix of units, or its residual would depend on them.
+
+        Blocks of the matrix go with mu L, L^2 and L^3 / mu. Powers of 2, so that scaling rounds nothing.
+        """
+        size = float(np.ptp(self.mesh.points, axis=0).max())
+        mu, length = (4.0 ** np.round(np.log2(x) / 2) for x in (max(lame(x)[0] for x in self.layers.values()), size))
+        return np.repeat([(mu * length) ** -0.5, (mu / length**3) ** 0.5], [3 * self.space.nodes, self.space.pressures])
+
+    @cached_property
+    def matrix(self) -> sp.csc_matrix:
+        """Lower triangle of the assembled matrix, free of units, boundary conditions not yet removed."""
+        return scaled(self.space.matrix(self.layers), self._scale)
+
+    def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
+        """The matrix with some pressure mass added where a layer is so incompressible that it has next to none."""
+        empty = [number for number, layer in self.layers.items() if _compressibility_ratio(layer) < INCOMPRESSIBLE]
+        for number in empty:
+            mu = lame(self.layers[number])[0]
+            mass = scaled(self.space.part("mass", number), self._scale)
+            matrix = matrix - STABILISATION / mu * restricted(mass, free)
+        return matrix.tocsc() if empty else None
+
+    def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
+        """Displacement (3 * nodes, k) under displacement loads (3 * nodes, k)."""
+        free, factor = self.factor(parity)
+        size, scale = 3 * self.space.nodes, self._scale[0]
+        rhs = np.zeros((int(free.sum()), load.shape[1]))
+        rhs[: int(free[:size].sum())] = load[free[:size]] * scale
+        solution = np.zeros_like(load)
+        solution[free[:size]] = factor.solve(rhs)[: int(free[:size].sum())] * scale
+        return solution
+
+    def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:
+        """The loaded patch at a touch-down point and the parities that its loads excite."""
+        x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+        frame = Frame.at(self.surfaces["skin"], x, y)
+        mirrors = self.mesh.mirrors
+        symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
+        loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
+        return loaded, [SYMMETRIC] if symmetric else self._all_parities()
+
+    def _all_parities(self) -> list[tuple[int, int]]:
+        """The parities that together hold every field."""
+        signs = [(1, -1) if axis in self.mesh.mirrors else (1,) for axis in "xy"]
+        return [(px, py) for px in signs[0] for py in signs[1]]
+
+    def _gauge_functionals(self) -> tuple[list[PointFunctional], list[PointFunctional]]:
+        interface = self.surfaces["interface"]
+        frames = [gauge_frame(self.finger, gauge, interface) for gauge in self.finger.gauges]
+        pairs = list(zip(self.finger.gauges, frames, strict=True))
+        strain = [strain_functional(gauge, frame, interface) for gauge, frame in pairs]
+        return strain, [curvature_functional(gauge, frame, interface) for gauge, frame in pairs]
+
+    def _rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> sp.csr_matrix:
+        """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
+        points = np.concatenate([functional.points for functional in functionals])
+        weights = np.concatenate([functional.weights for functional in functionals])
+        images = image_of(points, self.mesh.mirrors)
+        signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
+        values = interpolation(self.space, points * np.column_stack([images, np.ones(len(points), dtype=int)]))
+        starts = np.cumsum([0] + [3 * len(functional.points) for functional in functionals])
+        shape = (len(functionals), 3 * len(points))
+        pick = sp.csr_matrix(((weights * signs).ravel(), np.arange(3 * len(points)), starts), shape=shape)
+        return pick @ sp.kron(values, sp.eye(3), format="csr")
+
+    def _condense(self, loaded, parities, functionals) -> tuple[np.ndarray, np.ndarray]:
+        """Patch compliance (n, n) and functional rows (k, n) against nodal pressure."""
+        n = len(loaded.patch.xy)
+        compliance, influence = np.zeros((n, n)), np.zeros((len(functionals), n))
+        for parity in parities:
+            loads, rows = loaded.loads(parity), self._rows(functionals, parity)
+            for first in range(0, n, BATCH):
+                block = slice(first, first + BATCH)
+                solution = self._solve(parity, loads[:, block].toarray()) / len(parities)
+                compliance[:, block] += loads.T @ solution
+                influence[:, block] += rows @ solution
+        return (compliance + compliance.T) / 2, influence
+
+    def _depth(self, frame: Frame) -> float:
+        """Soft tissue (mm) below the touch-down point: down to the bone or the base plane."""
+        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), 4001)[1:]
+        points = frame.origin - down[:, None] * frame.axes[2]
+        hard = points[:, 2] <= self.mesh.points[:, 2].min()
+        if self.finger.bone is None:
+            hard |= self.surfaces["bone"].level(points) <= 0
+        return float(down[hard.argmax()])
+
+
+def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
+    """Signs (k, 2) of the mirror image of the cell that holds each point."""
+    images = np.ones((len(points), 2), dtype=int)
+    for axis in ("xyz".index(name) for name in mirrors):
+        images[points[:, axis] < 0, axis] = -1
+    return images
+
+
+def _compressibility_ratio(layer: Layer) -> float:
+    mu, compressibility = lame(layer)
+    return mu * compressibility

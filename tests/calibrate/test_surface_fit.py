@@ -1,0 +1,161 @@
+"""Surfaces: the spline's arithmetic, the fit, what can be inverted, mesh scatter."""
+
+import numpy as np
+import pytest
+
+from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
+from papilla.calibration.point_surface import PointSurface, solve_cubic
+from papilla.calibration.surface import Axis, Surface
+from papilla.errors import InputError
+
+RNG = np.random.default_rng(11)
+
+
+@pytest.fixture(scope="module")
+def surface():
+    return Surface((0.1, 2.0), (0.05, 3.0), RNG.normal(size=(8, 10)))
+
+
+def points(surface, count=200):
+    rng = np.random.default_rng(5)
+    return (np.exp(rng.uniform(*np.log(limits), count)) for limits in (surface.force_N, surface.modulus_MPa))
+
+
+def test_a_cubic_is_reproduced_exactly():
+    """B-splines hold every bicubic polynomial of the logarithms, whatever the cells."""
+    force, modulus = (column.ravel() for column in np.meshgrid(np.geomspace(0.1, 2, 30), np.geomspace(0.05, 3, 30)))
+
+    def cubic(f, E):
+        return 1 + np.log(f) ** 3 - 2 * np.log(f) * np.log(E) ** 2 + 0.5 * np.log(E) ** 3
+
+    for along in ((Resolution(9), Resolution(14)), (Resolution(5, 3), Resolution(16, 3))):
+        found = SurfaceFit(force, modulus, along).surface(cubic(force, modulus))
+        f, E = points(found.surface)
+        np.testing.assert_allclose(found.surface(f, E), cubic(f, E), atol=1e-9)
+        assert found.largest < 1e-9 and found.rms < 1e-9
+
+
+def test_slopes_match_finite_differences(surface):
+    force, modulus = points(surface)
+    along_force, along_modulus = surface.slopes(force, modulus)
+    step = 1e-6
+    inside = (force * 1.01 < 2) & (force > 0.101) & (modulus < 2.97) & (modulus > 0.0505)
+    up, down = np.exp(step), np.exp(-step)
+    by_force = (surface(force * up, modulus) - surface(force * down, modulus)) / (2 * step)
+    by_modulus = (surface(force, modulus * up) - surface(force, modulus * down)) / (2 * step)
+    np.testing.assert_allclose(along_force[inside], by_force[inside], atol=1e-7)
+    np.testing.assert_allclose(along_modulus[inside], by_modulus[inside], atol=1e-7)
+
+
+def test_single_points_and_arrays_agree(surface):
+    point, (force, modulus) = PointSurface(surface), points(surface)
+    rows = [point.evaluate(x, y) for x, y in zip(np.log(force), np.log(modulus), strict=True)]
+    expected = np.column_stack([surface(force, modulus), *surface.slopes(force, modulus)])
+    np.testing.assert_allclose(rows, expected, atol=1e-11)
+    curve = point.curve(np.log(force[0]))
+    np.testing.assert_allclose([curve.evaluate(y)[0] for y in np.log(modulus)], surface(force[0], modulus), atol=1e-12)
+
+
+def test_outside_the_domain_there_is_no_value(surface):
+    assert np.isnan(surface([0.0999, 2.001, 0.5, 0.5, np.nan], [1, 1, 0.0499, 3.01, 1])).all()
+    assert np.isfinite(surface([0.1, 2.0], [0.05, 3.0])).all()
+    with pytest.raises(InputError, match="0.01 lies outside the surface's 0.1 to 2"):
+        surface.force_axis.basis(np.array([0.5, 0.01]))
+
+
+def test_unusable_surfaces_are_refused():
+    with pytest.raises(InputError, match="at least 4 x 4 coefficients, got 3 x 5"):
+        Surface((0.1, 1), (0.1, 1), np.zeros((3, 5)))
+    with pytest.raises(InputError, match="modulus_MPa must be a rising range"):
+        Surface((0.1, 1), (1, 1), np.zeros((4, 4)))
+    with pytest.raises(InputError, match="must be finite"):
+        Surface((0.1, 1), (0.1, 1), np.full((4, 4), np.nan))
+
+
+def test_rising_cubics_are_inverted_to_rounding():
+    """Among them cubics that are flat at an end or in the middle, where plain Newton would leave the cell."""
+    rng = np.random.default_rng(2)
+    for _ in range(300):
+        root = rng.uniform(-0.5, 1.5)
+        # Slope 3 k (u - root)^2 + small: rising everywhere, nearly flat at its inflection.
+        k, small = rng.uniform(0.1, 2), 10 ** rng.uniform(-9, 0)
+        cubic = (rng.normal(), 3 * k * root**2 + small, -3 * k * root, k)
+        u = rng.uniform()
+        value = cubic[0] + u * (cubic[1] + u * (cubic[2] + u * cubic[3]))
+        found = solve_cubic(cubic, value)
+        again = cubic[0] + found * (cubic[1] + found * (cubic[2] + found * cubic[3]))
+        assert again == pytest.approx(value, abs=1e-14)
+    assert solve_cubic((0.0, 1.0, 0.0, 0.0), -1e-18) == pytest.approx(0, abs=1e-15)
+
+
+def test_few_values_get_a_polynomial_and_many_get_cells():
+    assert table_resolution(np.array([1, 2, 2, 3])).degree == 2
+    assert table_resolution(np.arange(1, 9)).degree == 3
+    assert table_resolution(np.arange(1, 41)).cells == 36
+    assert Resolution(16, 2).in_words == "a polynomial of degree 2"
+
+
+def test_a_surface_needs_variation():
+    with pytest.raises(InputError, match="two moduli at least, got 1"):
+        SurfaceFit(np.array([0.1, 0.2]), np.array([1.0, 1.0]), (Resolution(16, 1), Resolution(16, 1)))
+
+
+def test_residual_rms_estimates_the_noise():
+    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.1, 1, 40), np.geomspace(0.05, 3, 30)))
+    rng = np.random.default_rng(0)
+    solver = SurfaceFit(force, modulus, (Resolution(16, 3), Resolution(8)))
+    found = [solver.surface(np.log(force) + rng.normal(scale=0.01, size=len(force))).rms for _ in range(20)]
+    # 44 parameters at most over 1200 presses: 2 % are for the surface's own error.
+    assert np.mean(found) == pytest.approx(0.0102, rel=0.02)
+
+
+def rising_then_falling(turn, cells=(4, 40)):
+    """ln S_d = -(ln E - turn)^2 on the domain 0.1-1 N, 0.05-3 MPa."""
+    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.1, 1, 30), np.geomspace(0.05, 3, 80)))
+    solver = SurfaceFit(force, modulus, (Resolution(cells[0], 1), Resolution(cells[1], 2)))
+    return solver.surface(-((np.log(modulus) - turn) ** 2)).surface
+
+
+def test_only_the_rising_part_is_usable_and_its_double_values_are_marked():
+    surface = rising_then_falling(turn=0.0)
+    usable, twofold = usable_part(surface)
+    nodes = surface.modulus_axis.nodes
+    assert (usable[:, 0] == 0).all()
+    assert (nodes[usable[:, 1]] <= 1.0 + 1e-9).all() and (nodes[usable[:, 1]] > 0.85).all()
+    # Falling cells reach down to the value at 3 MPa, -(ln 3)^2, and up to the top.
+    assert twofold[:, 0] == pytest.approx([-(np.log(3) ** 2)] * 4, abs=0.01)
+    assert twofold[:, 1] == pytest.approx([0] * 4, abs=0.01)
+
+
+def test_a_surface_that_falls_has_no_usable_part():
+    usable, _ = usable_part(rising_then_falling(turn=np.log(0.04)))
+    assert (usable[:, 0] == usable[:, 1]).all()
+
+
+def test_what_is_missing_is_not_usable():
+    """A press without readings takes the cells up to its neighbours in the table with it."""
+    surface = rising_then_falling(turn=np.log(4.0), cells=(9, 9))
+    forces, moduli = surface.force_axis.nodes, surface.modulus_axis.nodes
+    usable, twofold = usable_part(surface, forces[[8, 9]], moduli[[0, 0]], forces, moduli)
+    assert usable[:7].tolist() == [[0, 9]] * 7 and usable[7:].tolist() == [[1, 9]] * 2
+    assert np.isnan(twofold).all()
+
+
+def test_scatter_is_what_other_meshes_differ_by():
+    surface = rising_then_falling(turn=np.log(4.0))
+    rng = np.random.default_rng(1)
+    force, modulus = np.exp(rng.uniform(np.log(0.1), 0, 3000)), np.exp(rng.uniform(np.log(0.05), np.log(3), 3000))
+    size = np.where(force < 0.3, 0.03, 0.01)
+    others = [(force, modulus, surface(force, modulus) + sign * size) for sign in (1, -1, 1)]
+    known = uncertainty(Fitted(surface, 0.001, 2.0, 0.002), others)
+    assert known.meshes == 3 and 1.96 < known.scatter_factor < 2.2
+    assert known.scatter_at(0.12) == pytest.approx(0.03, rel=1e-6)
+    assert known.scatter_at(0.9) == pytest.approx(0.01, rel=1e-6)
+    with pytest.raises(InputError, match="share no force and modulus"):
+        uncertainty(Fitted(surface, 0.0, 2.0, 0.0), [(force + 5, modulus, modulus)])
+
+
+def test_axis_nodes_run_from_end_to_end():
+    axis = Axis.between(0.1, 1.0, 7)
+    assert axis.nodes[[0, -1]] == pytest.approx([0.1, 1.0], rel=1e-14)
+    assert axis.basis(axis.nodes[1:-1]).sum(axis=1) == pytest.approx(np.ones(6), rel=1e-14)

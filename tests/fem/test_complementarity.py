@@ -1,0 +1,217 @@
+"""Unilateral contact against Hertz, bonded layers and an independent solver of the same complementarity problem."""
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from papilla.errors import SolverError
+from papilla.fem.pressing import contact
+from papilla.fem.pressing.complementarity import solve_contact
+from papilla.fem.pressing.moments import contact_shape
+from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance
+from papilla.references import BondedLayerKernel, bonded_layer_sphere, hertz_ellipse_at, hertz_sphere
+
+RADIUS, E_STAR = 10.0, 0.2
+
+
+def paraboloid(x, y):
+    return (x**2 + y**2) / (2 * RADIUS)
+
+
+@pytest.fixture(scope="module")
+def ball(disc):
+    """A sphere's patch of 24 rings with the compliance of a half-space."""
+    patch = disc(4.0, 24, paraboloid)
+    return patch, half_space_compliance(patch) / E_STAR
+
+
+def random_problem(seed, n=30):
+    """Compliance, mass and gap of a random problem, the first positive definite and anything but diagonal."""
+    random = np.random.default_rng(seed)
+    factor = random.standard_normal((n, n))
+    compliance = factor @ factor.T + 10.0 ** random.uniform(-3, 1) * np.eye(n)
+    return compliance, random.uniform(0.5, 2, n), random.uniform(0, 1, n)
+
+
+# ---- Hertz
+
+
+@pytest.mark.parametrize("elements", [13.4, 14.3, 16, 18.7])
+def test_hertz_sphere(ball, elements):
+    """Contact radii of 13 to 19 elements, on and between the rings of nodes."""
+    patch, compliance = ball
+    radius = 4.0 * elements / 24
+    exact = hertz_sphere(4 * E_STAR * radius**3 / (3 * RADIUS), RADIUS, E_STAR)
+    found = solve_contact(compliance, patch.mass, patch.gap, force=exact.force / 4)
+    shape = contact_shape(patch, found.pressure)
+    assert exact.a == pytest.approx(radius)
+    assert found.indentation == pytest.approx(exact.indentation, rel=0.002)
+    assert shape.elliptic
+    assert shape.area == pytest.approx(exact.area, rel=0.01)
+    assert shape.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.01)
+    by_depth = solve_contact(compliance, patch.mass, patch.gap, indentation=exact.indentation)
+    assert 4 * patch.mass @ by_depth.pressure == pytest.approx(exact.force, rel=0.003)
+
+
+def test_hertz_is_approached_as_the_patch_is_refined(disc):
+    """Rings are hit and missed in turn, so errors are root mean squares over ten radii: caps, and orders in h."""
+    found = []
+    for rings in (8, 24):
+        patch = disc(4.0, rings, paraboloid)
+        compliance = half_space_compliance(patch)
+        errors = []
+        for radius in np.linspace(1.6, 3.2, 10):
+            exact = hertz_sphere(4 * radius**3 / (3 * RADIUS), RADIUS, 1.0)
+            contact_ = solve_contact(compliance, patch.mass, patch.gap, force=exact.force / 4)
+            shape = contact_shape(patch, contact_.pressure)
+            difference = contact_.pressure - exact.pressure(*patch.xy.T)
+            errors.append(
+                [
+                    contact_.indentation / exact.indentation - 1,
+                    shape.area / exact.area - 1,
+                    np.sqrt(4 * patch.mass @ difference**2 / exact.area) / exact.peak_pressure,
+                ]
+            )
+        found.append(np.sqrt(np.square(errors).mean(axis=0)))
+    order = np.log(found[0] / found[1]) / np.log(3)
+    assert (found[1] < [0.001, 0.01, 0.05]).all()
+    # The square root at the edge of Hertz's pressure allows no more than one for the pressure itself
+    assert (order > [1.4, 1.0, 0.6]).all()
+
+
+def test_hertz_ellipse(disc):
+    patch = disc(4.0, 24, lambda x, y: x**2 / 16 + y**2 / 32)
+    exact = hertz_ellipse_at(0.5, 8.0, 16.0, E_STAR)
+    found = solve_contact(half_space_compliance(patch) / E_STAR, patch.mass, patch.gap, indentation=0.5)
+    shape = contact_shape(patch, found.pressure)
+    assert 4 * patch.mass @ found.pressure == pytest.approx(exact.force, rel=0.01)
+    assert shape.area == pytest.approx(exact.area, rel=0.01)
+    assert shape.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.01)
+
+
+@pytest.mark.parametrize("nu", [0.5, 0.4])
+@pytest.mark.parametrize("chi", [0.19, 0.49, 0.75, 1.05])
+def test_bonded_layer(disc, chi, nu):
+    """A rigid sphere on a layer bonded to a rigid base, against the exact dual integral equations."""
+    thickness, modulus, radius = 10.0, 0.3, 100.0
+    exact = bonded_layer_sphere((chi * thickness) ** 2 / radius, radius, thickness, modulus, nu)
+    patch = disc(1.4 * exact.contact_radius, 16, lambda x, y: (x**2 + y**2) / (2 * radius))
+    compliance = half_space_compliance(patch) * ((1 - nu**2) / modulus)
+    compliance = compliance + kernel_compliance(patch, BondedLayerKernel(thickness, nu)) / modulus
+    found = solve_contact(compliance, patch.mass, patch.gap, indentation=exact.indentation)
+    shape = contact_shape(patch, found.pressure)
+    assert 4 * patch.mass @ found.pressure == pytest.approx(exact.force, rel=0.01)
+    assert shape.elliptic
+    assert shape.area == pytest.approx(exact.area, rel=0.02)
+    assert shape.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.02)
+
+
+# ---- Complementarity
+
+
+@pytest.mark.parametrize("force", [1e-4, 0.02, 0.15])
+def test_complementarity_and_balance(ball, force):
+    patch, compliance = ball
+    found = solve_contact(compliance, patch.mass, patch.gap, force=force)
+    weak_gap = compliance @ found.pressure + patch.gap - found.indentation * patch.mass
+    scale = (found.indentation * patch.mass).max()
+    assert (found.pressure >= 0).all() and (weak_gap >= -1e-12 * scale).all()
+    assert np.abs(found.pressure * weak_gap).max() <= 1e-12 * found.pressure.max() * scale
+    assert ((found.pressure > 0) == found.active).all()
+    assert patch.mass @ found.pressure == pytest.approx(force, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_problems_against_nonnegative_least_squares(seed):
+    """p minimises p A p / 2 - p (delta m - g) over p >= 0: nnls on the Cholesky factor of A."""
+    compliance, mass, gap = random_problem(seed)
+    depth = 0.6
+    lower = np.linalg.cholesky(compliance)
+    expected, _ = nnls(lower.T, np.linalg.solve(lower, depth * mass - gap))
+    found = solve_contact(compliance, mass, gap, indentation=depth)
+    assert found.pressure == pytest.approx(expected, rel=1e-7, abs=1e-9 * expected.max())
+    assert 0 < found.active.sum() < len(mass), "neither all nor nothing is in contact"
+    by_force = solve_contact(compliance, mass, gap, force=mass @ expected)
+    assert by_force.indentation == pytest.approx(depth, rel=1e-9)
+    assert by_force.pressure == pytest.approx(expected, rel=1e-7, abs=1e-9 * expected.max())
+
+
+def test_single_pivots_take_over_where_blocks_cycle(monkeypatch):
+    """With no patience at all, single exchanges alone find the same answers."""
+    problems = [random_problem(seed) for seed in range(8)]
+    expected = [solve_contact(*problem, indentation=0.6) for problem in problems]
+    monkeypatch.setattr(contact, "PATIENCE", 1)
+    found = [solve_contact(*problem, indentation=0.6) for problem in problems]
+    assert max(single.iterations - block.iterations for single, block in zip(found, expected, strict=True)) > 0
+    for single, block in zip(found, expected, strict=True):
+        assert (single.active == block.active).all()
+        assert single.pressure == pytest.approx(block.pressure, rel=1e-9)
+
+
+def test_exchanges_that_do_not_settle_are_an_error(ball, monkeypatch):
+    patch, compliance = ball
+    monkeypatch.setattr(contact, "MAX_PIVOTS", 1)
+    with pytest.raises(SolverError, match="contact did not settle in 1 exchanges"):
+        solve_contact(compliance, patch.mass, patch.gap, force=0.1)
+
+
+# ---- What must not change the answer
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+@pytest.mark.parametrize("unit", ["pressure", "length"])
+def test_units_change_nothing(ball, unit, scale):
+    patch, compliance = ball
+    plain = solve_contact(compliance, patch.mass, patch.gap, force=0.05)
+    if unit == "pressure":
+        found = solve_contact(compliance / scale, patch.mass, patch.gap, force=0.05 * scale)
+        pressure, indentation = found.pressure / scale, found.indentation
+    else:
+        found = solve_contact(compliance * scale**3, patch.mass * scale**2, patch.gap * scale**3, force=0.05 * scale**2)
+        pressure, indentation = found.pressure, found.indentation / scale
+    assert found.iterations == plain.iterations
+    assert (found.active == plain.active).all()
+    assert pressure == pytest.approx(plain.pressure, rel=1e-9)
+    assert indentation == pytest.approx(plain.indentation, rel=1e-12)
+
+
+@pytest.mark.parametrize("start", ["nothing", "everything", "one far node", "random", "answer"])
+@pytest.mark.parametrize("control", ["force", "indentation"])
+def test_the_start_changes_nothing_but_the_work(ball, start, control):
+    patch, compliance = ball
+    value = {"force": 0.05} if control == "force" else {"indentation": 0.4}
+    plain = solve_contact(compliance, patch.mass, patch.gap, **value)
+    n = len(patch.mass)
+    guess = {
+        "nothing": np.zeros(n, dtype=bool),
+        "everything": np.ones(n, dtype=bool),
+        "one far node": np.arange(n) == n - 1,
+        "random": np.random.default_rng(0).random(n) < 0.5,
+        "answer": plain.active,
+    }[start]
+    kept = guess.copy()
+    found = solve_contact(compliance, patch.mass, patch.gap, start=guess, **value)
+    assert (guess == kept).all(), "the guess is the caller's"
+    assert (found.active == plain.active).all()
+    assert found.pressure == pytest.approx(plain.pressure, rel=1e-12)
+    assert start != "answer" or found.iterations == 1
+
+
+@pytest.mark.parametrize("force", [0.003, 0.05, 0.15])
+def test_force_and_indentation_are_two_ways_to_one_contact(ball, force):
+    patch, compliance = ball
+    by_force = solve_contact(compliance, patch.mass, patch.gap, force=force)
+    by_depth = solve_contact(compliance, patch.mass, patch.gap, indentation=by_force.indentation)
+    assert (by_depth.active == by_force.active).all()
+    assert patch.mass @ by_depth.pressure == pytest.approx(force, rel=1e-9)
+
+
+def test_no_contact_where_the_indentation_does_not_reach():
+    compliance, mass, gap = random_problem(0)
+    found = solve_contact(compliance, mass, gap + 1, indentation=1e-3)
+    assert not found.active.any() and not found.pressure.any()
+
+
+def test_one_node_carries_what_it_must():
+    found = solve_contact(np.array([[2.0]]), np.array([4.0]), np.array([1.0]), force=8.0)
+    assert found.pressure == pytest.approx([2.0]) and found.indentation == pytest.approx((2 * 2 + 1) / 4)

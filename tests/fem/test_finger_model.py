@@ -1,0 +1,275 @@
+"""`FingerModel`: reciprocity, mirror symmetry and parities, the bone, the incompressible limit, recovered fields."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.fem import FingerModel, press, receptive_fields, recover
+from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.space import parity_signs
+from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.reduction.gauges import gauge_frame, strain_functional
+from papilla.finger import Finger, Layer
+from papilla.mesh import build
+from papilla.mesh.layered import BOUNDARIES
+from papilla.mesh.topology import volumes
+from papilla.specimen import Block, HalfSpace
+
+BLOCK = Block(0.51, 10)
+
+
+def whole_of(mesh):
+    """The same mesh, its mirrors unknown."""
+    return dataclasses.replace(mesh, mirrors=())
+
+
+@pytest.fixture(scope="module")
+def whole_model(coarse_model):
+    """The coarse finger solved on all of its mesh at once."""
+    return FingerModel(coarse_model.finger, whole_of(coarse_model.mesh))
+
+
+# ---- Symmetry
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (5.0, -3.0)])
+def test_quarter_and_whole_mesh_give_the_same_reduced_finger(coarse_model, whole_model, at):
+    """Two paths: four parities on a quarter, or one solve on everything."""
+    by_parts, at_once = (press(model.reduce(at), BLOCK, force=0.3) for model in (coarse_model, whole_model))
+    assert by_parts.reading == pytest.approx(at_once.reading, rel=1e-9)
+    assert by_parts.indentation == pytest.approx(at_once.indentation, rel=1e-9)
+    assert 4 - 3 * (at != (0, 0)) == coarse_model.reduce(at).multiplicity
+    assert whole_model.reduce(at).multiplicity == 1
+
+
+def test_a_touch_down_next_to_the_apex_is_the_apex(coarse_model, coarse):
+    beside = coarse_model.reduce((1e-9, 0.0))
+    assert beside.multiplicity == 1 and len(beside.patch.xy) > 2 * len(coarse.patch.xy)
+    found, apex = press(beside, BLOCK, force=0.3), press(coarse, BLOCK, force=0.3)
+    assert found.reading == pytest.approx(apex.reading, rel=1e-7)
+    assert found.indentation == pytest.approx(apex.indentation, rel=1e-9)
+    assert found.contact_area == pytest.approx(apex.contact_area, rel=0.02)
+
+
+def test_mirrored_touch_downs_give_mirrored_readings(coarse_model):
+    here = press(coarse_model.reduce((4.0, 3.0)), BLOCK, force=0.3)
+    left = press(coarse_model.reduce((-4.0, 3.0)), BLOCK, force=0.3)
+    behind = press(coarse_model.reduce((4.0, -3.0)), BLOCK, force=0.3)
+    assert left.reading == pytest.approx(here.reading[::-1], rel=1e-9)
+    assert behind.reading == pytest.approx(here.reading, rel=1e-9), "the gauges lie in the plane y = 0"
+    assert np.abs(here.reading - here.reading[::-1]).max() > 0.1 * here.reading.max()
+
+
+def test_matrices_of_a_reduced_finger_are_symmetric_and_positive(coarse_model):
+    for at in ((0.0, 0.0), (4.0, 3.0)):
+        reduced = coarse_model.reduce(at)
+        assert (reduced.compliance == reduced.compliance.T).all()
+        assert np.linalg.eigvalsh(reduced.compliance).min() > 0
+
+
+def test_depth_is_the_tissue_down_to_the_bone(coarse_model, reference):
+    assert reference.depth == pytest.approx(14, abs=0.03)
+    assert coarse_model.reduce((4.0, 3.0)).depth == pytest.approx(14, rel=0.1)
+
+
+# ---- Reciprocity
+
+
+def adjoint_at(model, points):
+    """(k, 3, g) strain of each gauge per newton along each axis at points of the skin, by `gauge_adjoints`."""
+    images = image_of(points, model.mesh.mirrors)
+    values = interpolation(model.space, points * np.column_stack([images, np.ones(len(points))]))
+    total = 0
+    for parity, solution in model.gauge_adjoints().items():
+        signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
+        fields = (values @ solution.reshape(len(solution), -1)).reshape(len(points), 3, -1)
+        total = total + fields * signs[:, :, None]
+    return total
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (4.0, 3.0)])
+def test_adjoint_rows_are_the_gauges_of_the_direct_solution(coarse_model, at):
+    """Strain rows by the patch's solutions, against the gauge functional of one recovered displacement."""
+    reduced = coarse_model.reduce(at)
+    pressure = np.random.default_rng(0).random(len(reduced.patch.xy))
+    interface = coarse_model.surfaces["interface"]
+    for number, gauge in enumerate(coarse_model.finger.gauges):
+        functional = strain_functional(gauge, gauge_frame(coarse_model.finger, gauge, interface), interface)
+        images = image_of(functional.points, ("x", "y"))
+        values = interpolation(coarse_model.space, functional.points * np.column_stack([images, np.ones(2)]))
+        strain = 0.0
+        for parity, field in coarse_model.cell_displacements(pressure, at).items():
+            signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
+            strain += (functional.weights * signs * (values @ field)).sum()
+        assert strain == pytest.approx(reduced.strain_rows[number] @ pressure, rel=1e-9)
+
+
+def test_gauge_adjoints_are_reciprocal(coarse_model):
+    """The work of the patch's own load on a gauge's adjoint field is that gauge's strain."""
+    at = (4.0, 3.0)
+    reduced = coarse_model.reduce(at)
+    loaded, parities = coarse_model._patch(at)
+    pressure = np.random.default_rng(1).random(len(reduced.patch.xy))
+    strain = np.zeros(len(coarse_model.finger.gauges))
+    adjoints = coarse_model.gauge_adjoints()
+    for parity in parities:
+        load = loaded.loads(parity) @ pressure
+        strain += load @ adjoints[parity].reshape(len(load), -1)
+    assert strain == pytest.approx(reduced.strain_rows @ pressure, rel=1e-10, abs=1e-10 * np.abs(strain).max())
+
+
+def test_receptive_fields_are_presses_of_a_tiny_force(coarse_model, coarse):
+    """At the apex by symmetry, and against a narrow load on a vertex: one newton spread over its hat function."""
+    fields = receptive_fields(coarse_model)
+    assert fields.strain_per_newton.shape == (5, len(fields.vertices))
+    points = coarse_model.mesh.points[fields.vertices]
+    inward = -coarse_model.surfaces["skin"].normal(points)
+    expected = np.einsum("ki,kig->gk", inward, adjoint_at(coarse_model, points))
+    assert fields.strain_per_newton == pytest.approx(expected, rel=1e-6, abs=1e-9)
+    apex = int(np.argmax(points[:, 2]))
+    node = int(np.argmin(np.hypot(*coarse.patch.xy.T)))
+    spread = coarse.strain_rows[:, node] / (4 * coarse.patch.mass[node])
+    found = fields.strain_per_newton[:, apex]
+    assert found[:2] == pytest.approx(found[:2:-1], rel=1e-9)
+    # A hat of 5 mm against a point: the same signs and size at gauges 14 mm and more away
+    assert found[[0, 4]] == pytest.approx(spread[[0, 4]], rel=0.3)
+    assert (np.sign(found) == np.sign(spread)).all()
+
+
+@pytest.mark.slow
+def test_receptive_fields_of_the_reference_finger(reference_model, reference):
+    """A press of a vanishing force at the apex: the hertz rung on the influence rows, two paths to one number."""
+    fields = receptive_fields(reference_model)
+    apex = int(np.argmax(reference_model.mesh.points[fields.vertices, 2]))
+    tiny = press(reference, HalfSpace(0.5), force=1e-9, fidelity="hertz")
+    assert fields.strain_per_newton[:, apex] == pytest.approx(tiny.strain / 1e-9, rel=0.05)
+
+
+# ---- Materials
+
+
+def test_incompressibility_is_approached_smoothly(coarse_model):
+    """nu 0.49 to 0.5: readings change by the compressibility, in proportion to 1 - 2 nu, and no more."""
+    readings = []
+    for nu in (0.49, 0.495, 0.499, 0.4999, 0.5):
+        finger = dataclasses.replace(coarse_model.finger, outer=Layer(0.136, nu), inner=Layer(0.034, nu))
+        readings.append(press(FingerModel(finger, coarse_model.mesh).reduce(), BLOCK, force=0.3).indentation)
+    change = 1 - np.array(readings) / readings[-1]
+    assert 1e-4 < abs(change[0]) < 0.1
+    assert change[1] / change[0] == pytest.approx(0.5, abs=0.1)
+    assert change[2] / change[0] == pytest.approx(0.1, abs=0.03)
+    assert change[3] / change[0] == pytest.approx(0.01, abs=0.005)
+
+
+def test_stiffness_scales_with_the_moduli(coarse_model, coarse):
+    """All moduli and the force doubled: the same strain, the same contact, twice the pressure."""
+    finger = dataclasses.replace(coarse_model.finger, outer=Layer(0.272), inner=Layer(0.068))
+    harder = FingerModel(finger, coarse_model.mesh).reduce()
+    assert harder.compliance == pytest.approx(coarse.compliance / 2, rel=1e-9)
+    found = press(harder, Block(1.02, 10), force=0.6, fidelity="contact")
+    plain = press(coarse, BLOCK, force=0.3, fidelity="contact")
+    assert found.reading == pytest.approx(plain.reading, rel=1e-8)
+    assert found.peak_pressure == pytest.approx(2 * plain.peak_pressure, rel=1e-8)
+
+
+def test_a_hard_bone_is_a_rigid_one_and_a_soft_one_is_not(dome, coarse):
+    rigid = press(coarse, BLOCK, force=0.3, fidelity="contact")
+    found = {}
+    for modulus in (3000.0, 0.034):
+        finger = dataclasses.replace(Finger.default(), bone=Layer(modulus, 0.35))
+        found[modulus] = press(FingerModel(finger, dome(finger)).reduce(), BLOCK, force=0.3, fidelity="contact")
+    assert found[3000.0].reading == pytest.approx(rigid.reading, rel=1e-3)
+    assert found[3000.0].indentation == pytest.approx(rigid.indentation, rel=1e-3)
+    assert found[0.034].indentation > 1.05 * rigid.indentation
+
+
+def test_bone_and_mesh_go_together(dome):
+    soft = dataclasses.replace(Finger.default(), bone=Layer(3000.0, 0.35))
+    for finger, mesh in ((soft, dome(Finger.default())), (Finger.default(), dome(soft))):
+        with pytest.raises(InputError, match="the mesh does not fit the finger: bone cells and a bone with a modulus"):
+            FingerModel(finger, mesh)
+
+
+# ---- Fields
+
+
+def test_recovered_field_is_in_balance_with_the_press(coarse_model, coarse):
+    found = press(coarse, BLOCK, force=0.3, fidelity="contact")
+    field = recover(coarse_model, coarse, found)
+    mesh = coarse_model.mesh
+    assert field.displacement.shape == mesh.points.shape and field.strain.shape == (len(mesh.tets), 3, 3)
+    assert np.abs(field.displacement[np.unique(mesh.boundaries["base"])]).max() == 0
+    apex = int(np.argmax(mesh.points[:, 2]))
+    assert -found.indentation < field.displacement[apex, 2] < -0.3 * found.indentation
+    volume = np.trace(field.strain, axis1=1, axis2=2)
+    # Incompressible in the mean of each patch of cells, so for the whole; on so coarse a mesh not cell by cell
+    size = volumes(mesh.points, mesh.tets)
+    assert abs(volume @ size) < 1e-3 * (np.abs(field.strain).max(axis=(1, 2)) @ size)
+    for axis in (0, 1):
+        image = mesh.points * np.where(np.arange(3) == axis, -1, 1)
+        order = np.lexsort(np.round(mesh.points, 6).T + 0.0)
+        other = np.lexsort(np.round(image, 6).T + 0.0)
+        flipped = field.displacement[other] * np.where(np.arange(3) == axis, -1, 1)
+        assert flipped == pytest.approx(field.displacement[order], abs=1e-12)
+
+
+def test_fields_by_parts_and_at_once_agree(coarse_model, whole_model):
+    """Vertex displacement and cell strain of an off-centre press, on quarter cells and on the whole mesh."""
+    at = (5.0, -3.0)
+    fields = []
+    for model in (coarse_model, whole_model):
+        reduced = model.reduce(at)
+        fields.append(recover(model, reduced, press(reduced, BLOCK, force=0.3)))
+    assert fields[0].displacement == pytest.approx(fields[1].displacement, abs=1e-8)
+    assert fields[0].strain == pytest.approx(fields[1].strain, abs=1e-9)
+
+
+def test_cell_strain_is_the_gradient_of_the_displacement(coarse_model, whole_model):
+    """By the divergence theorem the mean strain of a cell follows from the displacement of its faces."""
+    reduced = whole_model.reduce()
+    found = press(reduced, BLOCK, force=0.3)
+    field = recover(whole_model, reduced, found)
+    u = whole_model.cell_displacements(found.pressure)[1, 1]
+    mesh, space = whole_model.mesh, whole_model.space
+    cells = np.random.default_rng(0).choice(len(mesh.tets), 20, replace=False)
+    for cell in cells:
+        corners, nodes = mesh.points[mesh.tets[cell]], space.displacement.element_dofs[:, cell]
+        places = space.displacement.doflocs[:, nodes].T
+        total = np.zeros((3, 3))
+        for face in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]):
+            a, b, c = corners[face]
+            # The mean of a quadratic over a triangle is that of its edge midpoints
+            middles = [(a + b) / 2, (b + c) / 2, (c + a) / 2]
+            at = [int(np.argmin(np.linalg.norm(places - middle, axis=1))) for middle in middles]
+            total += np.outer(u[nodes[at]].mean(axis=0), np.cross(b - a, c - a) / 2)
+        gradient = total / (np.linalg.det(corners[1:] - corners[0]) / 6)
+        assert field.strain[cell] == pytest.approx((gradient + gradient.T) / 2, abs=1e-10)
+
+
+def test_only_its_own_reduced_finger_is_recovered(coarse_model, whole_model, coarse):
+    with pytest.raises(InputError, match="does not come from this model"):
+        recover(whole_model, coarse, press(coarse, BLOCK, force=0.3))
+    with pytest.raises(InputError, match=r"pressure must have \d+ nodal values, got shape \(3,\)"):
+        coarse_model.cell_displacements(np.ones(3))
+
+
+def test_reduced_finger_names_where_it_comes_from(coarse_model, coarse):
+    assert coarse.finger_name == coarse_model.finger.name
+    assert (coarse.finger_sha256, coarse.mesh_sha256) == (coarse_model.finger.sha256, coarse_model.mesh.sha256)
+    assert coarse.gauge_names == ("g1", "g2", "g3", "g4", "g5") and coarse.at == (0.0, 0.0)
+    assert coarse.outer_modulus == pytest.approx(0.136 / (1 - 0.4999**2))
+    assert set(BOUNDARIES) == set(coarse_model.mesh.boundaries)
+
+
+@pytest.mark.slow
+def test_a_mesh_of_the_mesher_without_its_mirrors(tmp_path, monkeypatch):
+    """The apex press by quarter and by everything, on a mesh that is not structured."""
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
+    finger = Finger.default()
+    mesh = build(finger, size_mm=2.0)
+    quarter, whole = (FingerModel(finger, which).reduce() for which in (mesh, whole_of(mesh)))
+    for force in (0.3, 0.9):
+        by_parts, at_once = (press(which, BLOCK, force=force, fidelity="contact") for which in (quarter, whole))
+        assert by_parts.reading == pytest.approx(at_once.reading, rel=1e-7)
