@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import nnls
 
 from papilla.errors import SolverError
-from papilla.fem.pressing import contact
+from papilla.fem.pressing import complementarity
 from papilla.fem.pressing.complementarity import solve_contact
 from papilla.fem.pressing.moments import contact_shape
 from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance
@@ -140,7 +140,7 @@ def test_single_pivots_take_over_where_blocks_cycle(monkeypatch):
     """With no patience at all, single exchanges alone find the same answers."""
     problems = [random_problem(seed) for seed in range(8)]
     expected = [solve_contact(*problem, indentation=0.6) for problem in problems]
-    monkeypatch.setattr(contact, "PATIENCE", 1)
+    monkeypatch.setattr(complementarity, "PATIENCE", 1)
     found = [solve_contact(*problem, indentation=0.6) for problem in problems]
     assert max(single.iterations - block.iterations for single, block in zip(found, expected, strict=True)) > 0
     for single, block in zip(found, expected, strict=True):
@@ -150,7 +150,7 @@ def test_single_pivots_take_over_where_blocks_cycle(monkeypatch):
 
 def test_exchanges_that_do_not_settle_are_an_error(ball, monkeypatch):
     patch, compliance = ball
-    monkeypatch.setattr(contact, "MAX_PIVOTS", 1)
+    monkeypatch.setattr(complementarity, "MAX_PIVOTS", 1)
     with pytest.raises(SolverError, match="contact did not settle in 1 exchanges"):
         solve_contact(compliance, patch.mass, patch.gap, force=0.1)
 
