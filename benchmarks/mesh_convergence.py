@@ -10,11 +10,11 @@ from papilla import fem
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.mesh.reference import VARIANTS
-from papilla.specimen import Block
+from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
 FORCES_GF = (5, 10, 20, 50, 60, 100)
-SPECIMEN = Block(0.51, 10)
+SPECIMEN = Block(0.51, THICKNESS_MM)
 QUANTITIES = ("sd", "indentation", "contact_area", "peak_pressure")
 
 

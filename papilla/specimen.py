@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 from papilla import checks
 
+THICKNESS_MM = 10.0
+"""Thickness of the block that a sweep, a calibration and the commands press on unless another is asked for."""
+
 
 @dataclass(frozen=True)
 class HalfSpace:

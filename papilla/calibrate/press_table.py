@@ -11,7 +11,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
-from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Specimen, Sphere
 from papilla.tables import read_table, write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
@@ -20,7 +20,6 @@ DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS
 """Moduli in MPa, the published ones among them; 43, because contact grows node by node: a coarser table shows in E."""
 DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
 """Forces in N."""
-THICKNESS_MM = 10.0
 SCHEMA = "papilla.sweep/1"
 NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
 
@@ -121,7 +120,7 @@ class Sweep:
 
 
 def default_specimen(modulus: float) -> Specimen:
-    """The specimen of a sweep: a block of 10 mm bonded to a rigid table."""
+    """The specimen of a sweep: a block of `THICKNESS_MM` bonded to a rigid table."""
     return Block(modulus, THICKNESS_MM)
 
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from papilla.fem import Press
     from papilla.specimen import Specimen
 
-DEFAULT_THICKNESS_MM = 10.0
-
 SpecimenKind = Literal["half-space", "block", "sphere"]
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
@@ -71,7 +69,7 @@ def press(
 
 def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None) -> "Specimen":
     """The specimen of the options; refuses an option that its shape would ignore."""
-    from papilla.specimen import Block, HalfSpace, Sphere
+    from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Sphere
 
     if thickness is not None and kind != "block":
         raise InputError(f"--thickness is for a block, not for a {kind}")
@@ -80,7 +78,7 @@ def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, r
     if kind == "half-space":
         return HalfSpace(modulus)
     if kind == "block":
-        return Block(modulus, DEFAULT_THICKNESS_MM if thickness is None else thickness)
+        return Block(modulus, THICKNESS_MM if thickness is None else thickness)
     if radius is None:
         raise InputError("a sphere needs --radius (mm)")
     return Sphere(modulus, radius)

@@ -13,13 +13,13 @@ from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press
 from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
-from papilla.specimen import Block
+from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
 FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
 """N: those for which the cost of small strain is reported."""
 
-SPECIMEN = Block(0.51, 10)
+SPECIMEN = Block(0.51, THICKNESS_MM)
 """The middle one of the published specimens, as thick as the default."""
 
 SCENES = 40

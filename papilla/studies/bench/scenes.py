@@ -7,10 +7,10 @@ import numpy as np
 from papilla.fem import ReducedFinger, press, press_finite
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
-from papilla.specimen import Block
+from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
-SPECIMEN = Block(0.51, 10.0)
+SPECIMEN = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus (MPa, mm)."""
 
 FORCES_GF = (10, 15, 20, 30, 50, 70, 100)

@@ -20,7 +20,7 @@ from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.fem import ReducedFinger, prepare, press
 from papilla.finger import Finger
 from papilla.references.softness_bound import modulus_bound
-from papilla.specimen import Block
+from papilla.specimen import THICKNESS_MM, Block
 
 MODULI_MPA = (0.05, 0.3, 0.72)
 NOISES = ((20.0, 0.002), (50.0, 0.005), (50.0, 0.02))
@@ -29,7 +29,6 @@ PROFILES = ("press", "light", "firm")
 SAMPLES = 200
 BESIDE_MM = (0.5, 1.0, 2.0)
 """Where touches beside the apex lie."""
-THICKNESS_MM = 10.0
 HELD_OUT = 40_000
 """First seed of the comparison; tuning used seeds below it."""
 FORCES = 33

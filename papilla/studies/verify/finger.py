@@ -8,10 +8,10 @@ from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Finger
 from papilla.mesh import build
-from papilla.specimen import Block, Specimen, Sphere
+from papilla.specimen import THICKNESS_MM, Block, Specimen, Sphere
 from papilla.units import GRAM_FORCE_N
 
-BLOCK = Block(0.51, 10.0)
+BLOCK = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus."""
 
 FORCES_GF = (5, 10, 30, 60, 100)
