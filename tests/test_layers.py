@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "papilla"
-MODULES = sorted(PACKAGE.rglob("*.py"))
+MODULES = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
 
 TOP = frozenset(path.stem for path in PACKAGE.glob("*.py") if not path.stem.startswith("__"))
 L0 = TOP | {"calibration", "references"}

@@ -1,6 +1,7 @@
 """The report's figures, from a calibration and the presses behind it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -62,17 +63,17 @@ def sd_figures(done: Calibrated, comparison: Comparison | None) -> Markup:
     ]
     force = _inside(calibration.domain["force_N"], CURVE_POINTS)
     sd = calibration.predict(force[:, None], np.array(moduli)[None, :])
-    dashed = {}
+    dashed: dict[str, Any] = {}
     if comparison is not None:
         dashed = {
             "published_force_N": gf_to_newton(comparison.force_gf),
             "published_sd": comparison.published / comparison.scale,
             "published_moduli": SPECIMENS_MPA,
         }
-    measured = {}
+    measured = None
     if not isinstance(done.presses, Sweep):
-        measured = {"measured": (done.presses.force_N, done.presses.modulus_MPa, done.presses.sd_microstrain)}
-    against_force = view.plots.sd_against_force(force, moduli, sd, **dashed, **measured)
+        measured = (done.presses.force_N, done.presses.modulus_MPa, done.presses.sd_microstrain)
+    against_force = view.plots.sd_against_force(force, moduli, sd, **dashed, measured=measured)
     modulus = _inside(calibration.domain["modulus_MPa"], CURVE_POINTS)
     forces = np.linspace(*calibration.domain["force_N"], 6)
     against_modulus = view.plots.sd_against_modulus(

@@ -1,0 +1,32 @@
+"""The names of `papilla.estimators` and the module that defines each."""
+
+from .channel_lags import channel_lags as channel_lags
+from .friction import Friction as Friction
+from .friction import FrictionEstimate as FrictionEstimate
+from .line_tracker import LineEstimate as LineEstimate
+from .line_tracker import LineTracker as LineTracker
+from .lines import find_lines as find_lines
+from .lines import travelled as travelled
+from .pipeline import Pipeline as Pipeline
+from .pipeline import PipelineEstimate as PipelineEstimate
+from .published import ImpulseDensity as ImpulseDensity
+from .published import ImpulseInterval as ImpulseInterval
+from .published import Okamoto as Okamoto
+from .published import RoughnessEstimate as RoughnessEstimate
+from .published import ShortTimeSpectrum as ShortTimeSpectrum
+from .published import ZeroCrossing as ZeroCrossing
+from .softness import GaugeEstimate as GaugeEstimate
+from .softness import GaugeSoftness as GaugeSoftness
+from .softness import GaugeState as GaugeState
+from .softness import Softness as Softness
+from .softness import SoftnessEstimate as SoftnessEstimate
+from .softness import SoftnessState as SoftnessState
+from .tracking import FusedEstimate as FusedEstimate
+from .tracking import FusedTracker as FusedTracker
+from .tracking import ReciprocalCounter as ReciprocalCounter
+from .tracking import SpaceTracker as SpaceTracker
+from .tracking import WavelengthEstimate as WavelengthEstimate
+from .tracking import WavenumberBank as WavenumberBank
+from .tracking.blind import ChirpEstimate as ChirpEstimate
+from .tracking.blind import ChirpTracker as ChirpTracker
+from .wavelet import CrossRidge as CrossRidge

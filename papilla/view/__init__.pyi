@@ -1,0 +1,12 @@
+"""The names of `papilla.view` and the module that defines each."""
+
+from . import plots as plots
+from .contact_map import contact_figure as contact_figure
+from .pictures import contact as contact
+from .pictures import receptive as receptive
+from .pictures import strain as strain
+from .pictures import strain_png as strain_png
+from .receptive_field import receptive_figure as receptive_figure
+from .strain_field import strain_figure as strain_figure
+from .style import png as png
+from .style import svg as svg
