@@ -10,7 +10,6 @@ import pytest
 
 import papilla
 
-ROOT = Path(__file__).parents[1]
 HEAVY = ("numpy", "scipy", "skfem", "pyvista", "vtkmodules", "matplotlib", "pydantic", "meshio", "pytetwild", "rslab")
 DOCUMENTED = ("Finger", "HalfSpace", "Block", "Sphere", "Grating", "Calibration", "PapillaError")
 
@@ -52,35 +51,6 @@ def test_the_documented_names_are_curated():
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'papilla' has no attribute 'Fingre'"):
         papilla.Fingre  # noqa: B018
-
-
-@pytest.mark.slow
-def test_type_checkers_see_through_the_lazy_names(tmp_path):
-    """Right code passes, and each misspelt name is an error: of the package, of its packages, of an object."""
-    right = [
-        "finger: papilla.finger.Finger = papilla.Finger.default()",
-        "skin: float = papilla.Layer(0.1).modulus + papilla.Ogden(1.0, 2.0).mu",
-        "pipeline = papilla.estimators.Pipeline(gauges=2)",
-        "picture = papilla.view.strain_figure",
-    ]
-    wrong = ["papilla.Fingre", "papilla.Finger.default().outre", "papilla.estimators.Pipline", "papilla.view.stain"]
-    lines = ["import papilla", "import papilla.finger", *right, *wrong]
-    (tmp_path / "snippet.py").write_text("\n".join(lines))
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--cache-dir",
-        str(tmp_path),
-        "--config-file",
-        str(ROOT / "pyproject.toml"),
-    ]
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", *config, "snippet.py"], cwd=tmp_path, capture_output=True, text=True
-    )
-    found = [line for line in done.stdout.splitlines() if "snippet.py:" in line]
-    assert [int(line.split(":")[1]) for line in found] == [7, 8, 9, 10], done.stdout
-    assert all("has no attribute" in line for line in found)
 
 
 @pytest.mark.parametrize("package", ["papilla", "papilla.estimators", "papilla.view"])
