@@ -217,7 +217,7 @@ class FrictionPart(Part):
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""
         answers = _run(self.estimator, [(row.tangential_N, row.force_N, row.tick.slope_mm_s) for row in rows])
-        return [(kinetic, static, status) for kinetic, static, _offset, status in answers]
+        return [(answer[0], answer[1], answer[-1]) for answer in answers]
 
     def sentence(self, status):
         """The status in words."""
