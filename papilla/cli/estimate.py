@@ -103,7 +103,7 @@ def _pipeline(recorded: "TimeLog", record, noise, wavelengths, saturation) -> "P
         options["saturation"] = saturation
     return Pipeline(
         record,
-        gauges=len(recorded.gauge_names),
+        gauges=recorded.gauge_names,
         columns=tuple(name for name in TIME_OPTIONAL if getattr(recorded, name) is not None),
         sample_rate_Hz=recorded.sample_rate_Hz,
         **noise,

@@ -218,3 +218,11 @@ def test_noise_is_told_from_a_ramp():
     assert white_noise(np.linspace(0, 1e4, 5000) + rng.normal(0, 3, 5000)) == pytest.approx(3, rel=0.05)
     assert white_noise(np.arange(10.0)) == pytest.approx(0, abs=1e-12)
     assert np.isnan(white_noise([1.0, 2.0]))
+
+
+def test_a_gauge_is_called_by_the_name_that_the_header_gives_it(papilla, tmp_path, calibrated):
+    rng = np.random.default_rng(4)
+    gauges = {name: rng.normal(size=400) for name in ("g1", "g2", "g4", "g5")} | {"g4": np.full(400, np.nan)}
+    write_table(tmp_path / "four.csv", {"t_s": np.arange(400) / 1000, **gauges})
+    assert papilla("estimate", "four.csv", "--out", "est.csv").code == 0
+    assert {row["status"].split(";")[0] for row in rows_of(tmp_path / "est.csv")} == {"g4 missing"}

@@ -1,6 +1,7 @@
 """Which gauge is wrong and how: missing, saturated, stuck while the others move."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import eq
 
@@ -79,11 +80,11 @@ class GaugeHealth:
         return found if any(found) else ()
 
 
-def words(found: tuple[int, ...]) -> list[str]:
-    """Sentences such as `g2, g4 missing` of what `look` found."""
+def words(found: tuple[int, ...], names: Sequence[str]) -> list[str]:
+    """Sentences such as `g2, g4 missing` of what `look` found of the gauges of these names."""
     sentences = []
     for kind, word in _WORDS.items():
-        named = [f"g{number}" for number, own in enumerate(found, start=1) if own == kind]
+        named = [name for name, own in zip(names, found, strict=False) if own == kind]
         if named:
             sentences.append(f"{', '.join(named)} {word}")
     return sentences

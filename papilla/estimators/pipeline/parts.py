@@ -67,13 +67,16 @@ class GaugesPart(Part):
     """modulus_MPa, modulus_sigma_MPa from every gauge and the force; its status also says which of them is wrong.
 
     Where the readings contradict each other (over a texture they do) S_d answers, which that moves much less.
-    position_sigma_mm : contacts lie about the apex with this standard deviation, None at the apex.
+    names : of the gauges. position_sigma_mm : contacts lie about the apex with this standard deviation, None at the
+    apex.
     """
 
-    def __init__(self, calibration: Calibration, rate_Hz: float, position_sigma_mm: float | None, **noise):
+    def __init__(
+        self, calibration: Calibration, names: tuple[str, ...], rate_Hz: float, position_sigma_mm: float | None, **noise
+    ):
         self._every = GaugeSoftness(calibration, position_sigma_mm=position_sigma_mm, **noise)
         self._sd = Softness(calibration, sample_rate_Hz=rate_Hz, **noise)
-        self._channels = len(calibration.gauges) + 1
+        self._names = names
         self._contradicted = 0.0
 
     @property
@@ -113,7 +116,7 @@ class GaugesPart(Part):
         text = SoftnessStatus(code % _BY_SD).sentence
         if code >= _BY_SD:
             return "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
-        faults = in_words(bad, self._channels)
+        faults = in_words(bad, self._names)
         return f"{text}, {faults}" if faults else text
 
 

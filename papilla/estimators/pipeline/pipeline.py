@@ -1,6 +1,7 @@
 """The pipeline: one `update(sample)` runs every estimator that the columns of the sample allow."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -27,6 +28,7 @@ from papilla.estimators.pipeline.parts import (
     SdPart,
     TrackerPart,
 )
+from papilla.estimators.softness.faults import numbered
 
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
@@ -64,7 +66,7 @@ class Pipeline:
     Parameters
     ----------
     calibration : of the same gauges in the same order; without it there is no modulus.
-    gauges : number of gauges, g.
+    gauges : number of gauges, g, or their g names, by which every status calls them (else g1, g2 ...).
     columns : which of force_N, velocity_mm_s, position_mm, tangential_N a sample has, in this order.
     sample_rate_Hz : nominal rate. From 200 Hz on the trackers of `papilla.estimators.tracking` answer for the
         wavelength, below it the spectra of `LineTracker`.
@@ -81,7 +83,7 @@ class Pipeline:
         self,
         calibration: Calibration | None = None,
         *,
-        gauges: int = 5,
+        gauges: int | Sequence[str] = 5,
         columns: tuple[str, ...] = DEFAULT_COLUMNS,
         sample_rate_Hz: float = 1000.0,
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
@@ -90,10 +92,11 @@ class Pipeline:
         saturation: float = 1e12,
         position_sigma_mm: float | None = POSITION_SIGMA_MM,
     ):
-        if gauges < 1:
+        named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
+        if not named:
             raise InputError(f"gauges must be at least 1, got {gauges}")
-        if calibration is not None and len(calibration.gauges) != gauges:
-            raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {gauges}")
+        if calibration is not None and len(calibration.gauges) != len(named):
+            raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {len(named)}")
         if unknown := [name for name in columns if name not in OPTIONAL]:
             raise InputError(f"columns must be among {', '.join(OPTIONAL)}, got {', '.join(map(str, unknown))}")
         if len(set(columns)) < len(columns):
@@ -105,8 +108,8 @@ class Pipeline:
         limit = checks.positive("saturation", saturation)
         if position_sigma_mm is not None and not position_sigma_mm > 0:
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
-        self._gauges = int(gauges)
-        self.columns = ("t_s", *(f"g{number}" for number in range(1, gauges + 1)), *columns)
+        self._gauges, self._names = len(named), named
+        self.columns = ("t_s", *named, *columns)
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
         self._parts: dict[str, Part] = {}
@@ -126,7 +129,7 @@ class Pipeline:
             return
         for place in dict.fromkeys((position_sigma_mm, None)):
             try:
-                self._parts["modulus"] = GaugesPart(calibration, rate, place, **noise)
+                self._parts["modulus"] = GaugesPart(calibration, self._names, rate, place, **noise)
                 return
             except InputError as error:
                 instead = "from S_d alone, not from each gauge" if place is None else "of touches at the apex alone"
@@ -274,7 +277,7 @@ class Pipeline:
         if time == REPEATED:
             return ClockStatus(time).sentence
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
-        live += health.words(gauges)
+        live += health.words(gauges, self._names)
         for (name, part), code in zip(self._parts.items(), codes, strict=True):
             text = part.sentence(code)
             if text != "ok":

@@ -1,5 +1,6 @@
 """What is wrong with a channel (a gauge, or the force), as small integers and in words."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 
 BASE = 8
@@ -47,8 +48,12 @@ def unpack(code: int, channels: int) -> list[Fault]:
     return [Fault(code // BASE**channel % BASE) for channel in range(channels)]
 
 
-def in_words(code: int, channels: int) -> str:
-    """Such as "g3 left out: stuck, force left out: no reading"; the last channel is the force."""
-    names = [*(f"g{number}" for number in range(1, channels)), "force"]
-    faults = zip(names, unpack(code, channels), strict=True)
+def numbered(gauges: int) -> tuple[str, ...]:
+    """The names g1, g2 ... of so many gauges that have no names of their own."""
+    return tuple(f"g{number}" for number in range(1, gauges + 1))
+
+
+def in_words(code: int, gauges: Sequence[str]) -> str:
+    """Such as "g3 left out: stuck, force left out: no reading", with the names of the gauges; the force is last."""
+    faults = zip((*gauges, "force"), unpack(code, len(gauges) + 1), strict=True)
     return ", ".join(f"{name} left out: {fault.sentence}" for name, fault in faults if fault)

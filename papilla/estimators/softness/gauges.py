@@ -14,7 +14,7 @@ import numpy as np
 from papilla import checks
 from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
 from papilla.errors import InputError
-from papilla.estimators.softness.faults import Fault, in_words, pack
+from papilla.estimators.softness.faults import Fault, in_words, numbered, pack
 from papilla.estimators.softness.gauge_state import GaugeState
 from papilla.estimators.softness.position_fit import PositionFitter
 from papilla.estimators.softness.position_surfaces import PositionSurfaces
@@ -61,7 +61,7 @@ class GaugeEstimate(NamedTuple):
         return self._words(self.status, int(self.left_out))
 
     def _words(self, status: int, left_out: int) -> str:
-        faults = in_words(left_out, self.channels)
+        faults = in_words(left_out, numbered(self.channels - 1))
         sentence = SoftnessStatus(status).sentence
         return f"{sentence}; {faults}" if faults else sentence
 
