@@ -3,7 +3,7 @@
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.material_fit import MaterialTests, fit_material
-from papilla.calibrate.measured import fit_bench
+from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 
 __all__ = [

@@ -8,9 +8,10 @@ import numpy as np
 from papilla import cache, fem, units
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
-from papilla.calibrate.measured import fit_bench
+from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SCHEMA, Sweep, default_specimen, sweep
 from papilla.calibration import Calibration
+from papilla.errors import InputError
 from papilla.fem.reduction.prepare import code_sha256
 from papilla.finger import Finger
 from papilla.logs import BenchLog
@@ -52,9 +53,9 @@ class Recovery:
         return float(np.sqrt(np.mean(self._answered**2))) if self._answered.size else float("nan")
 
     @property
-    def unanswered(self) -> int:
-        """Presses for which the surface gave no modulus."""
-        return len(self.error) - len(self._answered)
+    def answered(self) -> int:
+        """Presses for which the surface gave a modulus: the errors are of these alone."""
+        return len(self._answered)
 
     @property
     def _answered(self) -> np.ndarray:
@@ -101,7 +102,16 @@ def calibrate_finger(
 
 
 def calibrate_bench(log: BenchLog, finger: Finger | None = None) -> Calibrated:
-    """A calibration from measured presses, checked on these presses themselves; raises what `fit_bench` raises."""
+    """A calibration from measured presses, checked on these presses themselves.
+
+    finger : the design that was pressed. Raises `InputError` where it has another number of gauges than the log, and
+    what `fit_bench` raises.
+    """
+    if finger is not None and len(finger.gauges) != len(log.gauge_names):
+        raise InputError(
+            f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
+            f"the finger {finger.name!r} has {len(finger.gauges)}"
+        )
     record = {"name": finger.name, "sha256": finger.sha256} if finger else None
     calibration = fit_bench(log, record)
     checked = _within(log.force_N, CHECKED_FORCE_N) & _within(log.modulus_MPa, CHECKED_MODULUS_MPA)

@@ -38,13 +38,13 @@ class Resolution:
 
     @property
     def transform(self) -> np.ndarray:
-        """(cells + 3, p): B-spline coefficients of the p free parameters (Bernstein's, for a polynomial)."""
+        """(cells + 3, p): B-spline coefficients of the p free parameters (powers on [-1, 1], for a polynomial)."""
         if self.degree is None:
             return np.eye(self.cells + 3)
         # Blossoms of the powers at the inner knots of each B-spline (Ramshaw 1989, doi:10.1016/0167-8396(89)90032-0).
-        u, v, w = ((np.arange(self.cells + 3) - shift) / self.cells for shift in (2, 1, 0))
+        u, v, w = (2 * (np.arange(self.cells + 3) - shift) / self.cells - 1 for shift in (2, 1, 0))
         blossoms = np.column_stack([np.ones_like(u), (u + v + w) / 3, (u * v + u * w + v * w) / 3, u * v * w])
-        return blossoms[:, : self.degree + 1] @ _bernstein_powers(self.degree).T
+        return blossoms[:, : self.degree + 1]
 
     @property
     def roughness(self) -> np.ndarray:
@@ -53,6 +53,13 @@ class Resolution:
             return np.zeros((self.degree + 1, self.degree + 1))
         differences = np.diff(np.eye(self.cells + 3), 4, axis=0)
         return ROUGHNESS * differences.T @ differences
+
+    def basis(self, axis: Axis, values: np.ndarray) -> np.ndarray:
+        """(n, p) weights of the parameters at n values; a polynomial takes values beyond the axis too."""
+        if self.degree is None:
+            return axis.basis(values)
+        place = 2 * (np.log(values) - axis.start) / (axis.step * axis.cells) - 1
+        return place[:, None] ** np.arange(self.degree + 1)
 
 
 def table_resolution(values: np.ndarray) -> Resolution:
@@ -65,50 +72,72 @@ def table_resolution(values: np.ndarray) -> Resolution:
     )
 
 
-def bench_resolution(values: np.ndarray, degree: int) -> Resolution:
-    """What noisy presses support: a polynomial of at most this degree."""
-    return Resolution(POLYNOMIAL_CELLS, min(len(np.unique(values)) - 1, degree))
-
-
 @dataclass(frozen=True)
 class Fitted:
-    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the largest residual."""
+    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the (n,) residuals."""
 
     surface: Surface
     rms: float
     factor: float
-    largest: float
+    residual: np.ndarray
+
+    @property
+    def largest(self) -> float:
+        """Largest |residual|."""
+        return float(np.abs(self.residual).max())
 
 
 class SurfaceFit:
     """One factorised least-squares problem for all surfaces over the same n presses (S_d's and each gauge's).
 
+    Parameters
+    ----------
+    along : how finely force and modulus are cut.
+    total : of two polynomials, the largest sum of the degrees that a term has; all terms where it is None.
+    force_limits : domain of force (N); that of the presses where it is None. Presses beyond it need a polynomial.
+
     Raises `InputError` where forces or moduli do not vary, or where the presses are too few or badly placed.
     """
 
-    def __init__(self, force_N: np.ndarray, modulus_MPa: np.ndarray, along: tuple[Resolution, Resolution]):
+    def __init__(
+        self,
+        force_N: np.ndarray,
+        modulus_MPa: np.ndarray,
+        along: tuple[Resolution, Resolution],
+        total: int | None = None,
+        force_limits: tuple[float, float] | None = None,
+    ):
         for name, values in (("forces", force_N), ("moduli", modulus_MPa)):
             if len(np.unique(values)) < 2:
                 raise InputError(f"a surface needs presses at two {name} at least, got {len(np.unique(values))}")
         self.along = along
-        self.force_N = (float(force_N.min()), float(force_N.max()))
+        self.force_N = force_limits or (float(force_N.min()), float(force_N.max()))
         self.modulus_MPa = (float(modulus_MPa.min()), float(modulus_MPa.max()))
         self._transforms = [resolution.transform for resolution in along]
-        axes = (Axis.between(*self.force_N, along[0].cells), Axis.between(*self.modulus_MPa, along[1].cells))
-        over_force, over_modulus = (
-            axis.basis(values) @ transform
-            for axis, values, transform in zip(axes, (force_N, modulus_MPa), self._transforms, strict=True)
+        self._axes = (Axis.between(*self.force_N, along[0].cells), Axis.between(*self.modulus_MPa, along[1].cells))
+        p, q = (transform.shape[1] for transform in self._transforms)
+        self._kept = np.flatnonzero(
+            np.add.outer(np.arange(p), np.arange(q)).ravel() <= (p + q if total is None else total)
         )
-        self._design = _row_products(over_force, over_modulus)
-        p, q = over_force.shape[1], over_modulus.shape[1]
+        self._design = self._rows(force_N, modulus_MPa)
         share = len(force_N) / (p * q)
         penalty = share * (kron(along[0].roughness, eye_array(q)) + kron(eye_array(p), along[1].roughness))
         gram = (self._design.T @ self._design).tocsc()
         try:
-            self._solver = splu((gram + penalty).tocsc())
+            self._solver = splu((gram + penalty.tocsc()[self._kept][:, self._kept]).tocsc())
         except RuntimeError as error:
-            raise InputError(f"{len(force_N)} presses do not determine a surface of {p} x {q} coefficients") from error
-        self.freedom = len(force_N) - self._parameters(gram, p * q)
+            raise InputError(
+                f"{len(force_N)} presses do not determine a surface of {len(self._kept)} coefficients"
+            ) from error
+        self.freedom = len(force_N) - self._parameters(gram, len(self._kept))
+
+    def _rows(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> csr_array:
+        """(n, parameters) weights at n points."""
+        over_force, over_modulus = (
+            resolution.basis(axis, values)
+            for resolution, axis, values in zip(self.along, self._axes, (force_N, modulus_MPa), strict=True)
+        )
+        return _row_products(over_force, over_modulus)[:, self._kept]
 
     def _parameters(self, gram, size: int) -> float:
         """Effective parameters, trace of (G + P)^-1 G, by probes (Hutchinson 1990, doi:10.1080/03610919008812866)."""
@@ -117,7 +146,13 @@ class SurfaceFit:
         probes = np.random.default_rng(0).choice([-1.0, 1.0], size=(size, PROBES))
         return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES)
 
-    def surface(self, values: np.ndarray) -> "Fitted":
+    def leverage(self, force_N: np.ndarray | None = None, modulus_MPa: np.ndarray | None = None) -> np.ndarray:
+        """(n,) variance of the surface at points (the presses by default), in variances of one press."""
+        rows = self._design if force_N is None or modulus_MPa is None else self._rows(force_N, modulus_MPa)
+        dense = rows.toarray()
+        return np.einsum("np,pn->n", dense, self._solver.solve(dense.T))
+
+    def surface(self, values: np.ndarray) -> Fitted:
         """The surface through (n,) values, and how far it misses them.
 
         The rms is that of the residuals with p effective parameters taken off n presses, times sqrt(1 + p / n) for what
@@ -126,12 +161,14 @@ class SurfaceFit:
         parameters = self._solver.solve(self._design.T @ values)
         residual = values - self._design @ parameters
         over_force, over_modulus = self._transforms
-        table = over_force @ parameters.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
+        square = np.zeros(over_force.shape[1] * over_modulus.shape[1])
+        square[self._kept] = parameters
+        table = over_force @ square.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
         rms, factor = 0.0, NORMAL_FACTOR
         if self.freedom >= 0.5:
             rms = float(np.sqrt(residual @ residual / self.freedom * (2 - self.freedom / len(values))))
             factor = float(stdtrit(self.freedom, 0.5 + LEVEL / 2))
-        return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, float(np.abs(residual).max()))
+        return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, residual)
 
 
 def usable_part(surface: Surface, missing_force=(), missing_modulus=(), forces=(), moduli=()):

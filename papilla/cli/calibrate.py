@@ -73,7 +73,7 @@ def _summary(done: "Calibrated", paths: dict[str, str], seconds: float) -> dict:
         "max_error": done.recovery.max_error,
         "rms_error": done.recovery.rms_error,
         "checked_presses": len(done.recovery.error),
-        "unanswered": done.recovery.unanswered,
+        "unanswered": len(done.recovery.error) - done.recovery.answered,
         "notes": list(done.calibration.notes),
         "seconds": seconds,
     }
@@ -84,12 +84,13 @@ def _print(summary: dict) -> None:
     units = ("µε/gf²", "µε/gf", "µε/MPa²", "µε/MPa", "µε")
     errors = [float("nan") if error is None else error for error in forward["stderr"]]
     coefficients = zip("abcde", forward["coefficients"], errors, units, strict=True)
+    answered = f"%, {summary['checked_presses'] - summary['unanswered']} of {summary['checked_presses']} answered"
     print(f"{summary['presses']} presses; S_d = a f² + b f + c E² + d E + e, with f in gf and E in MPa:")
     print_table(
         [
             *((letter, f"{value:.6g} ± {error:.2g}", unit) for letter, value, error, unit in coefficients),
-            ("error of E, max", f"{100 * summary['max_error']:.2f}", "%"),
-            ("error of E, rms", f"{100 * summary['rms_error']:.2f}", "%"),
+            ("error of E, max", _percent(summary["max_error"]), answered),
+            ("error of E, rms", _percent(summary["rms_error"]), answered),
             ("time", f"{summary['seconds']:.1f}", "s"),
         ]
     )
@@ -99,6 +100,10 @@ def _print(summary: dict) -> None:
     for note in summary["notes"]:
         print(f"Doubt: {note}.")
     print("Wrote", ", ".join(summary[name] for name in ("calibration", "sweep", "report")))
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2f}" if share == share else "none"
 
 
 def _inverse_in_words(inverse: dict) -> str:

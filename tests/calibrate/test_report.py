@@ -114,7 +114,7 @@ def test_every_coefficient_is_on_the_page_with_its_error(sweep_page, swept):
 
 
 def test_the_headline_says_the_errors_and_what_was_left_unanswered(sweep_page):
-    assert "0.40 % largest error of recovered E" in sweep_page.text
+    assert "0.40 % largest error of recovered E, same mesh, no noise; 2 of 3 answered" in sweep_page.text
     assert "0.32 % rms error" in sweep_page.text
     assert "2.5 s" in sweep_page.text
     assert "1 were left unanswered" in sweep_page.text
@@ -123,6 +123,21 @@ def test_the_headline_says_the_errors_and_what_was_left_unanswered(sweep_page):
 def test_the_notes_of_the_fit_are_among_the_doubts(sweep_page, swept):
     for note in swept.calibration.notes:
         assert note.replace("f2", "f²").replace("E2", "E²").replace("S_d", "Sd") in sweep_page.text
+
+
+def test_the_cost_of_a_force_error_is_that_of_one_per_cent(sweep_page, swept):
+    calibration = swept.calibration
+    sigma = calibration.invert(calibration.predict(0.5, 0.51), 0.5, force_sigma=0.005).sigma_MPa
+    assert "At 0.50 N an error of 1 % in force makes E uncertain by" in sweep_page.text
+    assert f"{number(100 * sigma / 0.51, 2)} % at 0.51 MPa" in sweep_page.text
+
+
+def test_no_error_without_the_share_of_answers(read, bench):
+    """Where no press is answered there is no error, not one of 0 %."""
+    none = Recovery(bench.recovery.force_N, bench.recovery.modulus_MPa, np.full(len(bench.recovery.error), np.nan))
+    text = read(replace(bench, recovery=none)).text
+    assert f"– % largest error of recovered E, of these presses; 0 of {len(none.error)} answered" in text
+    assert none.answered == 0 and np.isnan(none.max_error) and np.isnan(none.rms_error)
 
 
 def test_a_negative_branch_is_named(sweep_page, swept):

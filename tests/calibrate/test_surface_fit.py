@@ -147,12 +147,12 @@ def test_scatter_is_what_other_meshes_differ_by():
     force, modulus = np.exp(rng.uniform(np.log(0.1), 0, 3000)), np.exp(rng.uniform(np.log(0.05), np.log(3), 3000))
     size = np.where(force < 0.3, 0.03, 0.01)
     others = [(force, modulus, surface(force, modulus) + sign * size) for sign in (1, -1, 1)]
-    known = uncertainty(Fitted(surface, 0.001, 2.0, 0.002), others)
+    known = uncertainty(Fitted(surface, 0.001, 2.0, np.full(3, 0.002)), others)
     assert known.meshes == 3 and 1.96 < known.scatter_factor < 2.2
     assert known.scatter_at(0.12) == pytest.approx(0.03, rel=1e-6)
     assert known.scatter_at(0.9) == pytest.approx(0.01, rel=1e-6)
     with pytest.raises(InputError, match="share no force and modulus"):
-        uncertainty(Fitted(surface, 0.0, 2.0, 0.0), [(force + 5, modulus, modulus)])
+        uncertainty(Fitted(surface, 0.0, 2.0, np.zeros(3)), [(force + 5, modulus, modulus)])
 
 
 def test_axis_nodes_run_from_end_to_end():

@@ -15,6 +15,7 @@ from papilla.finger import DEFAULT_FINGER, Finger
 
 PERCENT = 100.0
 FORCE_ERROR = 0.01
+"""Relative error of force whose cost is stated."""
 
 
 def doubts(done: Calibrated, finger: Finger | None, comparison: Comparison | None, answers: AnswerMap) -> Markup:
@@ -79,7 +80,7 @@ def _harder(answers: AnswerMap) -> list[tuple[str, object]]:
 
 
 def _measurement(calibration: Calibration) -> list[tuple[str, object]]:
-    """What a 1 % error of force costs, at the published moduli."""
+    """What an error of force costs, at the published moduli."""
     low, high = calibration.domain["force_N"]
     force = float(np.clip(0.5, low, high))
     rows = []
@@ -92,7 +93,8 @@ def _measurement(calibration: Calibration) -> list[tuple[str, object]]:
     if not rows:
         return []
     cost = ", ".join(rows)
-    text = f"At {number(force, 2)} N an error of 1 % in force makes E uncertain by {cost}. Measure force well first."
+    error = f"At {number(force, 2)} N an error of {PERCENT * FORCE_ERROR:g} % in force"
+    text = f"{error} makes E uncertain by {cost}. Measure force well first."
     return [("Force errors weigh more than gauge noise.", text)]
 
 

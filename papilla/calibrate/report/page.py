@@ -79,11 +79,12 @@ def _name(done: Calibrated) -> str:
 
 def _headline(done: Calibrated, answers: AnswerMap, seconds: float | None) -> Markup:
     recovery, presses = done.recovery, done.presses
-    where = ", same mesh, no noise" if isinstance(presses, Sweep) else " of these presses"
+    where = "same mesh, no noise" if isinstance(presses, Sweep) else "of these presses"
+    where += f"; {recovery.answered} of {len(recovery.error)} answered"
     kind = "computed" if isinstance(presses, Sweep) else "measured"
     items = [
-        (f"{number(PERCENT * recovery.max_error, 2)} %", f"largest error of recovered E{where}"),
-        (f"{number(PERCENT * recovery.rms_error, 2)} %", f"rms error of recovered E{where}"),
+        (f"{number(PERCENT * recovery.max_error, 2)} %", f"largest error of recovered E, {where}"),
+        (f"{number(PERCENT * recovery.rms_error, 2)} %", f"rms error of recovered E, {where}"),
         (plain(len(presses)), f"{kind} presses"),
         (f"{number(PERCENT * float(answers.identified.mean()), 3)} %", "of the domain is identifiable"),
     ]
@@ -104,11 +105,12 @@ def _recovery_text(done: Calibrated) -> Markup:
         if isinstance(done.presses, Sweep)
         else "of the measured presses themselves"
     )
+    unanswered = len(recovery.error) - recovery.answered
     text = (
         f"The surface over ln force and ln modulus was asked for the modulus of {len(recovery.error)} {what}, within "
         f"20 to 100 gf "
         f"and 0.05 to 0.72 MPa. It is off by {number(PERCENT * recovery.max_error, 2)} % at most and "
-        f"{number(PERCENT * recovery.rms_error, 2)} % rms; {recovery.unanswered} were left unanswered."
+        f"{number(PERCENT * recovery.rms_error, 2)} % rms; {unanswered} were left unanswered."
     )
     return tag("p", text)
 
