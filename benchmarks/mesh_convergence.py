@@ -9,7 +9,7 @@ import numpy as np
 from papilla import fem
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.mesh.reference import VARIANTS
+from papilla.mesh.builder import VARIANTS
 from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 

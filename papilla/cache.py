@@ -1,39 +1,70 @@
-"""A cache of named arrays on disk, by content key: locked, written atomically, checked on reading.
+"""A cache of named arrays on disk: keyed by the code and the values behind them, locked, atomic, checked on reading.
 
-It lies in the user's cache folder, or where the environment variable `PAPILLA_CACHE` says. Meshes, reduced fingers and
-pictures are kept in it.
+It lies in the user's cache folder, or where the environment variable `PAPILLA_CACHE` says. What cannot be kept there
+(a full disk, no permission) is computed all the same, with one warning.
 """
 
 import hashlib
 import io
 import os
+import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
-from filelock import FileLock
+from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
-from papilla.errors import FileAccessError
-from papilla.files import replacing
+from papilla.errors import InputError
+from papilla.files import reason, replacing
 
 ENVIRONMENT = "PAPILLA_CACHE"
-_HEADER = 65
-"""An entry starts with the SHA-256 of the rest in hexadecimal and a line feed."""
+
+PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
+"""How long another process may hold an entry before this one says that it waits, and before it goes on by itself."""
+
+PACKAGES = {
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "skfem": "scikit-fem",
+    "rslab": "rslab",
+    "pytetwild": "pytetwild",
+    "pyvista": "pyvista",
+    "vtkmodules": "vtk",
+    "matplotlib": "matplotlib",
+}
+"""Other packages whose version a result depends on: name when imported -> name when installed."""
+
+_ROOT = Path(__file__).parent
+_IMPORTS = re.compile(
+    r"^[ \t]*from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|^[ \t]*import[ \t]+([^\n]+)"
+    r"|[\"'](papilla(?:\.\w+)+)[\"']",
+    re.MULTILINE,
+)
 
 Arrays = Mapping[str, np.ndarray]
+
+
+def key(maker: str, *values: object) -> str:
+    """The key of a result that module `maker` (its `__name__`) makes from `values`: all that it depends on.
+
+    The code counts with that of every module of papilla that `maker` imports, at once or through others, and with the
+    versions of `PACKAGES` in them; parent packages do not, which only gather names. Values are numbers, text, bytes,
+    arrays, None, dataclasses, and tuples, lists and dicts of these; raises `InputError` for others.
+    """
+    return hashlib.sha256(repr((_code(maker), [_content(value) for value in values])).encode()).hexdigest()
 
 
 def folder() -> Path:
     """The cache's folder (it need not exist)."""
     chosen = os.environ.get(ENVIRONMENT)
     return Path(chosen) if chosen else Path(user_cache_dir("papilla", appauthor=False))
-
-
-def digest(*parts: object) -> str:
-    """A key from the `repr` of values that a result depends on (numbers, strings, tuples of these)."""
-    return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
 def entry(kind: str, key: str) -> Path:
@@ -45,64 +76,151 @@ def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarr
     """The arrays of entry `key` of `kind`; made by `make()`, and kept, where there are none.
 
     A second process that wants the same entry waits for the first. A damaged entry is reported by a warning and made
-    again. Raises `FileAccessError` where the cache cannot be used (not writable, disk full) and whatever `make` raises;
-    nothing is kept then. Arrays of Python objects are refused by NumPy (no pickle).
+    again. Raises whatever `make` raises; nothing is kept then. Arrays of Python objects are refused (no pickle).
     """
-    path = entry(kind, key)
+    found = find(kind, key)
+    if found is None:
+        with _locked(entry(kind, key)):
+            found = find(kind, key, report=True)
+            if found is None:
+                found = {name: np.asarray(array) for name, array in make().items()}
+                keep(kind, key, found)
+    return found
+
+
+def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
+    """The arrays of an entry, None where it is missing or damaged; `report` warns of the latter."""
     try:
-        found = _read(path)
-        if found is not None:
-            return found
+        content = entry(kind, key).read_bytes()
+    except OSError:
+        return None
+    seal, body = content[:65], content[65:]
+    if seal == _seal(kind, key, body):
+        try:
+            with np.load(io.BytesIO(body), allow_pickle=False) as data:
+                return {name: data[name] for name in data.files}
+        except (OSError, ValueError, EOFError, BadZipFile):
+            pass
+    if report:
+        warnings.warn(f"cache entry {entry(kind, key)} is damaged: it is not used", RuntimeWarning, stacklevel=3)
+    return None
+
+
+def keep(kind: str, key: str, arrays: Arrays) -> None:
+    """Write an entry, in place of what it was; a cache that cannot be written is one warning a process."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    body, path = buffer.getvalue(), entry(kind, key)
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(f"{path}.lock")
-        lock.acquire()
+        with replacing(path) as temporary:
+            temporary.write_bytes(_seal(kind, key, body) + body)
     except OSError as error:
-        raise _unusable(path, error) from error
+        _go_on_without(error.__cause__ or error)
+
+
+def _seal(kind: str, key: str, body: bytes) -> bytes:
+    """What an entry begins with: the hash of its body, of its kind and of its key, so that none stands for another."""
+    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode() + b"\n"
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """The lock of an entry for the time of a block, which runs without it where there is none to be had."""
+    lock = FileLock(f"{path}.lock")
     try:
-        found = _read_after_waiting(path)
-        if found is None:
-            found = {name: np.asarray(array) for name, array in make().items()}
-            _write(path, found)
-        return found
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            lock.acquire(timeout=PATIENCE_S)
+        except Timeout:
+            warnings.warn(f"waiting for another process that makes {path}", RuntimeWarning, stacklevel=4)
+            lock.acquire(timeout=GIVE_UP_S)
+    except (OSError, NotImplementedError) as error:
+        _go_on_without(error)
+    try:
+        yield
     finally:
         lock.release()
 
 
-def _read_after_waiting(path: Path) -> dict[str, np.ndarray] | None:
+_told: set[str] = set()
+
+
+def _go_on_without(error: BaseException) -> None:
+    message = f"cannot use the cache folder {folder()} ({reason(error)}): going on without it; make room there, or set "
+    message += f"{ENVIRONMENT} to another folder"
+    if message not in _told:
+        _told.add(message)
+        warnings.warn(message, RuntimeWarning, stacklevel=4)
+
+
+@lru_cache(maxsize=32)
+def _code(maker: str) -> str:
+    """Hash of the sources of a module and of all it imports, and the versions of other packages behind it."""
+    seen: dict[str, tuple[str, frozenset[str]]] = {}
+    waiting = {maker}
+    while waiting:
+        name = waiting.pop()
+        if name not in seen:
+            seen[name] = _source(name)
+            waiting |= {other for other in seen[name][1] if other not in PACKAGES}
+    sources = sorted((name, digest) for name, (digest, _) in seen.items())
+    packages = sorted({other for _, found in seen.values() for other in found if other in PACKAGES})
+    return repr((sources, [(name, _version(PACKAGES[name])) for name in packages]))
+
+
+@lru_cache(maxsize=512)
+def _source(name: str) -> tuple[str, frozenset[str]]:
+    """Hash of a module's file, and the modules of papilla and the `PACKAGES` that it imports."""
+    file = _file(name)
+    if file is None:
+        raise InputError(f"{name} is no module of papilla: a cached result names the one that makes it")
+    text = file.read_text(encoding="utf-8")
+    found: set[str] = set()
+    for package, names, plain, quoted in _IMPORTS.findall(text):
+        parts = [part.split(" as ")[0].strip() for part in re.split(r"[,\n]", names.strip("()") or plain)]
+        modules = [quoted] if quoted else [f"{package}.{part}" if package else part for part in parts]
+        found.update(filter(None, map(_known, modules)))
+    return hashlib.sha256(text.encode()).hexdigest(), frozenset(found)
+
+
+def _known(dotted: str) -> str | None:
+    """The module of papilla, or the package of `PACKAGES`, that a dotted name lies in."""
+    first = dotted.split(".")[0]
+    if first != "papilla":
+        return first if first in PACKAGES else None
+    while _file(dotted) is None:
+        dotted = dotted.rpartition(".")[0]
+    return dotted
+
+
+@lru_cache(maxsize=2048)
+def _file(name: str) -> Path | None:
+    path = _ROOT.parent.joinpath(*name.split("."))
+    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()), None)
+
+
+def _version(distribution: str) -> str:
     try:
-        return _read(path, report=True)
-    except OSError as error:
-        raise _unusable(path, error) from error
+        return version(distribution)
+    except PackageNotFoundError:
+        return "absent"
 
 
-def _read(path: Path, report: bool = False) -> dict[str, np.ndarray] | None:
-    """The arrays of an entry, None where it is missing or damaged; `report` warns of the latter."""
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        return None
-    stated, body = content[: _HEADER - 1], content[_HEADER:]
-    if hashlib.sha256(body).hexdigest().encode() != stated:
-        if report:
-            warnings.warn(f"cache entry {path} is damaged; making it again", RuntimeWarning, stacklevel=4)
-        return None
-    with np.load(io.BytesIO(body), allow_pickle=False) as data:
-        return {name: data[name] for name in data.files}
-
-
-def _write(path: Path, arrays: Arrays) -> None:
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    body = buffer.getvalue()
-    try:
-        with replacing(path) as temporary:
-            temporary.write_bytes(hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
-    except OSError as error:
-        raise _unusable(path, error.__cause__ or error) from error
-
-
-def _unusable(path: Path, error: BaseException) -> FileAccessError:
-    reason = getattr(error, "strerror", None) or error
-    return FileAccessError(
-        f"cannot use the cache folder {path.parent} ({reason}): make room there, or set {ENVIRONMENT} to another folder"
-    )
+def _content(value: object) -> object:
+    """A value as plain text and numbers that differ wherever it does."""
+    if isinstance(value, np.ndarray):
+        return (value.dtype.str, value.shape, hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest())
+    if isinstance(value, np.generic):
+        return value.item()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, bytes):
+        return hashlib.sha256(value).digest()
+    if isinstance(value, tuple | list):
+        return [_content(item) for item in value]
+    if isinstance(value, Mapping):
+        return [(_content(name), _content(item)) for name, item in value.items()]
+    if is_dataclass(value) and not isinstance(value, type):
+        return (type(value).__qualname__, [_content(getattr(value, item.name)) for item in fields(value)])
+    raise InputError(f"a cached result cannot depend on a {type(value).__name__}")

@@ -1,34 +1,73 @@
-"""Atomic files: a reader finds the whole new file or what was there before, never a half."""
+"""Files that appear whole or not at all, alone or as a set, and what killed processes left of them.
+
+A temporary file or folder carries the machine and the number of the process that made it: once that process is gone,
+the next write into the same folder removes what it left.
+"""
 
 import os
+import re
 import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import shutil
+import socket
+import stat
+import tempfile
+import time
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from papilla.errors import FileAccessError
+
+_HOST = f"{zlib.crc32(socket.gethostname().encode()):08x}"
+_TEMPORARY = re.compile(r"\.?.*papilla-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.tmp")
+OLD_S = 86400.0
+"""Temporaries of other machines, whose processes cannot be asked for, count as left behind after a day."""
 
 
 @contextmanager
 def replacing(path) -> Iterator[Path]:
     """A temporary path beside `path` to write to; it takes the place of `path` when the block ends without an error.
 
-    Raises `FileAccessError` where the file cannot be written (no such folder, no permission, full disk).
+    A file that was there keeps its permissions. Raises `FileAccessError` where the file cannot be written (no such
+    folder, no permission, full disk).
     """
-    target = Path(path).resolve()
-    if target.exists() and not target.is_file():
-        raise FileAccessError(f"cannot write {path}: it exists and is not a regular file")
-    temporary = target.with_name(f".{target.name}.{os.getpid()}-{secrets.token_hex(4)}.tmp")
-    try:
+    with replacing_set([path]) as (temporary,):
         yield temporary
-        os.replace(temporary, target)
+
+
+@contextmanager
+def replacing_set(paths: Sequence) -> Iterator[list[Path]]:
+    """Temporary paths for files that belong together; they take their places when the block ends without an error.
+
+    Whenever the process is killed, no file of the new set stands beside one of the old: the others go first. Raises
+    `FileAccessError` as `replacing`, and leaves the old set then.
+    """
+    targets = [_target(path) for path in paths]
+    temporaries = [_temporary(target) for target in targets]
+    for folder in {target.parent for target in targets}:
+        sweep(folder)
+    try:
+        modes = [stat.S_IMODE(target.stat().st_mode) if target.exists() else None for target in targets]
+        for temporary, mode in zip(temporaries, modes, strict=True):
+            if mode is not None:
+                os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+        yield temporaries
+        for temporary, mode in zip(temporaries, modes, strict=True):
+            if mode is not None:
+                temporary.chmod(mode)
+        for target in targets[1:]:
+            target.unlink(missing_ok=True)
+        for temporary, target in zip(temporaries, targets, strict=True):
+            os.replace(temporary, target)
     except OSError as error:
         if isinstance(error, FileAccessError):
             raise
-        raise FileAccessError(f"cannot write {path}: {error.strerror or error}") from error
+        raise FileAccessError(f"cannot write {_named(paths, error)}: {reason(error)}") from error
     finally:
-        with suppress(OSError):
-            temporary.unlink()
+        for temporary in temporaries:
+            with suppress(OSError):
+                temporary.unlink()
 
 
 def write_text(path, text: str) -> None:
@@ -42,11 +81,86 @@ def check_writable(folder) -> None:
 
     Raises `FileAccessError`.
     """
-    folder = Path(folder)
-    probe = folder / f".papilla-{os.getpid()}-{secrets.token_hex(4)}.tmp"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        probe = _temporary(Path(folder) / "probe")
         probe.touch()
         probe.unlink()
-    except OSError as error:
-        raise FileAccessError(f"cannot write to folder {folder}: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot write to folder {_shown(folder)}: {reason(error)}") from error
+
+
+@contextmanager
+def scratch(purpose: str) -> Iterator[Path]:
+    """A folder in the system's temporary directory for the time of a block; those that killed processes left are
+    removed first. Raises `FileAccessError` where the directory cannot be used."""
+    with ExitStack() as stack:
+        try:
+            place = Path(tempfile.gettempdir())
+            sweep(place)
+            folder = _temporary(place / purpose)
+            folder.mkdir(mode=0o700)
+            stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        except OSError as error:
+            raise FileAccessError(f"cannot use the temporary directory for {purpose}: {reason(error)}") from error
+        yield folder
+
+
+def sweep(folder: Path) -> None:
+    """Remove the temporary files and folders that processes of this user left in `folder` when they were killed."""
+    with suppress(OSError), os.scandir(folder) as found:
+        for item in found:
+            made = _TEMPORARY.fullmatch(item.name)
+            with suppress(OSError):
+                if made is None or not _left_behind(made[1], made[2], item.stat(follow_symlinks=False)):
+                    continue
+                if item.is_dir(follow_symlinks=False):
+                    shutil.rmtree(item.path, ignore_errors=True)
+                else:
+                    os.unlink(item.path)
+
+
+def _shown(path) -> str:
+    return str(path).replace("\0", "\\0")
+
+
+def reason(error: BaseException) -> str:
+    """Why a file could not be used, in the system's words."""
+    return str(getattr(error, "strerror", None) or error)
+
+
+def _left_behind(host: str, process: str, status: os.stat_result) -> bool:
+    if hasattr(os, "getuid") and status.st_uid != os.getuid():
+        return False
+    if host != _HOST or os.name == "nt":
+        return time.time() - status.st_mtime > OLD_S
+    try:
+        os.kill(int(process), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except OSError:
+        pass
+    return False
+
+
+def _temporary(target: Path) -> Path:
+    return target.with_name(f".{target.name[:100]}.papilla-{_HOST}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
+
+
+def _target(path) -> Path:
+    try:
+        target = Path(path).resolve()
+        if target.exists() and not target.is_file():
+            raise FileAccessError(f"cannot write {path}: it exists and is not a regular file")
+    except FileAccessError:
+        raise
+    except (OSError, RuntimeError, ValueError) as error:
+        # A loop of links is a RuntimeError to pathlib, a NUL a ValueError.
+        raise FileAccessError(f"cannot write {_shown(path)}: {reason(error)}") from error
+    return target
+
+
+def _named(paths: Sequence, error: OSError) -> str:
+    """The path that an error belongs to, or all of them."""
+    names = [str(path) for path in paths if error.filename and Path(path).name in str(error.filename)]
+    return (names or [", ".join(str(path) for path in paths)])[0]

@@ -2,12 +2,15 @@
 
 import errno
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
+from papilla import files
 from papilla.errors import FileAccessError, InputError
-from papilla.files import check_writable, replacing, write_text
+from papilla.files import check_writable, replacing, replacing_set, scratch, write_text
 from papilla.tables import write_table
 
 
@@ -41,6 +44,127 @@ def test_follows_a_link_instead_of_replacing_it(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "real")
     write_text(tmp_path / "link", "text")
     assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_text() == "text"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444])
+def test_rewriting_keeps_the_permissions(tmp_path, mode):
+    target = tmp_path / "note.txt"
+    target.write_text("old")
+    target.chmod(mode)
+    with replacing(target) as temporary:
+        assert temporary.stat().st_mode & 0o777 == 0o600, "nobody else reads it while it is written"
+        temporary.write_text("new")
+    assert target.read_text() == "new" and target.stat().st_mode & 0o777 == mode
+
+
+def test_a_set_is_written_whole(tmp_path):
+    paths = [tmp_path / name for name in ("a", "b", "c")]
+    for text in ("one", "two"):
+        with replacing_set(paths) as temporaries:
+            for temporary in temporaries:
+                temporary.write_text(text)
+            assert all(not path.exists() or path.read_text() == "one" for path in paths)
+        assert [path.read_text() for path in paths] == [text] * 3
+    assert sorted(tmp_path.iterdir()) == paths
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left"), ValueError("no"), KeyboardInterrupt()])
+def test_a_set_that_fails_leaves_the_old_one(tmp_path, error):
+    paths = [tmp_path / name for name in ("a", "b")]
+    for path in paths:
+        path.write_text("old")
+    with pytest.raises((FileAccessError, ValueError, KeyboardInterrupt)), replacing_set(paths) as temporaries:
+        temporaries[0].write_text("new")
+        raise error
+    assert [path.read_text() for path in paths] == ["old"] * 2
+    assert sorted(tmp_path.iterdir()) == paths
+
+
+@pytest.mark.parametrize("steps", range(8))
+def test_no_file_of_a_new_set_stands_beside_one_of_the_old(tmp_path, monkeypatch, steps):
+    """Whatever step of the exchange the process is killed before."""
+    paths = [tmp_path / name for name in ("a", "b", "c")]
+    for path in paths:
+        path.write_text("old")
+    left = steps
+
+    class Killed(BaseException):
+        pass
+
+    def dies(call):
+        def step(*arguments, **more):
+            nonlocal left
+            if left == 0:
+                raise Killed
+            left -= 1
+            return call(*arguments, **more)
+
+        return step
+
+    with pytest.raises(Killed), replacing_set(paths) as temporaries:
+        for temporary in temporaries:
+            temporary.write_text("new")
+        monkeypatch.setattr(files.os, "replace", dies(os.replace))
+        monkeypatch.setattr(files.Path, "unlink", dies(files.Path.unlink))
+    monkeypatch.undo()
+    assert len({path.read_text() for path in paths if path.exists()}) == 1
+
+
+def left_by_a_killed_process(*places):
+    """What a process leaves at each place that is killed while it writes there."""
+    code = (
+        "import os, sys\nfrom papilla.files import replacing\n"
+        "contexts = [replacing(place) for place in sys.argv[1:]]\n"
+        "for context in contexts: context.__enter__().write_text('half')\n"
+        "os._exit(9)\n"
+    )
+    subprocess.run([sys.executable, "-c", code, *map(str, places)], check=False)
+
+
+def test_what_a_killed_process_left_goes_with_the_next_write(tmp_path):
+    left_by_a_killed_process(tmp_path / "note.txt", tmp_path / "other.txt")
+    assert len(list(tmp_path.iterdir())) == 2
+    write_text(tmp_path / "new.txt", "text")
+    assert [path.name for path in tmp_path.iterdir()] == ["new.txt"]
+
+
+def test_what_others_are_writing_stays(tmp_path):
+    alive, foreign = f"papilla-{files._HOST}-{os.getppid()}-0123abcd.tmp", "papilla-00000000-1-0123abcd.tmp"
+    names = {f".a.{alive}", f".a.{foreign}", ".a.tmp", "papilla-1-2-3.tmp", f".a.{foreign}.bak"}
+    for name in names:
+        (tmp_path / name).write_text("")
+    with replacing(tmp_path / "b") as own:
+        write_text(tmp_path / "c", "text")
+        own.write_text("text")
+    assert {path.name for path in tmp_path.iterdir()} == names | {"b", "c"}
+    day = (tmp_path / f".a.{foreign}").stat().st_mtime - files.OLD_S - 1
+    os.utime(tmp_path / f".a.{foreign}", (day, day))
+    write_text(tmp_path / "c", "text")
+    assert {path.name for path in tmp_path.iterdir()} == (names | {"b", "c"}) - {f".a.{foreign}"}
+
+
+def test_a_scratch_folder_is_private_and_goes_and_takes_stale_ones_along(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    stale = tmp_path / f".mesh.papilla-{files._HOST}-{ended.pid}-0123abcd.tmp"
+    (stale / "deep").mkdir(parents=True)
+    (stale / "deep" / "file").write_text("")
+    with pytest.raises(RuntimeError), scratch("mesh") as folder:
+        assert list(tmp_path.iterdir()) == [folder]
+        assert os.name == "nt" or folder.stat().st_mode & 0o777 == 0o700
+        (folder / "file").write_text("")
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("use", [lambda path: write_text(path, "text"), check_writable])
+def test_names_that_no_file_can_have(tmp_path, use):
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    for name in ("nul\0.txt", "loop", "loop/x", "n" * 300):
+        with pytest.raises(FileAccessError, match=r"^cannot write [^\0\n]*$"):
+            use(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["missing/note.txt", "folder"])

@@ -13,12 +13,10 @@ from papilla.calibration.surface import POWERS
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import ReducedFinger, press
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.prepare import code_sha256
 from papilla.fem.reduction.transported import transported_readings
 from papilla.finger import Finger
 from papilla.mesh import build
 
-SCHEMA = "papilla.positions/1"
 FORCES, MODULI = 10, 12
 """Presses along each axis of the domain, its ends among them."""
 ALONG_FORCE, ALONG_MODULUS = Resolution(4), Resolution(6)
@@ -42,9 +40,7 @@ def with_positions(calibration: Calibration, finger: Finger, reduced: ReducedFin
     if len(finger.gauges) < LEAST_GAUGES:
         return calibration
     domain = calibration.domain
-    key = cache.digest(
-        SCHEMA, code_sha256(), finger.sha256, reduced.mesh_sha256, FORCES, MODULI, REACH, CELLS, PLACES_PER_CELL, domain
-    )
+    key = cache.key(__name__, finger.sha256, reduced.to_arrays(), domain)
     try:
         moved = cache.fetch("positions", key, lambda: move_presses(FingerModel(finger, build(finger)), reduced, domain))
         return replace(calibration, position=fit_positions(moved))

@@ -9,10 +9,9 @@ from papilla import cache, fem, units
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.measured_presses import fit_bench
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SCHEMA, Sweep, default_specimen, sweep
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, default_specimen, sweep
 from papilla.calibration import Calibration
 from papilla.errors import InputError
-from papilla.fem.reduction.prepare import code_sha256
 from papilla.finger import Finger
 from papilla.logs import BenchLog
 
@@ -143,6 +142,6 @@ def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
 
 
 def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, steps) -> Sweep:
-    key = cache.digest(SCHEMA, code_sha256(), reduced.finger_sha256, reduced.mesh_sha256, reduced.at, moduli, forces)
+    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces)
     arrays = cache.fetch("sweep", key, lambda: sweep(reduced, moduli, forces, progress=steps).to_arrays())
     return Sweep.from_arrays(arrays)

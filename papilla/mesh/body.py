@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from papilla import checks
 from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Slab
 from papilla.mesh.soup import Triangulation, quarter_cylinder, quarter_ellipsoid
-from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder, Surface, surfaces_of
+from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, surfaces_of
 
 FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
 """Triangulated curved faces have edges of the largest radius over the one, or element size times the other, if more."""
@@ -56,6 +57,9 @@ class Body:
 
 def body_of(finger: Finger, size_mm: float) -> Body:
     """The body to mesh of a finger with elements of `size_mm`; raises what `surfaces_of` raises."""
+    if isinstance(finger.shape, Dome | Slab):
+        longest = max(2 * max(finger.shape.outer), getattr(finger.shape, "depth", 0.0))
+        checks.within("longest side of the finger (mm)", longest, SMALLEST_MM, LARGEST_MM)
     surfaces = surfaces_of(finger)
     if isinstance(finger.shape, Dome | Slab):
         planes = [Plane(0, 0.0, -1, "mirror"), Plane(1, 0.0, -1, "mirror"), Plane(2, 0.0, -1, "base")]

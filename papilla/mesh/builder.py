@@ -1,23 +1,21 @@
-"""From a finger to its layered mesh: soup, mesher, tags, snapping, mirrors."""
+"""From a finger to its layered mesh: shipped, cached, or made of soup, mesher, tags, snapping and mirrors."""
 
-from importlib.metadata import version
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from papilla import cache as store
 from papilla import checks
 from papilla.errors import InputError, MeshError
-from papilla.finger import Finger
+from papilla.finger import DEFAULT_FINGER, Finger
+from papilla.memory import least_bytes, refuse_size
 from papilla.mesh.body import Body, body_of
-from papilla.mesh.layered import LayeredMesh
-from papilla.mesh.memory import refuse_size
-from papilla.mesh.mirroring import mirrored
-from papilla.mesh.packing import pack, unpack
-from papilla.mesh.reference import reference
+from papilla.mesh.child import Progress, tetrahedralise
+from papilla.mesh.layered import LayeredMesh, mirrored, pack, unpack
 from papilla.mesh.sizing import Sizing, grid_over, positively_oriented
 from papilla.mesh.snapping import snap
 from papilla.mesh.tagging import TaggedCells, tag
-from papilla.mesh.tetwild import Progress, tetrahedralise
 from papilla.mesh.topology import components, paired_faces, volumes
 
 DEFAULT_SIZE_MM = 0.7
@@ -32,9 +30,11 @@ FINEST, COARSEST = 1 / 200, 1 / 4
 REACH = 3.0
 """Flat faces are looked for within this many envelopes of their plane."""
 
+SAMPLES = 32
+"""Points along each axis of the body's box in which its volume is sampled."""
 
-VERSION = 1
-"""Raised with every change that makes other meshes: cached ones of another version are not used."""
+VARIANTS = 5
+"""Reference meshes of the default finger: the first is the default, the spread of all five is the mesh scatter."""
 
 
 def build(
@@ -67,10 +67,27 @@ def build(
     shipped = reference(finger, size_mm, variant)
     if shipped is not None:
         return shipped
-    key = store.digest(VERSION, version("pytetwild"), finger.geometry_sha256, size_mm, variant)
+    key = store.key(__name__, finger.geometry_sha256, size_mm, variant)
     return unpack(
         store.fetch("mesh", key, lambda: pack(mesh_finger(finger, size_mm, variant=variant, progress=progress)))
     )
+
+
+def reference_path(variant: int) -> Path:
+    """File of a reference mesh: they ship with the package (`papilla.mesh.pin` makes them), because the mesher is not
+    deterministic and default results could not be reproduced to the digit without."""
+    return DEFAULT_FINGER.parent / f"reference_mesh_{variant}.npz"
+
+
+def reference(finger: Finger, size_mm: float, variant: int) -> LayeredMesh | None:
+    """The shipped mesh of this geometry, size and variant; None where none was shipped."""
+    path = reference_path(variant)
+    if variant >= VARIANTS or not path.exists():
+        return None
+    with np.load(path, allow_pickle=False) as data:
+        if float(data["size_mm"]) != size_mm or str(data["geometry_sha256"]) != finger.geometry_sha256:
+            return None
+        return unpack(data)
 
 
 def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
@@ -80,7 +97,7 @@ def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: P
     checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
     sizing = Sizing(body.apex, size_mm, finger.patch_radius)
     keep_bone = finger.bone is not None
-    refuse_size(body, sizing, keep_bone)
+    refuse_too_fine(body, sizing, keep_bone)
     diagonal = float(np.linalg.norm(body.high - body.low))
     envelope = max(ENVELOPE, ENVELOPE_SIZES * size_mm / diagonal)
     points, tets = tetrahedralise(_soup(body, sizing, envelope, variant), progress)
@@ -89,6 +106,24 @@ def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: P
     cell = LayeredMesh(points, cells.tets, cells.layer, _boundaries(body, cells, keep_bone), size_mm)
     refuse_unusable(cell)
     return mirrored(cell, body.mirrors) if body.mirrors else cell
+
+
+def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
+    """Raise `MemoryEstimateError` where the mesh that `sizing` asks for could not be pressed in the memory left."""
+    lines = [
+        low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES for low, high in zip(body.low, body.high, strict=True)
+    ]
+    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    meshed = body.surfaces["skin"].level(points) <= 0
+    if not keep_bone:
+        meshed &= body.surfaces["bone"].level(points) > 0
+    volume = float(np.prod(body.high - body.low)) / SAMPLES**3
+
+    def cells(ratio: float) -> float:
+        return replace(sizing, near_mm=ratio * sizing.near_mm).cell_count(points[meshed], volume)
+
+    job = f"factorising a mesh of about {cells(1):,.0f} tetrahedra (size_mm {sizing.near_mm:g})"
+    refuse_size(job, sizing.near_mm, lambda ratio: least_bytes(cells(ratio)))
 
 
 def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:

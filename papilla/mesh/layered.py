@@ -1,4 +1,7 @@
-"""`LayeredMesh`: the tetrahedra of a finger with their layers and named boundaries, as immutable arrays."""
+"""`LayeredMesh`: the tetrahedra of a finger with their layers and named boundaries, as immutable arrays.
+
+Of a finger with mirror planes a quarter is meshed: `mirrored` makes the whole of it, `pack` keeps the quarter alone.
+"""
 
 import hashlib
 from collections.abc import Mapping
@@ -36,7 +39,7 @@ class LayeredMesh:
     size_mm: float
     mirrors: tuple[str, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         arrays = {
             "points": np.array(self.points, dtype=float, order="C"),
             "tets": np.array(self.tets, dtype=np.int64, order="C"),
@@ -48,6 +51,10 @@ class LayeredMesh:
         for name, array in arrays.items():
             object.__setattr__(self, name, array)
         object.__setattr__(self, "boundaries", MappingProxyType(boundaries))
+
+    def __repr__(self) -> str:
+        half = f", mirrors {' and '.join(self.mirrors)}" if self.mirrors else ""
+        return f"LayeredMesh({len(self.points)} points, {len(self.tets)} tets, size_mm {self.size_mm:g}{half})"
 
     @cached_property
     def sha256(self) -> str:
@@ -73,6 +80,50 @@ class LayeredMesh:
         return LayeredMesh(self.points[used], tets.reshape(-1, 4), layer, boundaries, self.size_mm)
 
 
-def _on_positive_side(points, simplices, axes, *labels):
+def _on_positive_side(
+    points: np.ndarray, simplices: np.ndarray, axes: list[int], *labels: np.ndarray
+) -> tuple[np.ndarray, ...]:
     keep = np.all(points[simplices].mean(axis=1)[:, axes] > 0, axis=1)
     return (simplices[keep], *(label[keep] for label in labels))
+
+
+def mirrored(cell: LayeredMesh, mirrors: tuple[str, ...]) -> LayeredMesh:
+    """`cell`, whose plane vertices have coordinates of exactly zero, repeated in the zero planes of `mirrors`.
+
+    The vertices and cells of `cell` come first and unchanged.
+    """
+    points, tets, layer = cell.points, cell.tets, cell.layer
+    boundaries = {name: cell.boundaries[name] for name in BOUNDARIES}
+    for name in mirrors:
+        axis = "xyz".index(name)
+        off_plane = points[:, axis] != 0
+        image = np.arange(len(points))
+        image[off_plane] = len(points) + np.arange(off_plane.sum())
+        flipped = points[off_plane].copy()
+        flipped[:, axis] *= -1
+        points = np.vstack([points, flipped])
+        tets = np.vstack([tets, image[tets][:, [0, 2, 1, 3]]])
+        layer = np.concatenate([layer, layer])
+        boundaries = {key: np.vstack([faces, image[faces][:, ::-1]]) for key, faces in boundaries.items()}
+    return LayeredMesh(points, tets, layer, boundaries, cell.size_mm, tuple(mirrors))
+
+
+def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
+    """The mesh as named arrays for the cache and the reference meshes; of a mirrored one the cell alone."""
+    cell = mesh.cell()
+    return {
+        "points": cell.points,
+        "tets": cell.tets.astype(np.int32),
+        "layer": cell.layer,
+        **{name: cell.boundaries[name].astype(np.int32) for name in BOUNDARIES},
+        "size_mm": np.array(mesh.size_mm),
+        "mirrors": np.array("".join(mesh.mirrors)),
+    }
+
+
+def unpack(arrays: Mapping[str, np.ndarray]) -> LayeredMesh:
+    """The mesh that was packed, bit for bit where `mirrored` made it."""
+    boundaries = {name: arrays[name] for name in BOUNDARIES}
+    cell = LayeredMesh(arrays["points"], arrays["tets"], arrays["layer"], boundaries, float(arrays["size_mm"]))
+    mirrors = tuple(str(arrays["mirrors"]))
+    return mirrored(cell, mirrors) if mirrors else cell

@@ -4,9 +4,8 @@ import numpy as np
 
 from papilla.files import replacing
 from papilla.finger import Finger
-from papilla.mesh.builder import DEFAULT_SIZE_MM, mesh_finger
-from papilla.mesh.packing import pack
-from papilla.mesh.reference import VARIANTS, reference_path
+from papilla.mesh.builder import DEFAULT_SIZE_MM, VARIANTS, mesh_finger, reference_path
+from papilla.mesh.layered import pack
 
 
 def pin() -> None:

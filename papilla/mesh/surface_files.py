@@ -1,17 +1,23 @@
 """The user's surface files: read, and refused with one clear line unless they can be meshed."""
 
-from collections import deque
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
-from papilla.errors import FileAccessError, FileFormatError
+from papilla import cache
+from papilla.errors import FileAccessError, FileFormatError, MeshError
+from papilla.files import reason
+from papilla.mesh.child import run
+from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM
 from papilla.mesh.triangle_surface import TriangleSurface
 
-SUFFIXES = (".stl", ".ply", ".vtp")
-SMALLEST_MM, LARGEST_MM = 1.0, 1000.0
-"""A finger whose longest side is outside these was hardly written in mm."""
+if TYPE_CHECKING:
+    from pyvista import PolyData
 
+SUFFIXES = (".stl", ".ply", ".vtp")
 ZERO_LENGTH = 1e-5
 """What counts as zero length, as a fraction of the outer surface's diagonal: STL keeps seven digits."""
 
@@ -64,25 +70,20 @@ def read_closed(path: str) -> Triangulation:
 
 
 def _read(path: str) -> Triangulation:
-    if Path(path).suffix.lower() not in SUFFIXES:
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
         raise FileFormatError(f"{path}: surfaces are read from {', '.join(SUFFIXES)} files")
     try:
-        Path(path).open("rb").close()
-    except OSError as error:
-        raise FileAccessError(f"cannot read surface file {path}: {error.strerror}") from error
-    import pyvista
-
+        content = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot read surface file {path!r}: {reason(error)}") from error
+    given = {"content": np.frombuffer(content, dtype=np.uint8), "suffix": np.array(suffix)}
     try:
-        with pyvista.vtk_verbosity("off"):
-            poly = pyvista.read(path)
-            if not isinstance(poly, pyvista.PolyData):
-                raise FileFormatError(f"{path}: holds a {type(poly).__name__}, not a surface")
-            poly = poly.triangulate()
-    except FileFormatError:
-        raise
-    except Exception as error:
-        raise FileFormatError(f"{path}: not a readable {Path(path).suffix} file") from error
-    vertices, triangles = np.asarray(poly.points, dtype=float), np.asarray(poly.regular_faces)
+        key = cache.key("papilla.mesh.worker", content, suffix)
+        found = cache.fetch("surface", key, lambda: run("the reader of surfaces", "read_surface", given))
+    except MeshError as error:
+        raise FileFormatError(f"{path}: not a readable {suffix} file") from error
+    vertices, triangles = found["vertices"], found["triangles"]
     return _joined(vertices, triangles) if len(triangles) else (vertices, triangles)
 
 
@@ -114,30 +115,19 @@ def _check_closed(path: str, triangles: np.ndarray) -> None:
 
 def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """The triangles turned so that normals point out; the surface must be of one piece."""
-    neighbours: dict[tuple[int, int], list[int]] = {}
-    for number, edges in enumerate(np.sort(_edges(triangles), axis=2).tolist()):
-        for a, b in edges:
-            neighbours.setdefault((a, b), []).append(number)
-    triangles = triangles.copy()
-    seen = np.zeros(len(triangles), dtype=bool)
-    seen[0] = True
-    queue = deque([0])
-    while queue:
-        current = queue.popleft()
-        a, b, c = triangles[current].tolist()
-        for start, stop in ((a, b), (b, c), (c, a)):
-            for other in neighbours[min(start, stop), max(start, stop)]:
-                x, y, z = triangles[other].tolist()
-                same_way = (start, stop) in ((x, y), (y, z), (z, x))
-                if not seen[other]:
-                    if same_way:
-                        triangles[other] = [x, z, y]
-                    seen[other] = True
-                    queue.append(other)
-                elif other != current and same_way:
-                    raise FileFormatError(f"{path}: the surface has only one side")
-    if not seen.all():
+    triangle = np.repeat(np.arange(len(triangles)), 3)
+    _, edge = np.unique(np.sort(_edges(triangles).reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    first, second = triangle[np.argsort(edge.ravel(), kind="stable")].reshape(-1, 2).T
+    neighbours = sp.coo_matrix((np.ones(len(first)), (first, second)), shape=(len(triangles), len(triangles)))
+    if connected_components(neighbours, directed=False)[0] > 1:
         raise FileFormatError(f"{path}: the surface is in more than one piece")
+    turned = _poly(vertices, triangles).compute_normals(
+        cell_normals=True, point_normals=False, split_vertices=False, consistent_normals=True
+    )
+    triangles = np.asarray(turned.regular_faces)
+    directed = _edges(triangles).reshape(-1, 2)
+    if len(np.unique(directed, axis=0)) < len(directed):
+        raise FileFormatError(f"{path}: the surface has only one side")
     corners = vertices[triangles] - vertices.mean(axis=0)
     volume = np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     return triangles if volume > 0 else triangles[:, ::-1]
@@ -146,8 +136,11 @@ def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarr
 def _first_crossing(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray | None:
     """A point (3,) where an edge passes through a triangle that it does not belong to, or None."""
     from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
+    from vtkmodules.vtkFiltersGeneral import vtkOBBTree
 
-    tree = _locator(vertices, triangles)
+    tree = vtkOBBTree()
+    tree.SetDataSet(_poly(vertices, triangles))
+    tree.BuildLocator()
     edges = np.unique(np.sort(_edges(triangles).reshape(-1, 2), axis=1), axis=0)
     hits, cells = vtkPoints(), vtkIdList()
     hits.SetDataTypeToDouble()
@@ -159,15 +152,10 @@ def _first_crossing(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray |
     return None
 
 
-def _locator(vertices: np.ndarray, triangles: np.ndarray):
+def _poly(vertices: np.ndarray, triangles: np.ndarray) -> "PolyData":
     import pyvista
-    from vtkmodules.vtkFiltersGeneral import vtkOBBTree
 
-    poly = pyvista.PolyData(vertices, np.hstack([np.full((len(triangles), 1), 3), triangles]).ravel())
-    tree = vtkOBBTree()
-    tree.SetDataSet(poly)
-    tree.BuildLocator()
-    return tree
+    return pyvista.PolyData.from_regular_faces(vertices, triangles)
 
 
 def _check_inside(inner: TriangleSurface, outer: TriangleSurface, path: str, around: str, thinnest: float) -> None:

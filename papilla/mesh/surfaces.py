@@ -14,6 +14,9 @@ from papilla.finger import Dome, Finger, Slab, Surfaces
 NAMES = ("skin", "interface", "bone")
 """Names of the surfaces, from the outside in."""
 
+SMALLEST_MM, LARGEST_MM = 1.0, 1000.0
+"""A finger whose longest side is outside these was hardly written in mm."""
+
 
 class Surface(Protocol):
     """What meshing and gauges ask of a surface; points are (n, 3) in mm."""

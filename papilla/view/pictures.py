@@ -13,10 +13,6 @@ from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import Specimen
 
-APPEARANCE = 1
-"""Counts the changes of what the strain picture looks like; a new number makes kept ones anew."""
-FIELDS = 1
-"""Counts the changes of what receptive fields hold."""
 DPI = 120
 
 Progress = Callable[[str], None]
@@ -70,8 +66,7 @@ def strain_png(
         picture = png(strain_figure(field, reduced, press, specimen, finger), DPI)
         return {"png": np.frombuffer(picture, dtype=np.uint8)}
 
-    scene = (repr(specimen), reduced.at, press.fidelity, press.force, press.pressure.tobytes())
-    key = cache.digest(APPEARANCE, finger.sha256, reduced.mesh_sha256, scene)
+    key = cache.key(__name__, finger.sha256, reduced.to_arrays(), specimen, press.fidelity, press.force, press.pressure)
     return cache.fetch("picture", key, draw)["png"].tobytes()
 
 
@@ -101,7 +96,7 @@ def receptive(
         fields = receptive_fields(FingerModel(finger, mesh))
         return {"vertices": fields.vertices, "strain_per_newton": fields.strain_per_newton}
 
-    kept = cache.fetch("receptive", cache.digest(FIELDS, finger.sha256, mesh.sha256), make)
+    kept = cache.fetch("receptive", cache.key("papilla.fem.fields", finger.sha256, mesh.sha256), make)
 
     from papilla.fem import ReceptiveFields
     from papilla.view.receptive_field import receptive_figure

@@ -13,8 +13,8 @@ from papilla.errors import MemoryEstimateError
 from papilla.fem import FingerModel, press_finite
 from papilla.fem.discrete import solver
 from papilla.finger import Finger
+from papilla.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.mesh import build
-from papilla.mesh.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.specimen import Block
 
 MEASURE = """

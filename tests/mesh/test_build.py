@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError, MeshError
-from papilla.finger import Finger
+from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
 from papilla.mesh import builder as builder_module
 from papilla.mesh.builder import mesh_finger
+from papilla.mesh.layered import pack
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 from papilla.mesh.topology import components, paired_faces, volumes
 from papilla.mesh.vtu import load, save
@@ -206,3 +207,43 @@ def test_half_the_size_is_finer_everywhere():
             nearest = np.argsort(np.linalg.norm(corners.mean(axis=1) - centre, axis=1))[:30]
             sizes.append(np.cbrt(volumes(mesh.points, mesh.tets[nearest]).mean()))
         assert sizes[1] < 0.8 * sizes[0], place
+
+
+def test_build_meshes_once_and_again_for_what_changes_the_mesh(dome, dome_shape, finger_of, monkeypatch):
+    asked = []
+
+    def mesher(finger, size_mm, *, variant, progress):
+        asked.append((finger.shape, size_mm, variant))
+        return dome
+
+    monkeypatch.setattr(builder_module, "mesh_finger", mesher)
+    finger = finger_of(dome_shape)
+    assert build(finger, 2.5).sha256 == build(finger, 2.5).sha256 == dome.sha256
+    assert len(asked) == 1
+    build(finger, 2.4)
+    build(finger, 2.5, variant=1)
+    assert len(asked) == 3
+    build(finger, 2.5, cache=False)
+    assert len(asked) == 4
+
+
+def test_packed_mesh_is_a_quarter(dome):
+    assert len(pack(dome)["tets"]) * 4 == len(dome.tets)
+
+
+def test_a_mesh_is_shown_in_one_line(dome):
+    counts = f"{len(dome.points)} points, {len(dome.tets)} tets, size_mm 2.5"
+    assert repr(dome) == f"LayeredMesh({counts}, mirrors x and y)" and repr(dome.cell()).endswith("size_mm 2.5)")
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Dome((1e300, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0)),
+        Dome((0.2, 0.2, 0.2), (0.1, 0.1, 0.1), (0.05, 0.05, 0.05)),
+        Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), depth=1e9),
+    ],
+)
+def test_a_finger_that_was_hardly_meant_in_mm_is_refused_at_once(shape, finger_of):
+    with pytest.raises(InputError, match=r"^longest side .* \(mm\) must lie between 1 and 1000, got [\d.e+]+$"):
+        build(finger_of(shape), 1.0)

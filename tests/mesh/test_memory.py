@@ -10,7 +10,7 @@ from papilla.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh import builder as builder_module
 from papilla.mesh.body import body_of
-from papilla.mesh.memory import bytes_of, coarser, refuse_size
+from papilla.mesh.builder import refuse_too_fine
 from papilla.mesh.sizing import Sizing
 
 GB = 1e9
@@ -22,7 +22,7 @@ MADE = {2.0: 2632, 1.4: 4161, 1.0: 5163, 0.7: 7425, 0.5: 15038, 0.35: 40157, 0.2
 def refuse(size_mm, finger=None):
     finger = finger or Finger.default()
     body = body_of(finger, size_mm)
-    refuse_size(body, Sizing(body.apex, size_mm, finger.patch_radius), finger.bone is not None)
+    refuse_too_fine(body, Sizing(body.apex, size_mm, finger.patch_radius), finger.bone is not None)
 
 
 @pytest.fixture
@@ -76,5 +76,10 @@ def test_a_meshed_bone_counts(free):
 
 
 def test_the_law_grows_as_nested_dissection_does():
-    assert bytes_of(1e9) / bytes_of(1e8) == pytest.approx(10 ** (4 / 3), rel=0.05)
-    assert coarser(0.5, lambda ratio: 100 / ratio, 10) == "mesh with size_mm >= 5.1"
+    assert memory.least_bytes(1e9) / memory.least_bytes(1e8) == pytest.approx(10 ** (4 / 3), rel=0.05)
+
+
+def test_the_size_that_would_do_is_rounded_up(free):
+    free(11)
+    with pytest.raises(MemoryEstimateError, match="a job needs about .*: mesh with size_mm >= 4.6$"):
+        memory.refuse_size("a job", 0.5, lambda ratio: 100 / ratio)

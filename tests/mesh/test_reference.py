@@ -8,7 +8,7 @@ import pytest
 from papilla.finger import Dome, Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build, quality
 from papilla.mesh import builder as builder_module
-from papilla.mesh.reference import VARIANTS, reference, reference_path
+from papilla.mesh.builder import VARIANTS, reference, reference_path
 
 PINNED = {
     0: "89a7bf93628514b713dae37166d5b84c528fd14a4f3f530b3064e571fd632c8c",

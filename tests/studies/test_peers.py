@@ -10,8 +10,7 @@ from papilla.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.finger import Finger
-from papilla.mesh.layered import INNER, OUTER, LayeredMesh
-from papilla.mesh.mirroring import mirrored
+from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces
 from papilla.specimen import HalfSpace
 from papilla.studies.bench.peers import PeerPress, missing_peers, run_peers

@@ -9,7 +9,6 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.memory import refuse_finite
 from papilla.fem.discrete.space import SYMMETRIC
 from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.fem.finite.body import Body, Card
@@ -22,6 +21,7 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
+from papilla.memory import refuse_finite
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import Surface, surfaces_of
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
@@ -88,7 +88,7 @@ class Scene:
         mesh = replace(mesh, mirrors=tuple(axis for axis in mesh.mirrors if frame.origin["xyz".index(axis)] == 0))
         space = TaylorHood(mesh.cell())
         loaded = build_patch(space, mesh, surfaces["skin"], frame, finger.patch_radius, bool(mesh.mirrors))
-        refuse_finite(space, len(loaded.patch.xy))
+        refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
         body = Body(space, cards, space.free(SYMMETRIC, mesh.mirrors))
         return cls(finger, surfaces["interface"], mesh.mirrors, body, Touching(loaded, specimen))
 

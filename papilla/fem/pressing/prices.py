@@ -4,14 +4,14 @@ Figures come from `pricing` (`papilla bench` calls it) and lie in the cache, by 
 mesh and code. Those of the default finger on the mesh that ships with the package ship beside it.
 """
 
-import hashlib
 import json
 import math
-import warnings
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from papilla import cache
 from papilla.errors import FileAccessError, FileFormatError
@@ -22,6 +22,9 @@ SCHEMA = "papilla.prices/1"
 
 QUANTITIES = ("sd", "indentation", "contact_area")
 """What errors are known of."""
+
+MEASURED_BY = "papilla.fem.pressing.pricing"
+"""Module whose code stands behind prices in the cache."""
 
 SHIPPED = DEFAULT_FINGER.parent / "default_prices.json"
 
@@ -74,7 +77,11 @@ class Prices:
 
     def save(self, path) -> None:
         """Write the prices as JSON, atomically; raises `FileAccessError`."""
-        write_text(path, json.dumps({"schema": SCHEMA, **asdict(self)}, indent=1, allow_nan=False) + "\n")
+        write_text(path, self.to_json())
+
+    def to_json(self) -> str:
+        """The prices as JSON text."""
+        return json.dumps({"schema": SCHEMA, **asdict(self)}, indent=1, allow_nan=False) + "\n"
 
     @classmethod
     def load(cls, path) -> "Prices":
@@ -83,18 +90,14 @@ class Prices:
             return _read(json.loads(Path(path).read_text(encoding="utf-8")))
         except OSError as error:
             raise FileAccessError(f"cannot read prices {path}: {error.strerror}") from error
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise FileFormatError(f"{path} does not hold prices of a finger ({error})") from error
 
 
 def keep(prices: Prices) -> None:
-    """Store prices in the cache, for `known_prices`; raises `FileAccessError`."""
-    path = _entry(prices.finger_sha256, prices.mesh_sha256)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileAccessError(f"cannot write to folder {path.parent}: {error.strerror}") from error
-    prices.save(path)
+    """Store prices in the cache, for `known_prices`."""
+    key = cache.key(MEASURED_BY, prices.finger_sha256, prices.mesh_sha256)
+    cache.keep("prices", key, {"json": np.array(prices.to_json())})
     _found.cache_clear()
 
 
@@ -103,33 +106,14 @@ def known_prices(finger_sha256: str, mesh_sha256: str) -> Prices | None:
 
     Cached ones of other code do not count. Damaged ones are reported by a warning and count as none.
     """
-    return _found(finger_sha256, mesh_sha256, _entry(finger_sha256, mesh_sha256))
+    return _found(finger_sha256, mesh_sha256, cache.folder())
 
 
 @lru_cache(maxsize=64)
-def _found(finger_sha256: str, mesh_sha256: str, entry: Path) -> Prices | None:
-    for path in (entry, SHIPPED):
-        if not path.exists():
-            continue
-        try:
-            prices = Prices.load(path)
-        except FileFormatError as error:
-            warnings.warn(f"{error}; it is not used", RuntimeWarning, stacklevel=4)
-            continue
-        if (prices.finger_sha256, prices.mesh_sha256) == (finger_sha256, mesh_sha256):
-            return prices
-    return None
-
-
-def _entry(finger_sha256: str, mesh_sha256: str) -> Path:
-    key = cache.digest(SCHEMA, _code_sha256(), finger_sha256, mesh_sha256)
-    return cache.folder() / "prices" / f"{key}.json"
-
-
-@lru_cache(maxsize=1)
-def _code_sha256() -> str:
-    files = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+def _found(finger_sha256: str, mesh_sha256: str, _folder: Path) -> Prices | None:
+    kept = cache.find("prices", cache.key(MEASURED_BY, finger_sha256, mesh_sha256), report=True)
+    prices = Prices.load(SHIPPED) if kept is None else _read(json.loads(str(kept["json"])))
+    return prices if (prices.finger_sha256, prices.mesh_sha256) == (finger_sha256, mesh_sha256) else None
 
 
 def _read(document: dict[str, Any]) -> Prices:

@@ -16,7 +16,6 @@ from papilla.fem.discrete.assembly import restricted, scaled
 from papilla.fem.discrete.elasticity import lame
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, space_of
 from papilla.fem.discrete.locate import interpolation
-from papilla.fem.discrete.memory import refuse_reduction
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
 from papilla.fem.discrete.space import SYMMETRIC, parity_signs
 from papilla.fem.reduction.compliance import half_space_compliance
@@ -24,6 +23,7 @@ from papilla.fem.reduction.gauges import PointFunctional, curvature_functional, 
 from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
+from papilla.memory import refuse_reduction
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import surfaces_of
 
@@ -64,7 +64,8 @@ class FingerModel:
         equations cannot be solved.
         """
         loaded, parities = self._patch(at)
-        refuse_reduction(self.space, len(loaded.patch.xy), len(set(parities) - set(self._factors)))
+        cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
+        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
         strain, curvature = self._gauge_functionals()
         compliance, rows = self._condense(loaded, parities, strain + curvature)
         gauges = self.finger.gauges

@@ -12,8 +12,7 @@ from papilla.finger import Dome, Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.builder import refuse_unusable
 from papilla.mesh.cell_quality import mean_ratio
-from papilla.mesh.layered import LayeredMesh
-from papilla.mesh.mirroring import mirrored
+from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen, Sphere

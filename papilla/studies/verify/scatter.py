@@ -7,7 +7,7 @@ import numpy as np
 from papilla.fem import FingerModel, press
 from papilla.finger import Finger
 from papilla.mesh import build
-from papilla.mesh.reference import VARIANTS
+from papilla.mesh.builder import VARIANTS
 from papilla.studies.verify.case import Check
 from papilla.studies.verify.finger import BLOCK, FORCES_GF, newton
 

@@ -5,8 +5,7 @@ Nothing here comes from the mesher, so that every figure of the study repeats to
 
 import numpy as np
 
-from papilla.mesh.layered import INNER, OUTER, LayeredMesh
-from papilla.mesh.mirroring import mirrored
+from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
 
 

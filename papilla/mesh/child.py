@@ -1,0 +1,112 @@
+"""Runs what may crash, hang or hold the interpreter's lock in a process of its own: the mesher, and VTK's file readers.
+
+pytetwild cannot be interrupted and writes a file into the working directory; VTK's readers crash on damaged files. In a
+child in a temporary folder all that becomes one clear error. Neither outlives papilla (`papilla.mesh.keeper`).
+"""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from papilla.errors import FileAccessError, MeshError
+from papilla.files import reason, scratch
+
+TIMEOUT_S = 1800.0
+"""A child that has not finished by then has hung: the finest useful meshes take a few minutes."""
+
+HEARTBEAT_S, PATIENCE_S = 0.5, 10.0
+ERROR_LINES = 3
+
+KEEPER, WORKER = (Path(__file__).with_name(f"{name}.py") for name in ("keeper", "worker"))
+"""Scripts: to import the package would take them longer than most of their work."""
+
+Progress = Callable[[str], None]
+
+
+def tetrahedralise(
+    soup: Mapping[str, np.ndarray], progress: Progress | None = None, timeout_s: float = TIMEOUT_S
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) in mm and tetrahedra (m, 4) that fill a soup of nested closed surfaces.
+
+    `soup` holds the arrays that `papilla.mesh.worker` reads; `progress` gets a line of text about twice a second.
+    Raises what `run` raises, and `MeshError` where the mesher returns nothing.
+    """
+    made = run("the mesher", "tetrahedralise", soup, progress, timeout_s)
+    if len(made["tets"]) == 0:
+        raise MeshError("the mesher returned no tetrahedra")
+    return made["points"], made["tets"]
+
+
+def run(
+    name: str,
+    job: str,
+    inputs: Mapping[str, np.ndarray],
+    progress: Progress | None = None,
+    timeout_s: float = TIMEOUT_S,
+) -> dict[str, np.ndarray]:
+    """The arrays that `job` of the worker makes of `inputs`; `name` is what messages call it.
+
+    Raises `MeshError` where it crashes, hangs or leaves nothing, `FileAccessError` where the temporary directory is not
+    writable. The child does not outlive the call, whatever interrupts it.
+    """
+    with scratch("mesh") as folder:
+        messages, target = folder / "messages.txt", folder / "output.npz"
+        try:
+            np.savez(folder / "input.npz", allow_pickle=False, **inputs)
+            with messages.open("wb") as log:
+                code = _code_of(_start(folder, job, log), progress, timeout_s)
+        except OSError as error:
+            raise FileAccessError(f"cannot use the temporary directory for {name}: {reason(error)}") from error
+        if code is None:
+            raise MeshError(f"{name} did not finish within {timeout_s:g} s and was stopped")
+        if code != 0 or not target.exists():
+            raise MeshError(f"{name} failed ({_cause(code)}): {_last_lines(messages)}")
+        with np.load(target, allow_pickle=False) as data:
+            return dict(data)
+
+
+def _start(folder: Path, job: str, log) -> subprocess.Popen:
+    command = [sys.executable, "-P", str(KEEPER), str(folder), sys.executable, "-P", str(WORKER), job]
+    # The child must find this very package, installed or not.
+    places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
+    return subprocess.Popen(
+        command, cwd=folder, env=environment, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT
+    )
+
+
+def _code_of(keeper: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
+    """Exit code of a child, None where it takes longer than the timeout; it has ended when this returns or raises."""
+    start = time.monotonic()
+    try:
+        while True:
+            try:
+                return keeper.wait(timeout=HEARTBEAT_S)
+            except subprocess.TimeoutExpired:
+                elapsed = time.monotonic() - start
+            if progress is not None:
+                progress(f"meshing, {elapsed:.0f} s")
+            if elapsed > timeout_s:
+                return None
+    finally:
+        assert keeper.stdin is not None
+        keeper.stdin.close()
+        try:
+            keeper.wait(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            keeper.kill()
+            keeper.wait()
+
+
+def _cause(code: int) -> str:
+    return f"signal {code - 128}" if code > 128 else f"exit code {code}"
+
+
+def _last_lines(messages: Path) -> str:
+    lines = [line.strip() for line in messages.read_text(errors="replace").splitlines() if line.strip()]
+    return " / ".join(lines[-ERROR_LINES:]) or "it left no message"

@@ -1,0 +1,52 @@
+"""Stands between papilla and a job that it runs in a folder: `python keeper.py FOLDER COMMAND...`.
+
+papilla holds the other end of standard input and writes nothing: when that ends, however papilla ended, the job is
+killed and its folder removed. The job itself cannot watch, as it may hold the interpreter's lock for minutes.
+"""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+
+PR_SET_PDEATHSIG = 1
+"""Of Linux' prctl(2): the signal that a process gets when the one that started it has died."""
+
+
+def keep(folder: str, command: list[str]) -> None:
+    """Run `command` in `folder` and leave with its exit code, 128 and its number more for a signal."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            # A terminal sends these to the whole group: papilla alone decides.
+            signal.signal(getattr(signal, name), lambda *_: None)
+    job = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, preexec_fn=_die_with_parent())
+    leaving = threading.Lock()
+
+    def watch() -> None:
+        while os.read(0, 1):
+            pass
+        with leaving:
+            job.kill()
+            job.wait()
+            shutil.rmtree(folder, ignore_errors=True)
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+    code = job.wait()
+    with leaving:
+        os._exit(code if code >= 0 else 128 - code)
+
+
+def _die_with_parent():
+    if sys.platform != "linux":
+        return None
+    import ctypes
+
+    prctl = ctypes.CDLL(None).prctl
+    return lambda: prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+if __name__ == "__main__":
+    keep(sys.argv[1], sys.argv[2:])

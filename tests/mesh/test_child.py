@@ -1,0 +1,200 @@
+"""Processes of the mesher and the readers: what goes wrong there is one clear error, and nothing is left behind."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from papilla.errors import FileAccessError, MeshError
+from papilla.mesh import child
+from papilla.mesh.child import tetrahedralise
+
+SOUP = {"vertices": np.zeros((4, 3))}
+CRASH = "import sys\nprint('first')\nsys.exit('out of luck at triangle 7')\n"
+
+
+@pytest.fixture
+def scratch(tmp_path, monkeypatch):
+    """The system's temporary directory for this test."""
+    (tmp_path / "scratch").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "scratch"))
+    return tmp_path / "scratch"
+
+
+@pytest.fixture
+def worker(tmp_path, monkeypatch):
+    """Installs source text as the worker."""
+
+    def install(source):
+        (tmp_path / "stand_in_worker.py").write_text(source)
+        monkeypatch.setattr(child, "WORKER", tmp_path / "stand_in_worker.py")
+
+    return install
+
+
+@pytest.fixture
+def hanging(tmp_path):
+    """Source of a worker that never ends, and the pipe that tells its process and folder, and closes when it ends."""
+    os.mkfifo(tmp_path / "alive")
+    source = (
+        "import os, threading\n"
+        f"pipe = open({str(tmp_path / 'alive')!r}, 'w')\n"
+        "print(os.getpid(), os.getcwd(), file=pipe, flush=True)\n"
+        "threading.Event().wait()\n"
+    )
+    pipe = os.open(tmp_path / "alive", os.O_RDONLY | os.O_NONBLOCK)
+    yield source, pipe
+    os.close(pipe)
+
+
+def line_of(pipe) -> str:
+    """The line that the hanging worker writes, waited for."""
+    select.select([pipe], [], [])
+    os.set_blocking(pipe, True)
+    return os.read(pipe, 4096).decode()
+
+
+def wait_for_end(pipe) -> None:
+    """Returns when every process that holds the other end of the pipe has ended."""
+    os.set_blocking(pipe, True)
+    while os.read(pipe, 4096):
+        pass
+
+
+def test_crash_names_the_cause(worker):
+    worker(CRASH)
+    with pytest.raises(MeshError, match=r"mesher failed \(exit code 1\): first / out of luck at triangle 7") as caught:
+        tetrahedralise(SOUP)
+    assert "\n" not in str(caught.value)
+
+
+def test_only_the_last_lines_are_told(worker):
+    worker("raise SystemExit('1\\n\\n2\\n3\\n 4 ')")
+    with pytest.raises(MeshError, match=r"\(exit code 1\): 2 / 3 / 4$"):
+        tetrahedralise(SOUP)
+
+
+def test_death_by_signal_is_named(worker):
+    worker("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
+    with pytest.raises(MeshError, match="signal 9"):
+        tetrahedralise(SOUP)
+
+
+def test_success_without_a_mesh_is_an_error(worker):
+    worker("pass\n")
+    with pytest.raises(MeshError, match="it left no message"):
+        tetrahedralise(SOUP)
+
+
+def test_empty_mesh_is_an_error(worker):
+    worker("import numpy as np\nnp.savez('output.npz', points=np.zeros((0, 3)), tets=np.zeros((0, 4), int))\n")
+    with pytest.raises(MeshError, match="no tetrahedra"):
+        tetrahedralise(SOUP)
+
+
+def test_input_and_output_are_arrays_in_its_folder(worker):
+    worker(
+        "import sys, numpy as np\nassert sys.argv[1] == 'tetrahedralise'\n"
+        "points = np.load('input.npz')['vertices'] + 1\nnp.savez('output.npz', points=points, tets=np.ones((2, 4)))\n"
+    )
+    points, tets = tetrahedralise(SOUP)
+    assert np.array_equal(points, np.ones((4, 3))) and np.array_equal(tets, np.ones((2, 4)))
+
+
+def test_hang_is_stopped(worker, hanging):
+    source, pipe = hanging
+    worker(source)
+    with pytest.raises(MeshError, match="did not finish within 0 s"):
+        tetrahedralise(SOUP, timeout_s=0.0)
+    wait_for_end(pipe)
+
+
+def test_ctrl_c_ends_the_child(worker, hanging, scratch):
+    source, pipe = hanging
+    worker(source)
+
+    def interrupt(_line):
+        line_of(pipe)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tetrahedralise(SOUP, interrupt)
+    wait_for_end(pipe)
+    assert list(scratch.iterdir()) == []
+
+
+PARENT = """
+import sys
+import numpy as np
+from papilla.mesh import child
+child.WORKER = sys.argv[1]
+child.tetrahedralise({"vertices": np.zeros((4, 3))})
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL", "SIGINT"])
+def test_a_killed_parent_leaves_no_child_and_no_folder(name, worker, hanging, scratch, tmp_path):
+    source, pipe = hanging
+    worker(source)
+    environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": str(Path(child.__file__).parents[2])}
+    command = [sys.executable, "-c", PARENT, str(tmp_path / "stand_in_worker.py")]
+    parent = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    _, folder = line_of(pipe).split()
+    assert Path(folder).parent == scratch
+    parent.send_signal(getattr(signal, name))
+    parent.communicate()
+    assert parent.returncode != 0
+    wait_for_end(pipe)
+    for _ in range(6000):
+        if not Path(folder).exists():
+            return
+        threading.Event().wait(0.01)
+    pytest.fail("the folder is still there after a minute")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux alone kills a child whose parent has died")
+def test_the_job_dies_with_its_keeper(hanging, tmp_path):
+    source, pipe = hanging
+    keeper = subprocess.Popen(
+        [sys.executable, str(child.KEEPER), str(tmp_path), sys.executable, "-c", source], stdin=subprocess.PIPE
+    )
+    line_of(pipe)
+    keeper.kill()
+    wait_for_end(pipe)
+    keeper.communicate()
+
+
+def test_nothing_is_left_behind(worker, scratch):
+    worker("open('__tracked_surface.stl', 'w').close()\nraise SystemExit(3)\n")
+    before = set(os.listdir())
+    with pytest.raises(MeshError):
+        tetrahedralise(SOUP)
+    assert list(scratch.iterdir()) == [] and set(os.listdir()) == before
+
+
+def test_a_temporary_directory_that_is_not_there(monkeypatch, tmp_path):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
+    with pytest.raises(FileAccessError, match="cannot use the temporary directory for mesh: No such file"):
+        tetrahedralise(SOUP)
+
+
+def test_heartbeat(worker, hanging):
+    source, _ = hanging
+    worker(source)
+    lines = []
+
+    def beat(line):
+        lines.append(line)
+        if len(lines) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tetrahedralise(SOUP, beat)
+    assert all(line.startswith("meshing, ") and line.endswith(" s") for line in lines)

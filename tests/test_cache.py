@@ -1,0 +1,283 @@
+"""The cache: keyed by code and values, kept, locked, checked, rebuilt; done without where it cannot be used."""
+
+import ast
+import errno
+import os
+import shutil
+import threading
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+from filelock import FileLock
+
+import papilla
+from papilla import cache
+from papilla.errors import InputError
+from papilla.specimen import Block, Sphere
+
+PACKAGE = Path(papilla.__file__).parent
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(cache, "_told", set())
+
+
+class Maker:
+    """Counts how often it was asked."""
+
+    def __init__(self, value=1.0):
+        self.calls = 0
+        self.value = value
+
+    def __call__(self):
+        self.calls += 1
+        return {"field": np.full((3, 2), self.value), "name": np.array("skin")}
+
+
+def test_entry_is_made_once_and_kept_to_the_bit():
+    make = Maker(np.pi)
+    first = cache.fetch("thing", "a", make)
+    second = cache.fetch("thing", "a", make)
+    assert make.calls == 1
+    assert second["field"].tobytes() == first["field"].tobytes() and str(second["name"]) == "skin"
+
+
+def test_keys_and_kinds_are_apart():
+    make = Maker()
+    for kind, key in (("thing", "a"), ("thing", "b"), ("other", "a")):
+        cache.fetch(kind, key, make)
+    assert make.calls == 3
+
+
+def test_a_key_tells_values_apart():
+    long = np.arange(5000.0)
+    other = long.copy()
+    other[2500] += 1e-9
+    values = [(), (1, 2.0), (2, 1.0), ("1", 2.0), (1, 2.0 + 1e-15), ((1, 2.0),), (None,), (True,), (b"1",), (long,)]
+    values += [(other,), (long.astype(np.float32),), (long.reshape(50, 100),), ({"a": 1},), ({"b": 1},)]
+    values += [(Block(0.5, 10.0),), (Block(0.5, 10.1),), (Sphere(0.5, 10.0),), (Block(0.5, 10.0), 1)]
+    keys = [cache.key("papilla.files", *parts) for parts in values]
+    assert len(set(keys)) == len(values)
+    assert keys == [cache.key("papilla.files", *parts) for parts in values]
+    assert cache.key("papilla.files", np.float64(0.7)) == cache.key("papilla.files", 0.7)
+
+
+def test_what_has_no_content_of_its_own_is_no_part_of_a_key():
+    with pytest.raises(InputError, match="cannot depend on a function"):
+        cache.key("papilla.files", lambda: 1)
+    with pytest.raises(InputError, match=r"papilla\.nothing is no module of papilla"):
+        cache.key("papilla.nothing", 1)
+
+
+@pytest.fixture
+def copy_of_package(tmp_path, monkeypatch):
+    """A copy of the sources that keys are made of; `edit(file, old, new)` changes it and forgets what was read."""
+    shutil.copytree(PACKAGE, tmp_path / "papilla", ignore=shutil.ignore_patterns("*.npz", "__pycache__"))
+    monkeypatch.setattr(cache, "_ROOT", tmp_path / "papilla")
+
+    def forget():
+        for known in (cache._code, cache._source, cache._file):
+            known.cache_clear()
+
+    def edit(name, old="", new=""):
+        file = tmp_path / "papilla" / name
+        text = file.read_text()
+        assert old in text
+        file.write_text(text.replace(old, new) if old else f"{text}\n# edited\n")
+        forget()
+
+    forget()
+    yield edit
+    monkeypatch.undo()
+    forget()
+
+
+SWEEP, REDUCED, MESH = "papilla.calibrate.press_table", "papilla.fem.reduction.prepare", "papilla.mesh.builder"
+PICTURE, PRICES, POSITIONS = "papilla.view.pictures", "papilla.fem.pressing.pricing", "papilla.calibrate.beside_apex"
+BELOW = {
+    SWEEP: ("calibrate/press_table.py", "specimen.py", "references/layer.py", "fem/pressing/contact.py"),
+    REDUCED: ("fem/reduction/finger_model.py", "fem/discrete/assembly.py", "mesh/surfaces.py", "finger.py"),
+    MESH: ("mesh/snapping.py", "mesh/worker.py", "mesh/surface_files.py", "mesh/triangle_surface.py"),
+    PICTURE: ("view/strain_field.py", "fem/fields.py", "mesh/layered.py"),
+    PRICES: ("fem/finite/pressing.py", "fem/pressing/hertz_table.py", "specimen.py"),
+    POSITIONS: ("fem/reduction/transported.py", "calibrate/surface_fit.py", "calibration/surface.py"),
+}
+
+
+@pytest.mark.parametrize("maker, name", [(maker, name) for maker, names in BELOW.items() for name in names])
+def test_a_key_changes_with_all_the_code_that_the_result_runs_through(maker, name, copy_of_package):
+    before = cache.key(maker, 1)
+    assert cache.key(maker, 1) == before
+    copy_of_package(name)
+    assert cache.key(maker, 1) != before
+
+
+@pytest.mark.parametrize("name", ["estimators/friction.py", "cli/main.py", "calibrate/report/page.py"])
+@pytest.mark.parametrize("maker", [SWEEP, REDUCED, MESH])
+def test_code_that_a_result_does_not_run_through_leaves_its_key(maker, name, copy_of_package):
+    before = cache.key(maker, 1)
+    copy_of_package(name)
+    assert cache.key(maker, 1) == before
+
+
+def test_a_key_changes_with_the_versions_of_what_it_is_computed_with(monkeypatch):
+    before = cache.key(REDUCED), cache.key("papilla.files")
+    monkeypatch.setattr(cache, "_version", lambda name: "9.9" if name == "rslab" else version(name))
+    cache._code.cache_clear()
+    assert cache.key(REDUCED) != before[0] and cache.key("papilla.files") == before[1]
+    cache._code.cache_clear()
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_are_seen_as_python_sees_them(path):
+    inside = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    name = ".".join(inside[:-1] if inside[-1] == "__init__" else inside)
+    wanted = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            wanted |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level
+            wanted |= {f"{node.module}.{alias.name}" for alias in node.names}
+    known = {cache._known(dotted) for dotted in wanted} - {None}
+    assert known <= cache._source(name)[1]
+    assert all(other.split(".")[0] in {"papilla", *cache.PACKAGES} for other in cache._source(name)[1])
+
+
+@pytest.mark.parametrize("damage", ["flip", "truncate", "empty", "garbage", "other key", "other kind"])
+def test_damaged_entry_is_noticed_and_made_again(damage):
+    make = Maker()
+    good = cache.fetch("thing", "a", make)
+    path = cache.entry("thing", "a")
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    broken = {"flip": bytes(content), "truncate": content[:100], "empty": b"", "garbage": b"not a cache entry\n" * 9}
+    for name, kind, key in (("other key", "thing", "b"), ("other kind", "other", "a")):
+        cache.fetch(kind, key, Maker(2.0))
+        broken[name] = cache.entry(kind, key).read_bytes()
+    path.write_bytes(broken[damage])
+    with pytest.warns(RuntimeWarning, match="damaged"):
+        again = cache.fetch("thing", "a", make)
+    assert make.calls == 2
+    assert again["field"].tobytes() == good["field"].tobytes()
+    cache.fetch("thing", "a", make)
+    assert make.calls == 2
+
+
+def test_what_is_sealed_and_holds_no_arrays_is_damaged():
+    body = b"no arrays"
+    cache.entry("thing", "a").parent.mkdir(parents=True)
+    cache.entry("thing", "a").write_bytes(cache._seal("thing", "a", body) + body)
+    with pytest.warns(RuntimeWarning, match="damaged"):
+        assert cache.fetch("thing", "a", Maker())["field"].shape == (3, 2)
+
+
+def test_failed_make_leaves_nothing():
+    def fail():
+        raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no"):
+        cache.fetch("thing", "a", fail)
+    make = Maker()
+    cache.fetch("thing", "a", make)
+    assert make.calls == 1
+
+
+def test_objects_are_refused():
+    with pytest.raises(ValueError, match="[Oo]bject arrays"):
+        cache.fetch("thing", "a", lambda: {"x": np.array([{}], dtype=object)})
+    assert not cache.entry("thing", "a").exists()
+
+
+def test_two_callers_make_once():
+    make, inside, release = Maker(), threading.Event(), threading.Event()
+
+    def slow():
+        inside.set()
+        release.wait()
+        return make()
+
+    first = threading.Thread(target=cache.fetch, args=("thing", "a", slow))
+    second = threading.Thread(target=cache.fetch, args=("thing", "a", make))
+    first.start()
+    inside.wait()
+    second.start()
+    release.set()
+    first.join()
+    second.join()
+    assert make.calls == 1
+
+
+def held(path) -> FileLock:
+    """The lock of an entry, as another process would hold it."""
+    path.parent.mkdir(parents=True)
+    lock = FileLock(f"{path}.lock")
+    lock.acquire()
+    return lock
+
+
+def test_says_that_it_waits_for_another_and_takes_what_that_made(monkeypatch):
+    monkeypatch.setattr(cache, "PATIENCE_S", 0.01)
+    lock, make, said = held(cache.entry("thing", "a")), Maker(), []
+
+    def other_process(message, *_, **__):
+        said.append(str(message))
+        cache.keep("thing", "a", Maker(5.0)())
+        lock.release()
+
+    monkeypatch.setattr(cache.warnings, "warn", other_process)
+    found = cache.fetch("thing", "a", make)
+    assert make.calls == 0 and found["field"][0, 0] == 5.0
+    assert len(said) == 1 and said[0].startswith("waiting for another process that makes ")
+
+
+def test_goes_on_alone_where_another_never_lets_go(monkeypatch):
+    monkeypatch.setattr(cache, "PATIENCE_S", 0.01)
+    monkeypatch.setattr(cache, "GIVE_UP_S", 0.01)
+    lock = held(cache.entry("thing", "a"))
+    with pytest.warns(RuntimeWarning) as said:
+        assert cache.fetch("thing", "a", Maker(3.0))["field"][0, 0] == 3.0
+    assert ["waiting for" in str(said[0].message), "going on without it" in str(said[1].message)] == [True, True]
+    lock.release()
+
+
+def test_a_folder_that_cannot_be_is_done_without_and_said_once(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "file"))
+    make = Maker()
+    with pytest.warns(RuntimeWarning, match="cannot use the cache folder .*PAPILLA_CACHE") as said:
+        for _ in range(3):
+            assert cache.fetch("thing", "a", make)["field"][0, 0] == 1.0
+    assert make.calls == 3 and len(said) == 1 and "\n" not in str(said[0].message)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root writes everywhere")
+def test_a_read_only_cache_is_read_and_done_without(tmp_path):
+    kept = Maker(2.0)
+    cache.fetch("thing", "a", kept)
+    for place in (cache.folder() / "thing", cache.folder()):
+        place.chmod(0o500)
+    assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 2.0
+    with pytest.warns(RuntimeWarning, match="Permission denied"):
+        assert cache.fetch("thing", "b", Maker(4.0))["field"][0, 0] == 4.0
+    for place in (cache.folder(), cache.folder() / "thing"):
+        place.chmod(0o700)
+
+
+def test_a_full_disk_does_not_refuse_what_was_computed(monkeypatch):
+    def full(self, data):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.warns(RuntimeWarning, match="No space left on device"):
+        assert cache.fetch("thing", "a", Maker())["field"].shape == (3, 2)
+    assert sorted(path.suffix for path in cache.folder().rglob("*.*")) in ([], [".lock"])
+
+
+def test_default_folder_is_the_users(monkeypatch):
+    monkeypatch.delenv("PAPILLA_CACHE")
+    assert "papilla" in cache.folder().name
