@@ -53,7 +53,7 @@ def test_a_finger_gets_its_positions(calibration, monkeypatch, tmp_path):
     calls = []
     monkeypatch.setattr(position, "move_presses", lambda *_: calls.append(1) or moved())
     finger = Finger.default()
-    stand_in = type("Reduced", (), {"mesh_sha256": "ab"})
+    stand_in = type("Reduced", (), {"to_arrays": lambda *_: {"meta": np.array("ab")}})()
     for _ in range(2):
         assert with_positions(calibration, finger, stand_in).position.reach_mm == 4.0
     assert len(calls) == 1, "the second time they come from the cache"
@@ -68,7 +68,9 @@ def test_where_contacts_leave_the_skin_a_note_says_so(calibration, monkeypatch, 
         raise InputError("no skin to touch at x 4, y 0 mm")
 
     monkeypatch.setattr(position, "move_presses", fail)
-    found = with_positions(calibration, Finger.default(), type("Reduced", (), {"mesh_sha256": "cd"}))
+    found = with_positions(
+        calibration, Finger.default(), type("Reduced", (), {"to_arrays": lambda *_: {"meta": np.array("cd")}})()
+    )
     assert found.position is None
     assert found.notes[-1] == "the apex alone is calibrated: no skin to touch at x 4, y 0 mm"
 
