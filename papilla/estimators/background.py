@@ -1,140 +1,89 @@
-"""The smooth background of a spectrum: red noise or drift over a white floor, fitted past the lines on it."""
+"""The background of a spectrum beside each of its lines, without a model: medians to the left and to the right.
 
-from dataclasses import dataclass
+Drift, rough surfaces, roll-off of the skin and white noise have no common formula, but each is smooth over a few
+resolutions. The level beside a line is the mean of the logarithms of two medians, one on each side of a guard that the
+line itself fills: a tilt cancels. How often such a level is exceeded by chance is known in closed form (constant false
+alarm rate: Finn and Johnson 1968, RCA Review 29:414; medians: Rohling 1983, doi:10.1109/TAES.1983.309350).
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from papilla.errors import InputError
+WIDTH, GUARD, FEWEST = 20, 2, 2
+"""Cells on each side whose median is taken at most, resolutions from the line to the first, and the fewest cells."""
+LOWEST = 1.0
+"""Resolutions from zero to the lowest cell; below is what is taken for drift."""
+LOCAL = 2.0
+"""A side is no wider than this part of the distance from zero, where drift bends the spectrum."""
+MEDIAN_EFFICIENCY = 0.36
+"""Cells whose mean knows as much as a median of one: (ln 2)^2 for noise, and three quarters, as a taper ties them."""
 
-ROUNDS, TRIM = 8, 2.5
-"""Most rounds of refitting without the lines, and from how many spreads above the background a point is a line."""
-LEAST_POINTS = 8
-STEEPEST, MOST_STEPS = 8.0, 200
-"""Greatest slope of the background, and most steps of one of its fits."""
+
+class Level(NamedTuple):
+    """Expected power (m,) of noise, infinite where it cannot be told; cells (m,) of certainty that it rests on, 0 then;
+    freedom (m,) : degrees of the chi-square that the power there follows around it, 2 for one channel."""
+
+    power: np.ndarray
+    cells: np.ndarray
+    freedom: np.ndarray
+
+    def chance(self, power) -> np.ndarray:
+        """Probability (m,) that noise reaches this power (m,)."""
+        # As for one channel: what all of them feel, as the roughness of a surface, they feel alike.
+        return (1 + power / self.power / np.maximum(self.cells, 1e-9)) ** -self.cells
 
 
-@dataclass(frozen=True)
-class Background:
-    """power(k) = (red (reference / k)^slope + floor) of wavenumber or frequency k.
+def background(power: np.ndarray, at: np.ndarray, resolution: float) -> Level:
+    """The level (m,) of noise at indices `at` (m,).
 
-    freedom : degrees of freedom of the chi-square that the power follows around it: 2 for one spectrum, more for the
-    mean of several independent ones; measured from the scatter below the background, which lines cannot reach.
+    power : (n,) > 0 of a tapered spectrum, evenly from wavenumber or frequency 0. resolution : in indices. The cells
+    lie whole resolutions from the place itself, where a line there has no power.
     """
-
-    reference: float
-    red: float
-    slope: float
-    floor: float
-    freedom: float
-
-    def power(self, k) -> np.ndarray:
-        """Expected power at k (scalar or (n,)), > 0."""
-        return self.red * (self.reference / np.asarray(k, float)) ** self.slope + self.floor
-
-    def chance(self, ratio) -> np.ndarray:
-        """Probability that the background alone reaches `ratio` times its expected power at one k."""
-        from scipy.stats import chi2
-
-        return chi2.sf(self.freedom * np.asarray(ratio, float), self.freedom)
-
-    def threshold(self, chance: float) -> float:
-        """Ratio to the expected power that the background alone exceeds with this probability at one k."""
-        from scipy.stats import chi2
-
-        return float(chi2.isf(chance, self.freedom) / self.freedom)
-
-
-def fit_background(k, power) -> Background:
-    """Fit a background to the power (n,) of independent lines at rising k (n,) > 0.
-
-    Least squares on the logarithm, repeated without what stands out above (8 points or more must remain).
-    Raises `InputError` for fewer than 8 points or power that is not positive.
-    """
-    from scipy.special import digamma
-
-    k, power = np.asarray(k, float), np.asarray(power, float)
-    if k.size < LEAST_POINTS:
-        raise InputError(f"a background needs {LEAST_POINTS} lines of the spectrum, got {k.size}")
-    if not (np.isfinite(power).all() and (power > 0).all()):
-        raise InputError("the power of a spectrum must be positive and finite for a background to be fitted")
-    reference = float(np.exp(np.log(k).mean()))
-    seen = np.log(power)
-    steps = np.log(reference / k)
-    level = float(np.median(seen))
-    used = np.ones(k.size, bool)
-    values = np.array([level - 1.0, 1.0, level - 1.0])
-    for _ in range(ROUNDS):
-        values = _fitted(steps[used], seen[used], values)
-        above = seen - np.logaddexp(values[0] + values[1] * steps, values[2])
-        spread = _spread_below(above[used])
-        kept = above <= np.median(above[used]) + TRIM * spread
-        if kept.sum() < LEAST_POINTS or (kept == used).all():
-            break
-        used = kept
-    freedom = _freedom(_spread_below(above[used]))
-    # The mean of the logarithm of a chi-square lies below the logarithm of its mean.
-    lift = np.log(freedom / 2) - digamma(freedom / 2)
-    return Background(
-        reference, float(np.exp(values[0] + lift)), float(values[1]), float(np.exp(values[2] + lift)), freedom
-    )
+    at = np.asarray(at, int)
+    logarithm = np.append(np.log(power), np.inf)
+    width = np.clip(LOCAL * at / resolution, 2 * FEWEST, WIDTH)[:, None]
+    steps = np.arange(WIDTH)
+    offsets = np.round((GUARD + steps) * resolution).astype(int)
+    total, spread, known = np.zeros(len(at)), np.zeros(len(at)), np.ones(len(at), bool)
+    for side in (-1, 1):
+        places = at[:, None] + side * offsets
+        seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(power))
+        values = np.sort(logarithm[np.where(seen, places, -1)], axis=1)
+        count = seen.sum(axis=1)
+        middles = np.stack([np.maximum(count - 1, 0) // 2, np.minimum(count // 2, WIDTH - 1)], axis=1)
+        enough = count >= FEWEST
+        total += np.where(enough, np.take_along_axis(values, middles, axis=1).mean(axis=1), 0.0)
+        spread += 1 / np.maximum(count, 1)
+        known &= enough
+    stride = max(round(resolution), 1)
+    scatter = _freedom(power[::stride])
+    own = scatter[np.minimum(at // stride, len(scatter) - 1)]
+    # Wilson and Hilferty's median of a chi-square over its mean.
+    level = np.exp(total / 2) / (1 - 2 / (9 * own)) ** 3
+    return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
 
 
-def _fitted(steps: np.ndarray, seen: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """The three values of ln(exp(v0 + v1 steps) + exp(v2)), 0 <= v1 <= `STEEPEST`, nearest to `seen`.
+def _freedom(power: np.ndarray) -> np.ndarray:
+    """Degrees of freedom (n,), 2 to 1000, around each of independent powers (n,), from the differences of their
+    logarithm."""
+    from scipy.ndimage import median_filter
 
-    Levenberg and Marquardt's steps on the loss 2 sqrt(1 + residual^2) - 2, which lets single points go.
-    """
-    values, damping = start, 1.0
-    cost, step, normal = _misfit(steps, seen, values)
-    for _ in range(MOST_STEPS):
-        scaled = normal + damping * np.diag(np.diag(normal) + 1e-12 * np.trace(normal))
-        tried = values + np.linalg.solve(scaled, step)
-        tried[1] = min(max(tried[1], 0.0), STEEPEST)
-        after = _misfit(steps, seen, tried)
-        if not after[0] < cost:
-            damping *= 8
-            if damping > 1e9:
-                break
-            continue
-        gained = cost - after[0]
-        values, damping = tried, damping / 8
-        cost, step, normal = after
-        if gained < 1e-9 * cost:
-            break
-    return values
+    if len(power) < 2 * WIDTH:
+        return np.full(len(power), 2.0)
+    logarithm = np.log(power)
+    # A taper ties neighbours together.
+    steps = np.abs(logarithm[GUARD:] - logarithm[:-GUARD])
+    values, spreads = _spreads()
+    seen = median_filter(steps, 2 * WIDTH + 1, mode="mirror")
+    return np.interp(-np.pad(seen, (GUARD, 0), mode="edge"), -spreads, values)
 
 
-def _misfit(steps: np.ndarray, seen: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """The loss, its steepest descent and the normal matrix of its weighted squares."""
-    red = values[0] + values[1] * steps
-    expected = np.logaddexp(red, values[2])
-    rest = seen - expected
-    root = np.sqrt(1 + rest * rest)
-    share = np.exp(red - expected)
-    slopes = np.stack([share, share * steps, 1 - share])
-    weighted = slopes / root
-    return float(np.sum(root - 1)), weighted @ rest, weighted @ slopes.T
+@lru_cache(maxsize=1)
+def _spreads() -> tuple[np.ndarray, np.ndarray]:
+    """Degrees of freedom, and the median |difference| of two logarithms of such a chi-square."""
+    from scipy.stats import f
 
-
-def _spread_below(residuals: np.ndarray) -> float:
-    """Standard deviation of the logarithm, from the half of it that lines cannot reach."""
-    middle = np.median(residuals)
-    return float(max(np.sqrt(np.mean((residuals[residuals <= middle] - middle) ** 2)), 1e-3))
-
-
-def _freedom(spread: float) -> float:
-    """Degrees of freedom of the chi-square whose logarithm scatters so much below its median."""
-    from scipy.optimize import brentq
-    from scipy.stats import chi2
-
-    shares = (np.arange(200) + 0.5) / 400
-
-    def difference(ln_freedom):
-        freedom = np.exp(ln_freedom)
-        logs = np.log(chi2.ppf(shares, freedom) / chi2.ppf(0.5, freedom))
-        return np.sqrt(np.mean(logs**2)) - spread
-
-    # Never fewer than the two of a single spectrum: a few points may scatter more by chance.
-    if difference(np.log(2.0)) <= 0:
-        return 2.0
-    return float(np.exp(brentq(difference, np.log(2.0), np.log(1e4)))) if difference(np.log(1e4)) < 0 else 1e4
+    values = np.geomspace(2, 1000, 60)
+    return values, np.log(f.ppf(0.75, values, values))

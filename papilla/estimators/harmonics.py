@@ -10,12 +10,14 @@ SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
 
 
 class Peak(NamedTuple):
-    """wavenumber and its sigma in 1/mm, amplitude in units of the readings, power over the background."""
+    """wavenumber and its sigma in 1/mm, amplitude in units of the readings, power over the background, and the
+    probability that noise reaches it there."""
 
     wavenumber: float
     sigma: float
     amplitude: float
     ratio: float
+    chance: float
 
 
 def order_of(peak: Peak, fundamental: Peak, resolution: float) -> int:

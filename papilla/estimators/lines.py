@@ -1,8 +1,8 @@
 """Spectral lines of a whole log in the position domain: the wavelengths of what the finger slid over.
 
 The spectrum is taken over position, not time: a surface has one wavelength whatever the velocity was. Power is pooled
-over the channels; a line is a peak that the background (drift, red noise, white floor) reaches by chance in
-`false_alarm` of all logs at most.
+over the channels; a line is a peak that the background beside it (drift, rough surface, noise; see
+`papilla.estimators.background`) reaches by chance in `false_alarm` of all logs at most.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.background import Background, fit_background
+from papilla.estimators.background import Level, background
 from papilla.estimators.harmonics import Peak, order_of, with_harmonics
 from papilla.estimators.position_spectrum import GRID_PER_PERIOD, PositionSpectrum, position_spectrum
 
@@ -23,7 +23,8 @@ FEWEST_STEPS = 2.2
 TREND = 3
 """Degree of the polynomial in position that is taken for drift."""
 BEYOND = 4.0
-"""The background is fitted to wavenumbers so many times higher than those searched, where the log shows them."""
+"""The spectrum reaches to wavenumbers so many times higher than those searched, where the log shows them: a line that
+is also a harmonic, or a background, is seen there."""
 
 LONGEST_GRID = 2**19
 """Points of the grid of a spectrum above which `latest_stretch` shortens a log: 4 million padded points a channel."""
@@ -58,15 +59,16 @@ class LineSpectrum:
     searched_mm : shortest and longest wavelength that was looked at: the part of the range asked for which the position
     step does not alias and of which the path holds three periods.
     wavenumber_per_mm, power : (n,) pooled spectrum, in units of the mean background of the channels.
-    background : of `power`. unused_samples, unused_channels : how many were left out because they hold no number, or
-    never change.
+    background : (n,) expected power of noise, infinite where it cannot be told: nearer than four periods to drift, or
+    at the end of what the steps show. unused_samples, unused_channels : how many were left out because they hold no
+    number, or never change.
     """
 
     lines: tuple[SpectralLine, ...]
     searched_mm: tuple[float, float]
     wavenumber_per_mm: np.ndarray
     power: np.ndarray
-    background: Background
+    background: np.ndarray
     unused_samples: int
     unused_channels: int
 
@@ -100,15 +102,15 @@ def find_lines(
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     spectrum = position_spectrum(position, channels, 1 / max(shortest, low / BEYOND), TREND)
-    background, power, scale = _pooled(spectrum)
-    lines = _lines(spectrum, power, background, (used, scale), (low, high), false_alarm)
-    inside = (spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low)
+    power, scale = _pooled(spectrum)
+    lines = _lines(spectrum, power, (used, scale), (low, high), false_alarm)
+    inside = np.flatnonzero((spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low))
     return LineSpectrum(
         lines,
         (low, high),
         spectrum.wavenumber[inside],
         power[inside],
-        background,
+        _level(spectrum, power, inside).power,
         unused_samples,
         1 - len(used) if np.ndim(readings) == 1 else np.shape(readings)[1] - len(used),
     )
@@ -177,24 +179,26 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     return low, high
 
 
-def _pooled(spectrum: PositionSpectrum) -> tuple[Background, np.ndarray, np.ndarray]:
-    """Background of the pooled power, the power: the mean over the channels, each over its own median, and these."""
-    independent = spectrum.independent()
-    own = np.median(spectrum.power[independent], axis=0)
+def _pooled(spectrum: PositionSpectrum) -> tuple[np.ndarray, np.ndarray]:
+    """Power (n,) as the mean over the channels, each over its own median, and these medians (channels,)."""
+    own = np.median(spectrum.power[spectrum.independent()], axis=0)
     own = np.maximum(own, 1e-12 * own.max())
     power = spectrum.power @ (1 / own) / len(own)
-    return fit_background(spectrum.wavenumber[independent], power[independent]), power, own
+    return np.maximum(power, 1e-300), own
 
 
-def _lines(spectrum, power, background, channels, searched, false_alarm) -> tuple[SpectralLine, ...]:
+def _level(spectrum: PositionSpectrum, power: np.ndarray, at: np.ndarray) -> Level:
+    """Background at these indices of the spectrum."""
+    return background(power, at, spectrum.resolution / spectrum.wavenumber[1])
+
+
+def _lines(spectrum, power, channels, searched, false_alarm) -> tuple[SpectralLine, ...]:
     """Significant lines inside the searched range, greatest amplitude first; channels: their numbers and medians."""
     low, high = 1 / searched[1], 1 / searched[0]
-    # A padded spectrum finds the highest point between two independent lines too: twice as many chances.
-    trials = max(2 * (high - low) / spectrum.resolution, 1.0)
+    # A wavelength of any size is as likely: each octave has the same share of the false alarms.
+    octaves = np.log(high / low) / spectrum.resolution
     used, scale = channels
-    peaks = _peaks(spectrum, power, background, len(used), background.threshold(false_alarm / trials))
-    # The power of one channel has two degrees of freedom.
-    alone = -np.log(false_alarm / trials)
+    peaks = _peaks(spectrum, power, len(used), false_alarm, octaves)
     lines: list[SpectralLine] = []
     fundamentals: list[tuple[Peak, float]] = []
     for peak in peaks:
@@ -208,31 +212,44 @@ def _lines(spectrum, power, background, channels, searched, false_alarm) -> tupl
             fundamentals.append((peak, fundamental))
         else:
             agreed = peak
-        chance = float(min(trials * background.chance(peak.ratio), 1.0))
+        trials = max(octaves * peak.wavenumber, 1.0)
+        rarely = float(min(trials * peak.chance, 1.0))
         wavelength, sigma = 1 / agreed.wavenumber, agreed.sigma / agreed.wavenumber**2
         place = round(peak.wavenumber / spectrum.wavenumber[1])
-        over = np.abs(spectrum.transform[place]) ** 2 / scale / background.power(peak.wavenumber)
-        own = tuple(used[over > alone].tolist())
-        lines.append(SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, chance, order, fundamental, own))
+        over = np.abs(spectrum.transform[place]) ** 2 / scale / _level(spectrum, power, np.array([place])).power
+        # The power of one channel has two degrees of freedom.
+        own = tuple(used[over > -np.log(false_alarm / trials)].tolist())
+        lines.append(SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, own))
     return tuple(lines)
 
 
-def _peaks(spectrum, power, background, channels, limit: float) -> list[Peak]:
-    """All peaks of the spectrum over `limit` times the background, greatest amplitude first."""
+def _peaks(spectrum, power, channels, false_alarm: float, octaves: float) -> list[Peak]:
+    """All peaks that noise reaches more rarely than `false_alarm` in octaves x wavenumber trials, greatest first."""
     k = spectrum.wavenumber
-    ratio = power / background.power(np.maximum(k, k[1]))
     tops = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
-    # Channels that share their noise count as often as the freedom of the background says, not as they are many.
-    independent = min(background.freedom / 2, channels)
+    level = _level(spectrum, power, tops)
+    chances = np.minimum(2 * level.chance(power[tops]), _chance_of_best(spectrum, tops))
+    # Channels that share their noise count as often as the scatter of the power says, not as they are many.
+    independents = np.minimum(level.freedom / 2, channels)
     found = []
-    for top in tops[ratio[tops] > limit]:
-        place = float(k[top] + _vertex(np.log(power[top - 1 : top + 2])) * (k[1] - k[0]))
-        if place < spectrum.resolution or _on_a_flank(power, top, spectrum):
+    for top, noise, chance, independent in zip(tops, level.power, chances, independents, strict=True):
+        if chance >= false_alarm / max(octaves * k[top], 1.0) or _on_a_flank(power, top, spectrum):
             continue
+        over = float(power[top] / noise)
+        place = float(k[top] + _vertex(np.log(power[top - 1 : top + 2])) * (k[1] - k[0]))
         amplitude = float(np.sqrt(np.mean(spectrum.amplitude(top) ** 2)))
-        sigma = spectrum.wavenumber_sigma(float(ratio[top]) * independent)
-        found.append(Peak(place, sigma, amplitude, float(ratio[top])))
+        sigma = spectrum.wavenumber_sigma(over * independent)
+        found.append(Peak(place, sigma, amplitude, over, float(chance)))
     return sorted(found, key=lambda peak: -peak.amplitude)
+
+
+def _chance_of_best(spectrum: PositionSpectrum, at: np.ndarray) -> np.ndarray:
+    """Probability (m,) that noise reaches what the most telling channel shows at indices `at`, however many there are.
+
+    A line that a few channels show is lost in the mean with others.
+    """
+    own = np.maximum(spectrum.power, 1e-300).T
+    return 2 * len(own) * np.min([_level(spectrum, power, at).chance(power[at]) for power in own], axis=0)
 
 
 def _vertex(three: np.ndarray) -> float:

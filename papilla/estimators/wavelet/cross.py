@@ -57,11 +57,6 @@ class Ridge:
         """Statistics of f_MP over the 20 samples around t_MP; raises `InputError` where they leave the record."""
         return self.window(self.strongest - BEFORE, self.strongest + AFTER)
 
-    def mean_phase(self, first: int, last: int) -> float:
-        """Mean phase over samples first ... last, weighted by the magnitude; the mean of directions, not of numbers."""
-        part = slice(first, last + 1)
-        return float(np.angle(np.sum(self.magnitude[part] * np.exp(1j * self.phase[part]))))
-
 
 @dataclass(frozen=True, eq=False)
 class CrossWavelet:
