@@ -23,6 +23,19 @@ from papilla.references.layer import bonded_layer_deficit, bonded_layer_stiffnes
 from papilla.references.layer_sphere import BondedLayerContact, bonded_layer_sphere, bonded_layer_sphere_fit
 from papilla.references.layered import StackLayer, layered_halfspace_stiffness
 from papilla.references.solids import layered_sphere_displacement, neo_hookean_uniaxial, oedometric_modulus
+from papilla.references.tangential import (
+    BondedLayerGreen,
+    bonded_layer_compliance,
+    cerruti_displacement,
+    halfspace_green,
+)
+from papilla.references.tangential_contact import (
+    FrictionalPunch,
+    dundurs_beta,
+    frictional_punch,
+    goodman_stick_radius,
+    mindlin_displacement,
+)
 
 __all__ = [
     "BondedLayerContact",
@@ -52,4 +65,13 @@ __all__ = [
     "oedometric_modulus",
     "uniform_disc_displacement",
     "uniform_disc_mean_displacement",
+    "BondedLayerGreen",
+    "FrictionalPunch",
+    "bonded_layer_compliance",
+    "cerruti_displacement",
+    "halfspace_green",
+    "dundurs_beta",
+    "frictional_punch",
+    "goodman_stick_radius",
+    "mindlin_displacement",
 ]

@@ -18,7 +18,7 @@ def boussinesq_displacement(points, force: float, modulus: float, nu: float):
     Raises `InputError` for points above the surface, at the origin or not finite, modulus <= 0, nu outside [0, 0.5].
     Source: Johnson (1985), section 3.2, doi:10.1017/CBO9781139171731.
     """
-    points, s = _below(points)
+    points, s = surface_points(points)
     modulus, nu = checks.positive("modulus (MPa)", modulus), checks.poisson("nu", nu)
     z = points[..., 2:]
     scale = checks.finite("force (N)", force) * (1 + nu) / (2 * math.pi * modulus)
@@ -33,7 +33,7 @@ def boussinesq_stress(points, force: float, nu: float):
     Raises `InputError` for points above the surface, at the origin or not finite, or nu outside [0, 0.5].
     Source: Johnson (1985), section 3.2, doi:10.1017/CBO9781139171731.
     """
-    points, s = _below(points)
+    points, s = surface_points(points)
     nu, scale = checks.poisson("nu", nu), checks.finite("force (N)", force) / (2 * math.pi)
     z, s = points[..., 2:, None], s[..., None]
     stress = -3 * z * points[..., :, None] * points[..., None, :] / s**5
@@ -89,7 +89,7 @@ def _disc(radius, pressure, e_star):
     return radius, checks.finite("pressure (MPa)", pressure) * radius / checks.positive("contact modulus (MPa)", e_star)
 
 
-def _below(points):
+def surface_points(points):
     points = np.asarray(points, dtype=float)
     if points.ndim == 0 or points.shape[-1] != 3:
         raise InputError(f"points must have shape (..., 3), got {points.shape}")

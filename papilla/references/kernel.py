@@ -12,10 +12,10 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.references.layer import DEFICIT_CUTOFF, bonded_layer_deficit, panel_quadrature
 
-_FAR = 50.0
+FAR = 50.0
 """Distance over thickness beyond which the layer's own displacement, which decays at least as exp(-0.739 r/h), is 0."""
 
-_KNOTS = 1500
+KNOTS = 1500
 
 
 def bonded_layer_kernel(r, thickness: float, nu: float):
@@ -31,7 +31,7 @@ def bonded_layer_kernel(r, thickness: float, nu: float):
     """
     r, thickness, nu = _checked(r, thickness, nu)
     scaled = r / thickness
-    near = scaled < _FAR
+    near = scaled < FAR
     deficit = np.divide(1.0, scaled, out=np.empty_like(scaled), where=~near)
     deficit[near] = _deficit_transform(scaled[near], nu)
     return -(1 - nu**2) / (math.pi * thickness) * deficit
@@ -55,8 +55,8 @@ class BondedLayerKernel:
     def __call__(self, r):
         r, thickness, nu = _checked(r, self.thickness, self.nu)
         scaled = r / thickness
-        deficit = _table(nu)(np.arcsinh(np.minimum(scaled, _FAR)))
-        np.divide(1.0, scaled, out=deficit, where=scaled >= _FAR)
+        deficit = _table(nu)(np.arcsinh(np.minimum(scaled, FAR)))
+        np.divide(1.0, scaled, out=deficit, where=scaled >= FAR)
         return -(1 - nu**2) / (math.pi * thickness) * deficit
 
 
@@ -70,7 +70,7 @@ def _checked(r, thickness, nu):
 @lru_cache(maxsize=64)
 def _table(nu: float) -> CubicSpline:
     """Spline of the deficit's transform over asinh(r/h), which spaces the knots as the function varies."""
-    knots = np.linspace(0.0, math.asinh(_FAR), _KNOTS)
+    knots = np.linspace(0.0, math.asinh(FAR), KNOTS)
     return CubicSpline(knots, _deficit_transform(np.sinh(knots), nu), bc_type=((1, 0.0), "not-a-knot"))
 
 

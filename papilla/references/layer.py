@@ -32,7 +32,7 @@ def bonded_layer_stiffness(wavenumber, thickness: float, modulus: float, nu: flo
     q, nu = positive_wavenumber(wavenumber), checks.poisson("layer nu", nu)
     Q = q * checks.positive("layer thickness (mm)", thickness)
     e_star = checks.positive("layer modulus (MPa)", modulus) / (1 - nu**2)
-    decay, numerator = _scaled_numerator(Q, nu)
+    decay, numerator = scaled_numerator(Q, nu)
     # (3-4nu)(sinh 2Q - 2Q) + 4Q(1-2nu): both terms positive, scaled by 2 exp(-2Q)
     denominator = (3 - 4 * nu) * _scaled_sinh_excess(2 * Q) + 8 * Q * (1 - 2 * nu) * decay
     return 0.5 * e_star * q * numerator / denominator
@@ -47,7 +47,7 @@ def bonded_layer_deficit(Q, nu: float):
     Q, nu = np.asarray(Q, dtype=float), checks.poisson("layer nu", nu)
     if not np.all(Q >= 0):
         raise InputError(f"scaled wavenumber Q must be at least 0, got a minimum of {np.min(Q):g}")
-    decay, numerator = _scaled_numerator(Q, nu)
+    decay, numerator = scaled_numerator(Q, nu)
     return 2 * decay * ((3 - 4 * nu) * decay + 2 * Q * Q + 2 * Q + 5 - 12 * nu + 8 * nu**2) / numerator
 
 
@@ -67,7 +67,7 @@ def panel_quadrature(low: float, high: float, panels: int):
     return (left[:, None] + 0.5 * width * (x + 1)).ravel(), np.tile(0.5 * width * w, panels)
 
 
-def _scaled_numerator(Q, nu):
+def scaled_numerator(Q, nu):
     """exp(-2Q), and the numerator of K times 2 exp(-2Q)."""
     decay = np.exp(-2 * Q)
     return decay, (3 - 4 * nu) * (1 + decay**2) + 2 * decay * (2 * Q * Q + 5 + 4 * nu * (2 * nu - 3))

@@ -17,7 +17,7 @@ from papilla.fem.reduction.patch import Patch
 NEAR = 3.0
 """Pairs closer than this many mean edge lengths are integrated exactly."""
 
-_GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
@@ -63,9 +63,9 @@ def _subdivided_rule(n: int) -> np.ndarray:
     for i in range(n):
         for j in range(n - i):
             corner = np.array([i, j, n - i - j - 1]) / n
-            parts.append(corner + _GAUSS / n)
+            parts.append(corner + GAUSS / n)
             if i + j < n - 1:
-                parts.append(corner + (1 - _GAUSS - np.array([0, 0, 1])) / n)
+                parts.append(corner + (1 - GAUSS - np.array([0, 0, 1])) / n)
     return np.concatenate(parts)
 
 
@@ -101,11 +101,11 @@ def _near_potential(patch: Patch, points: np.ndarray) -> np.ndarray:
 
 def _gauss_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """(k, 3) potentials 1/r of the hat functions of k triangles at k points, by the three-point rule."""
-    source = np.einsum("ql,klj->kqj", _GAUSS, corners)
+    source = np.einsum("ql,klj->kqj", GAUSS, corners)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
     inverse = _inverse_distance(np.linalg.norm(source - points[:, None], axis=2))
-    return area[:, None] / 3 * inverse @ _GAUSS
+    return area[:, None] / 3 * inverse @ GAUSS
 
 
 def linear_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -125,7 +125,7 @@ def linear_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
         d = np.einsum("kj,kj->k", start - points, out)
         s_end, s_start = (np.einsum("kj,kj->k", p - points, along) for p in (end, start))
         r_end, r_start = np.hypot(s_end, d), np.hypot(s_start, d)
-        weighted = d * _edge_logarithm(s_start, r_start, s_end, r_end, d)
+        weighted = d * edge_logarithm(s_start, r_start, s_end, r_end, d)
         plain += weighted
         moment += out * ((d * weighted + s_end * r_end - s_start * r_start) / 2)[:, None]
     edges = np.stack([corners[:, 0] - corners[:, 2], corners[:, 1] - corners[:, 2]], axis=2)
@@ -135,7 +135,7 @@ def linear_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return np.column_stack([first_two, plain - first_two.sum(axis=1)])
 
 
-def _edge_logarithm(s_start, r_start, s_end, r_end, d):
+def edge_logarithm(s_start, r_start, s_end, r_end, d):
     """ln((R+ + s+)/(R- + s-)), taken from the side without cancellation; zero where the point is on the edge's line."""
     forward = s_start + s_end > 0
     upper = np.where(forward, r_end + s_end, r_start - s_start)

@@ -1,0 +1,202 @@
+"""Tangential kernels and frictional contact: against the equations of elasticity, other forms and printed numbers."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate, special
+
+from papilla import references as ref
+from papilla.errors import InputError
+from papilla.references.layered import _through_thick, _through_thin
+
+NUS = (0.0, 0.3, 0.495, 0.5)
+
+
+# ---- Half-space
+
+
+def stress(displacement, point, shear, nu, h=1e-4):
+    """Stress at a point by differences of a displacement field, nu < 0.5."""
+    steps = np.eye(3) * h
+    gradient = np.stack([(displacement(point + e) - displacement(point - e)) / (2 * h) for e in steps], axis=1)
+    strain = (gradient + gradient.T) / 2
+    return 2 * shear * (strain + nu / (1 - 2 * nu) * np.trace(strain) * np.eye(3))
+
+
+@pytest.mark.parametrize("nu", (0.0, 0.3, 0.45))
+def test_cerruti_is_in_equilibrium_and_carries_the_force(nu):
+    def field(point):
+        return ref.cerruti_displacement(point, 1.0, 1.0, nu)
+
+    shear, point, h = 1 / (2 * (1 + nu)), np.array([0.4, -0.3, 0.7]), 1e-3
+    steps = np.eye(3) * h
+    sides = [(stress(field, point + e, shear, nu), stress(field, point - e, shear, nu)) for e in steps]
+    divergence = sum((up - down)[i] / (2 * h) for i, (up, down) in enumerate(sides))
+    assert np.abs(divergence).max() < 1e-4 * np.abs(sides[0][0]).max()
+    # The traction on a hemisphere about the force balances it
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    total = np.zeros(3)
+    for x, w in zip(nodes, weights, strict=True):
+        cosine = (x + 1) / 2
+        for angle in np.arange(16) * math.pi / 8:
+            sine = math.sqrt(1 - cosine**2)
+            normal = np.array([sine * math.cos(angle), sine * math.sin(angle), cosine])
+            total += w / 2 * math.pi / 8 * stress(field, normal, shear, nu, 1e-5) @ normal
+    assert total == pytest.approx([-1.0, 0.0, 0.0], abs=1e-5)
+
+
+@pytest.mark.parametrize("nu", NUS)
+def test_green_tensor_is_boussinesq_and_cerruti_on_the_surface(nu):
+    xy = np.array([[1.0, 2.0], [-0.3, 0.2], [0.0, -4.0]])
+    points = np.column_stack([xy, np.zeros(3)])
+    green = ref.halfspace_green(xy, nu) / 2.0
+    assert green[..., 2] == pytest.approx(ref.boussinesq_displacement(points, 1.0, 2.0, nu), abs=1e-15)
+    assert green[..., 0] == pytest.approx(ref.cerruti_displacement(points, 1.0, 2.0, nu), abs=1e-15)
+    # Reciprocity
+    assert green == pytest.approx(ref.halfspace_green(-xy, nu).swapaxes(-1, -2) / 2.0, abs=1e-15)
+
+
+# ---- Bonded layer
+
+
+@pytest.mark.parametrize("nu", NUS)
+def test_layer_compliance_is_that_of_the_layered_solver(nu):
+    h, modulus = 2.5, 0.7
+    Q = np.array([0.05, 0.4, 0.95, 1.5, 4.0, 9.0])
+    found = ref.bonded_layer_compliance(Q / h, h, modulus, nu)
+    mu = 1 / (2 * (1 + nu))
+    for k, value in enumerate(Q):
+        solver = _through_thin if value < 1 else _through_thick
+        # That solver's tractions are in units of 2 q E, on the surface's outward side
+        expected = -solver(np.zeros((1, 2, 2)), Q[k : k + 1], mu, nu)[0] / (2 * value / h * modulus)
+        assert found[k][np.ix_([0, 2], [0, 2])] == pytest.approx(expected, rel=1e-9)
+    shear = modulus * mu
+    assert found[:, 1, 1] == pytest.approx(np.tanh(Q) / (shear * Q / h))
+
+
+def test_normal_part_of_the_layer_is_the_known_kernel():
+    r = np.array([0.0, 0.4, 3.0, 40.0, 99.0, 101.0, 500.0])
+    normal = ref.BondedLayerGreen(2.0, 0.495).radial(r)[0]
+    assert normal == pytest.approx(ref.bonded_layer_kernel(r, 2.0, 0.495), abs=1e-10 * abs(normal[0]))
+
+
+@pytest.mark.parametrize("nu", (0.3, 0.5))
+def test_layer_responds_to_a_smooth_load_as_its_spectrum_says(nu):
+    """A Gaussian load: its Hankel transform times the compliance, against the Green's tensor integrated in space."""
+    h, width, at = 1.3, 0.8, np.array([1.1, 0.6])
+    layer = ref.BondedLayerGreen(h, nu)
+
+    def total(offset):
+        return layer(offset) + ref.halfspace_green(offset, nu)
+
+    x, w = np.polynomial.legendre.leggauss(60)
+    r, angle = 3.5 * (x + 1), (np.arange(64) + 0.5) * math.pi / 32
+    offset = r[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    load = np.exp(-((at - offset) ** 2).sum(-1) / (2 * width**2)) / (2 * math.pi * width**2)
+    in_space = np.einsum("r,ra,raij->ij", 3.5 * w * r * math.pi / 32, load, total(offset))
+
+    def spectrum(i, j, bessel, order):
+        def integrand(q):
+            return (
+                q
+                * ref.bonded_layer_compliance(q, h, 1.0, nu)[i, j]
+                * math.exp(-((q * width) ** 2) / 2)
+                * bessel(order, q * s)
+            )
+
+        return integrate.quad(integrand, 1e-9, 12.0, limit=200)[0] / (2 * math.pi)
+
+    s = math.hypot(*at)
+    e = at / s
+    even = [spectrum(k, k, special.jv, 0) for k in (0, 1)]
+    second = [spectrum(k, k, special.jv, 2) for k in (0, 1)]
+    twist = 2 * np.outer(e, e) - np.eye(2)
+    tangential = (even[0] + even[1]) / 2 * np.eye(2) - (second[0] - second[1]) / 2 * twist
+    assert in_space[:2, :2] == pytest.approx(tangential, rel=2e-6, abs=1e-9)
+    assert in_space[2, 2] == pytest.approx(spectrum(2, 2, special.jv, 0), rel=2e-6)
+    assert in_space[:2, 2] == pytest.approx(spectrum(0, 2, special.jv, 1) * e, rel=2e-5)
+    assert in_space[2, :2] == pytest.approx(-in_space[:2, 2])
+
+
+def test_far_from_the_force_a_layer_does_not_move():
+    offset = np.array([[30.0, 0.0], [21.0, -21.0], [90.0, 5.0]])
+    moved = ref.BondedLayerGreen(1.0, 0.495)(offset) + ref.halfspace_green(offset, 0.495)
+    assert np.abs(moved).max() < 1e-9
+    # Its surface bulges outward beside a push, where a half-space's is drawn in
+    assert ref.BondedLayerGreen(1.0, 0.495)([1.0, 0.0])[0, 2] + ref.halfspace_green([1.0, 0.0], 0.495)[0, 2] > 0.01
+
+
+# ---- Punches and spheres with friction
+
+
+def test_dundurs_beta():
+    assert ref.dundurs_beta(1.0, 0.3) == pytest.approx(0.4 / 1.4)
+    assert ref.dundurs_beta(1.0, 0.3, 1.0, 0.3) == 0.0
+    assert ref.dundurs_beta(1.0, 0.3, 2.0, 0.1) == pytest.approx(-ref.dundurs_beta(2.0, 0.1, 1.0, 0.3))
+
+
+@pytest.mark.parametrize("nu", (0.0, 0.2, 0.3, 0.45))
+def test_sticking_punch_and_sphere_are_mossakovskii_s(nu):
+    """Force of the punch ln(3-4nu)(1-nu)/(1-2nu); depth of the sphere by Borodich and Keer's integral,
+    doi:10.1098/rspa.2003.1224: 1/(2 int t cos(theta ln((1-t)/(1+t))) dt)."""
+    found = ref.frictional_punch(ref.dundurs_beta(1.0, nu))
+    assert found.force_factor == pytest.approx(math.log(3 - 4 * nu) * (1 - nu) / (1 - 2 * nu), rel=1e-10)
+    theta = math.log(3 - 4 * nu) / (2 * math.pi)
+    integral = integrate.quad(lambda v: math.tanh(v) * math.cos(2 * theta * v) / math.cosh(v) ** 2, 0, 30)[0]
+    assert found.depth_factor == pytest.approx(1 / (2 * integral), rel=1e-9)
+    assert found.stick_radius == 1.0
+
+
+def test_without_coupling_there_is_nothing_to_rub():
+    assert ref.frictional_punch(0.0, 0.1) == ref.FrictionalPunch(1.0, 1.0, 1.0, 0.0)
+    found = ref.frictional_punch(1e-3)
+    assert (found.force_factor, found.depth_factor) == pytest.approx((1.0, 1.0), abs=1e-6)
+
+
+def test_slip_tends_to_goodman_s_for_small_coupling_and_to_stick_for_high_friction():
+    for friction in (0.01, 0.02, 0.04):
+        found = ref.frictional_punch(0.02, friction)
+        assert found.stick_radius == pytest.approx(ref.goodman_stick_radius(0.02, friction), abs=5e-4)
+    stuck, rubbed = ref.frictional_punch(0.25), ref.frictional_punch(0.25, 0.9)
+    assert rubbed.force_factor == pytest.approx(stuck.force_factor, rel=1e-3)
+    assert rubbed.depth_factor == pytest.approx(stuck.depth_factor, rel=1e-3)
+    assert rubbed.shear_moment == pytest.approx(stuck.shear_moment, rel=5e-3)
+
+
+def test_the_softer_body_decides_the_sign_of_the_shear():
+    one, other = ref.frictional_punch(0.2, 0.2), ref.frictional_punch(-0.2, 0.2)
+    assert one.shear_moment == pytest.approx(-other.shear_moment) and one.shear_moment > 0
+    assert one.force_factor == other.force_factor > 1
+
+
+def test_all_slip_carries_friction_times_the_pressure():
+    """A small friction slips nearly everywhere: int q r dA tends to mu int p r dA = mu F a 3 pi/16 of a sphere."""
+    found = ref.frictional_punch(0.3, 0.02)
+    assert found.stick_radius < 1e-5
+    assert found.shear_moment == pytest.approx(0.02 * 3 * math.pi / 16, rel=0.01)
+
+
+def test_mindlin_tends_to_the_bonded_disc_and_to_sliding():
+    force, friction, a, compliance = 2.0, 0.5, 1.5, 0.8
+    moved, stick = ref.mindlin_displacement([1e-6, 1.0], force, friction, a, compliance)
+    assert moved[0] == pytest.approx(compliance * 1e-6 / (8 * a), rel=1e-5)
+    assert stick == pytest.approx([a, 0.0], rel=1e-5)
+    assert moved[1] == pytest.approx(3 * friction * force * compliance / (16 * a))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ref.frictional_punch(0.7), "Dundurs' beta"),
+        (lambda: ref.frictional_punch(0.2, 0.0), "friction must be greater than 0"),
+        (lambda: ref.halfspace_green([0.0, 0.0], 0.3), "away from the force"),
+        (lambda: ref.bonded_layer_compliance(0.0, 1.0, 1.0, 0.3), "wavenumber"),
+        (lambda: ref.BondedLayerGreen(0.0, 0.3), "layer thickness"),
+        (lambda: ref.mindlin_displacement(3.0, 1.0, 0.5, 1.0, 1.0), "where the contact slides"),
+        (lambda: ref.goodman_stick_radius(0.0, 0.3), "Dundurs' beta"),
+    ],
+)
+def test_unusable_values_are_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
