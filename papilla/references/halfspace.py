@@ -90,6 +90,7 @@ def _disc(radius, pressure, e_star):
 
 
 def surface_points(points):
+    """Points (..., 3) on or below the surface as floats, and their distances (..., 1) from the origin, all > 0."""
     points = np.asarray(points, dtype=float)
     if points.ndim == 0 or points.shape[-1] != 3:
         raise InputError(f"points must have shape (..., 3), got {points.shape}")

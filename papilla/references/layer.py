@@ -68,7 +68,7 @@ def panel_quadrature(low: float, high: float, panels: int):
 
 
 def scaled_numerator(Q, nu):
-    """exp(-2Q), and the numerator of K times 2 exp(-2Q)."""
+    """exp(-2Q), Q = q h, and the numerator of K times 2 exp(-2Q)."""
     decay = np.exp(-2 * Q)
     return decay, (3 - 4 * nu) * (1 + decay**2) + 2 * decay * (2 * Q * Q + 5 + 4 * nu * (2 * nu - 3))
 

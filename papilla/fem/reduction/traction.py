@@ -47,18 +47,19 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.stack([inverse, *(inverse * part for part in _monomials(e))])
 
     terms = _weak(patch, kernel, linear_moments)
-    plain, xx, xy, yy, x, y = range(6)
+    inverse, xx, xy, yy, x, y = range(6)
     n = len(patch.xy)
     parts = [np.zeros((3, n, 3, n)) for _ in range(3)]
     for a in range(3):
-        parts[0][a, :, a] = terms(plain, a)
+        parts[0][a, :, a] = terms(inverse, a)
     for a, b, term in ((1, 1, xx), (1, 2, xy), (2, 1, xy), (2, 2, yy)):
         parts[1][a, :, b] = terms(term, b)
     for a, term in ((1, x), (2, y)):
         # The specimen feels -q, so what a half-space's tensor has here changes sign
         parts[2][0, :, a] = -terms(term, a)
         parts[2][a, :, 0] = terms(term, 0)
-    return tuple(_symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
+    plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
+    return plain, dyadic, coupled
 
 
 @lru_cache(maxsize=8)
@@ -104,7 +105,7 @@ def _weak(patch: Patch, kernel, exact):
     loaded, n = hats.multiply(weights[:, None]).tocsr(), len(patch.xy)
     per_image = []
     for image in patch.images:
-        source, total = points * image, 0.0
+        source, total = points * image, np.zeros(())
         for first in range(0, len(points), ROWS):
             rows = slice(first, first + ROWS)
             values = kernel(points[rows, None] - source[None])
@@ -116,7 +117,7 @@ def _weak(patch: Patch, kernel, exact):
     signs = np.column_stack([np.ones(len(patch.images)), patch.images])
 
     def terms(k: int, c: int) -> np.ndarray:
-        return sum(sign * total[k] for sign, total in zip(signs[:, c], per_image, strict=True)).reshape(n, n)
+        return np.einsum("i,iab->ab", signs[:, c], np.stack([total[k] for total in per_image]))
 
     return terms
 
