@@ -1,15 +1,108 @@
-"""What is touched: specimens with their modulus in MPa and their lengths in mm."""
+"""What is touched: specimens with their modulus in MPa, lengths in mm, and the physics that a press asks of them.
 
+A press sees a specimen through its `gap`, its `compliance`, its `curvature` and its limits. One of your own derives
+from `Specimen` and overrides what differs from a flat half-space.
+"""
+
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
 
 from papilla import checks
+from papilla.errors import ContactRangeError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 THICKNESS_MM = 10.0
 """Thickness of the block that a sweep, a calibration and the commands press on unless another is asked for."""
 
+NU = 0.495
+"""Poisson's ratio of a specimen that does not say its own."""
+
+BESIDE = 1e3
+"""Gap beside a ball, in ball radii: far beyond any contact."""
+
+DEEPEST = 0.5
+"""Share of a bonded block that a press may take up before it is refused."""
+
+EXTREME = 1e100
+"""Moduli (MPa) and lengths (mm) above this, or below its inverse, are refused: their squares leave the numbers."""
+
+
+class Surface(Protocol):
+    """What the compliance of a specimen is made of; n nodes of a contact patch."""
+
+    @property
+    def half_space(self) -> "np.ndarray":
+        """(n, n) weak compliance of a half-space with E / (1 - nu^2) = 1 MPa, in mm3 / MPa."""
+
+    def kernel(self, kernel: Callable[["np.ndarray"], "np.ndarray"], /) -> "np.ndarray":
+        """(n, n) weak compliance of a smooth kernel: mm of displacement per N at a distance in mm."""
+
 
 @dataclass(frozen=True)
-class HalfSpace:
+class Specimen:
+    """A flat, thick and wide specimen of Young's `modulus` (MPa): what the others refine.
+
+    A specimen must be hashable, as a frozen dataclass of numbers is: what it gives on a patch is kept.
+    """
+
+    modulus: float
+
+    def __post_init__(self):
+        """Refuse a value that is not a positive number, or a Poisson's ratio outside [0, 0.5]."""
+        for name, value in vars(self).items():
+            if name == "nu":
+                checks.poisson("specimen nu", value)
+            else:
+                label = f"specimen {name} ({'MPa' if name == 'modulus' else 'mm'})"
+                checks.within(label, checks.positive(label, value), 1 / EXTREME, EXTREME)
+
+    @property
+    def contact_modulus(self) -> float:
+        """E / (1 - nu^2) in MPa: what a vanishing contact feels."""
+        return self.modulus / (1 - getattr(self, "nu", NU) ** 2)
+
+    def gap(self, points: "np.ndarray") -> "np.ndarray":
+        """Height (k,) in mm of the undeformed surface over points (k, 2) of the contact plane; 0 at the origin."""
+        return 0.0 * points[:, 0]
+
+    def slope(self, points: "np.ndarray") -> "np.ndarray":
+        """Derivatives (k, 2) of the gap along x and y at points (k, 2), by central differences."""
+        import numpy as np
+
+        step = 1e-6 * float(np.abs(points).max() or 1.0)
+        sides = [[self.gap(points + sign * step * axis) for sign in (1, -1)] for axis in np.eye(2)]
+        return np.stack([(above - below) / (2 * step) for above, below in sides], axis=1)
+
+    @property
+    def curvature(self) -> tuple[float, float] | None:
+        """Second derivatives (1/mm) of the gap along x and y at the origin; None where Hertz's law does not apply."""
+        flat = type(self).gap is Specimen.gap
+        return (0.0, 0.0) if flat else None
+
+    @property
+    def detail(self) -> float:
+        """The largest element (mm) of a patch that still sees the specimen's shape and compliance."""
+        return math.inf
+
+    def compliance(self, surface: Surface) -> "np.ndarray":
+        """Weak compliance (n, n) of the specimen on a patch, mm3 / MPa."""
+        return surface.half_space / self.contact_modulus
+
+    def refuse(self, taken: float, radius: float) -> None:
+        """Raise `ContactRangeError` where `taken` mm off it, or a contact `radius` (mm), is beyond its law."""
+
+    @property
+    def words(self) -> str:
+        """The specimen in words, without its modulus."""
+        return type(self).__name__
+
+
+@dataclass(frozen=True)
+class HalfSpace(Specimen):
     """A flat specimen, thick and wide against the contact.
 
     Parameters
@@ -18,45 +111,100 @@ class HalfSpace:
     nu : Poisson's ratio in [0, 0.5].
     """
 
-    modulus: float
-    nu: float = 0.495
+    nu: float = NU
 
-    def __post_init__(self):
-        checks.positive("specimen modulus (MPa)", self.modulus)
-        checks.poisson("specimen nu", self.nu)
+    @property
+    def words(self) -> str:
+        """The specimen in words."""
+        return "half-space"
 
 
 @dataclass(frozen=True)
-class Block:
-    """A flat layer of `thickness` mm bonded to a rigid table; a sweep presses on `Block(modulus, 10)` by default."""
+class Block(Specimen):
+    """A flat layer of `thickness` mm bonded to a rigid table; a sweep presses on one of `THICKNESS_MM`."""
 
-    modulus: float
     thickness: float
-    nu: float = 0.495
+    nu: float = NU
 
-    def __post_init__(self):
-        checks.positive("specimen modulus (MPa)", self.modulus)
-        checks.positive("specimen thickness (mm)", self.thickness)
-        checks.poisson("specimen nu", self.nu)
+    @property
+    def detail(self) -> float:
+        """Elements of 2.5 thicknesses see the layer's compliance to 1.4 %."""
+        return 2.5 * self.thickness
+
+    def compliance(self, surface: Surface) -> "np.ndarray":
+        """Weak compliance (n, n) of the layer, mm3 / MPa: that of a half-space and a smooth kernel more."""
+        from papilla.references import BondedLayerKernel
+
+        return super().compliance(surface) + surface.kernel(BondedLayerKernel(self.thickness, self.nu)) / self.modulus
+
+    def refuse(self, taken: float, radius: float) -> None:
+        """Raise `ContactRangeError` where more than half of the block is gone."""
+        if taken > DEEPEST * self.thickness:
+            raise ContactRangeError(
+                f"the press takes {taken:.3g} mm off a block of {self.thickness:g} mm: "
+                f"more than {100 * DEEPEST:g} % is beyond the model"
+            )
+
+    @property
+    def words(self) -> str:
+        """The block in words, without its modulus."""
+        return f"block {self.thickness:g} mm thick"
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Specimen):
     """A solid ball of `radius` mm; its compliance is that of a half-space (Hertz), its gap is the exact sphere's."""
 
-    modulus: float
     radius: float
-    nu: float = 0.495
+    nu: float = NU
 
-    def __post_init__(self):
-        checks.positive("specimen modulus (MPa)", self.modulus)
-        checks.positive("specimen radius (mm)", self.radius)
-        checks.poisson("specimen nu", self.nu)
+    def gap(self, points: "np.ndarray") -> "np.ndarray":
+        """Height (k,) in mm of the ball over points (k, 2); beside it there is nothing to touch."""
+        import numpy as np
+
+        x, y = points.T / self.radius
+        square = x**2 + y**2
+        under = square < 1
+        return self.radius * np.where(under, square / (1 + np.sqrt(np.where(under, 1 - square, 1.0))), BESIDE)
+
+    def slope(self, points: "np.ndarray") -> "np.ndarray":
+        """Derivatives (k, 2) of the ball's height; zero beside it."""
+        import numpy as np
+
+        scaled = points / self.radius
+        square = (scaled**2).sum(axis=1)[:, None]
+        return np.where(square < 1, scaled / np.sqrt(np.where(square < 1, 1 - square, 1.0)), 0.0)
+
+    @property
+    def curvature(self) -> tuple[float, float]:
+        """1 / radius along x and y."""
+        return 1 / self.radius, 1 / self.radius
+
+    @property
+    def detail(self) -> float:
+        """Elements of half a radius see a ball."""
+        return self.radius / 2
+
+    def refuse(self, taken: float, radius: float) -> None:
+        """Raise `ContactRangeError` where the ball's face would be steeper than 45 degrees at the contact's edge."""
+        if radius > self.radius / math.sqrt(2):
+            raise ContactRangeError(
+                f"a contact of {radius:.3g} mm radius is too wide for a ball of {self.radius:g} mm radius: "
+                "its face is steeper than 45 degrees there, beyond the model"
+            )
+
+    @property
+    def words(self) -> str:
+        """The ball in words, without its modulus."""
+        return f"ball of {self.radius:g} mm radius"
 
 
 @dataclass(frozen=True)
 class Grating:
-    """A rigid plate with straight grooves along y: `groove` and `ridge` widths and groove `depth`, in mm."""
+    """A rigid plate with straight grooves along y: `groove` and `ridge` widths and groove `depth`, in mm.
+
+    It is for sliding scenes: a press refuses it.
+    """
 
     groove: float
     ridge: float
@@ -71,7 +219,3 @@ class Grating:
     def wavelength(self) -> float:
         """Spatial period in mm: groove + ridge."""
         return self.groove + self.ridge
-
-
-Specimen = HalfSpace | Block | Sphere
-"""The specimens that a press accepts; a `Grating` is for sliding scenes."""

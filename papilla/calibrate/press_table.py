@@ -11,7 +11,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
-from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Specimen, Sphere
+from papilla.specimen import THICKNESS_MM, Block, Specimen
 from papilla.tables import read_table, write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
@@ -192,7 +192,7 @@ def _rising(name: str, values: Sequence[float]) -> list[float]:
 
 def _maker(specimen: Specimen | Callable[[float], Specimen]) -> Callable[[float], Specimen]:
     """Specimen of a modulus."""
-    if isinstance(specimen, HalfSpace | Block | Sphere):
+    if isinstance(specimen, Specimen):
         return lambda modulus: replace(specimen, modulus=modulus)
     return specimen
 

@@ -13,7 +13,7 @@ from papilla.fem.fields import Field
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
-from papilla.specimen import Block, Specimen, Sphere
+from papilla.specimen import Specimen
 from papilla.view.render import Part, View, fitted, render
 from papilla.view.scene import contact_frame, contact_outline, specimen_solid
 from papilla.view.section import Section, cut, half_skin
@@ -135,17 +135,10 @@ def _bar(figure: Figure, limit: float) -> None:
 
 def _titles(figure: Figure, press: Press, specimen: Specimen, scale: float, side: int) -> None:
     height = figure.get_figheight()
-    what = f"{press.force:.3g} N on a {specimen.modulus:.3g} MPa {describe(specimen)}: S_d = {press.sd:,.0f} µε"
+    what = f"{press.force:.3g} N on a {specimen.modulus:.3g} MPa {specimen.words}: S_d = {press.sd:,.0f} µε"
     drawn = "deformed shape to true scale" if scale == 1 else f"displacements drawn {scale:g} times as large"
     facts = f"indentation {press.indentation:.3g} mm, contact {press.contact_area:.3g} mm² (dashed); {drawn}"
     facts += "; seen from +y" if side < 0 else ""
     facts += "" if press.resolved else "; mesh too coarse for this press"
     figure.text(0.04, 1 - 0.42 / height, what.replace("S_d", r"$S_d$"), fontsize=15, weight="bold")
     figure.text(0.04, 1 - 0.74 / height, facts, fontsize=10.5, color=MUTED)
-
-
-def describe(specimen: Specimen) -> str:
-    """The specimen in words, without its modulus."""
-    if isinstance(specimen, Block):
-        return f"block {specimen.thickness:g} mm thick"
-    return f"ball of {specimen.radius:g} mm radius" if isinstance(specimen, Sphere) else "half-space"

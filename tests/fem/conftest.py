@@ -223,15 +223,13 @@ def make_stand_in(patch: Patch, e_star: float) -> ReducedFinger:
         mesh_size_mm=1.0,
         at=(0.0, 0.0),
         gauge_names=("force", "xx", "yy"),
-        gains=np.ones(3),
-        levers=np.zeros(3),
-        depth=1e6,
         outer_modulus=e_star,
         patch=patch,
         compliance=half_space / e_star,
         half_space=half_space,
-        strain_rows=rows,
-        curvature_rows=rows * np.array([[1.0], [0.0], [0.0]]),
+        rows=np.stack([rows, rows * np.array([[1.0], [0.0], [0.0]])]),
+        weights=np.array([np.ones(3), np.zeros(3)]),
+        layers=np.array([[1e6, e_star]]),
     )
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from papilla.errors import ContactRangeError
 from papilla.fem import press
-from papilla.fem.pressing.hertz_table import hertz_table
+from papilla.fem.pressing.hertz import hertz_table
 from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
 from papilla.specimen import Block, HalfSpace, Sphere
 
@@ -118,12 +118,12 @@ def test_an_ellipse_beyond_the_patch_is_refused(half_space, reference):
 
 def test_a_skin_that_is_not_convex_is_refused(disc, stand_in):
     saddle = stand_in(disc(4.0, 10, lambda x, y: x**2 / 20 - y**2 / 200), E_STAR)
-    with pytest.raises(ContactRangeError, match="rung hertz needs a skin that is convex"):
+    with pytest.raises(ContactRangeError, match="hertz fidelity needs a skin that is convex"):
         press(saddle, SOFT, force=0.01, fidelity="hertz")
 
 
 def test_a_patch_too_coarse_for_an_ellipse_is_refused_but_contact_answers(disc, stand_in):
     """A nearly cylindrical skin, as a slab's: the long ellipse leaves the patch before the short axis is seen."""
     cylinder = stand_in(disc(4.0, 10, lambda x, y: x**2 / 20 + y**2 / 1e5), E_STAR)
-    with pytest.raises(ContactRangeError, match="rung hertz needs a patch that holds its ellipse"):
+    with pytest.raises(ContactRangeError, match="hertz fidelity needs a patch that holds its ellipse"):
         press(cylinder, SOFT, force=0.05, fidelity="hertz")

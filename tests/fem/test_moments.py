@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.fem.pressing.complementarity import solve_contact
-from papilla.fem.pressing.moments import contact_shape
+from papilla.fem.pressing.contact import solve_contact
+from papilla.fem.pressing.profile import contact_shape
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.references import HertzContact, hertz_ellipse
 

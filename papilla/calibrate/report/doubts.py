@@ -165,4 +165,4 @@ def status_table(done: Calibrated, answers: AnswerMap) -> Markup:
 def _kind(sentence: str) -> str:
     """A status without its figures: what comes before the first colon or comma, and "converged" for what did."""
     head = sentence.split(":")[0]
-    return "converged on the contact rung" if head == "contact rung" else head.split(",")[0]
+    return "converged on the contact rung" if head == "contact" else head.split(",")[0]

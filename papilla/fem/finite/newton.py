@@ -18,7 +18,7 @@ from papilla.errors import ContactRangeError, SolverError
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Evaluation
 from papilla.fem.finite.touching import Touch, Touching
-from papilla.fem.pressing.complementarity import solve_contact
+from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8

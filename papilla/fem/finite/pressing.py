@@ -1,4 +1,4 @@
-"""The `finite` rung: one press at finite strain, its load raised in steps that are cut back where Newton fails."""
+"""The `finite` fidelity: one press at finite strain, its load raised in steps that are cut back where Newton fails."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,17 +15,16 @@ from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, State, solve_level
 from papilla.fem.finite.readout import gauge_values
 from papilla.fem.finite.touching import Touching
-from papilla.fem.pressing.contact import DEEPEST, RESOLVED_RADIUS
-from papilla.fem.pressing.moments import contact_shape
-from papilla.fem.pressing.press import Press
+from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_detail, refuse_rim, too_coarse
+from papilla.fem.pressing.profile import contact_shape
+from papilla.fem.reduction.gauges import gauge_weights
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 from papilla.memory import refuse_finite
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import Surface, surfaces_of
-from papilla.specimen import Block, HalfSpace, Specimen, Sphere
-from papilla.units import to_microstrain
+from papilla.specimen import Specimen
 
 SMALLEST_STEP = 1 / 64
 """Share of the load below which a step is not cut back any more."""
@@ -38,16 +37,19 @@ def press_finite(
     mesh: LayeredMesh,
     specimen: Specimen,
     *,
-    force: float | None = None,
-    indentation: float | None = None,
+    force_N: float | None = None,
+    indentation_mm: float | None = None,
     materials: Mapping[str, Material] | None = None,
     at: tuple[float, float] = (0.0, 0.0),
     progress: Callable[[str], None] | None = None,
+    force: float | None = None,
+    indentation: float | None = None,
 ) -> Press:
     """Press a specimen on the finger at finite strain, by a force (N) or an indentation (mm).
 
     Parameters
     ----------
+    force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
     mesh : of `finger`; its mirror planes through the touch-down point are used, so the apex costs a quarter.
     materials : "outer", "inner", "bone" -> `NeoHookean`, `Yeoh` or `Ogden`; a layer that is not named has the card of
         the finger, and without one it is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
@@ -60,11 +62,12 @@ def press_finite(
     `SolverError` where no equilibrium is found.
     """
     began = perf_counter()
-    force, indentation = _check_scene(specimen, force, indentation)
+    loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
+    force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, **loads)
     scene = Scene.of(finger, mesh, specimen, materials or {}, at)
+    refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
     state, steps, balance = raise_load(scene, share, indentation, progress)
-    _refuse(scene.touching, state)
     return _result(scene, state, force, _sentence(steps, balance), began)
 
 
@@ -99,16 +102,6 @@ class Scene:
         return State(
             np.zeros((space.nodes, 3)), np.zeros(space.pressures), np.zeros(nodes), np.zeros(nodes, dtype=bool), 0.0
         )
-
-
-def _check_scene(specimen, force, indentation) -> tuple[float | None, float | None]:
-    if not isinstance(specimen, HalfSpace | Block | Sphere):
-        raise InputError(f"a press takes a HalfSpace, Block or Sphere, got {type(specimen).__name__}")
-    if (force is None) == (indentation is None):
-        raise InputError("give exactly one of force and indentation")
-    if force is not None:
-        return checks.positive("force (N)", force), None
-    return None, checks.positive("indentation (mm)", indentation)
 
 
 def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material]) -> dict[int, Card]:
@@ -156,7 +149,7 @@ def raise_load(
         except SolverError as error:
             step /= 2
             if step < SMALLEST_STEP:
-                raise SolverError(f"the finite rung stops at {100 * reached:.3g} % of the load: {error}") from error
+                raise SolverError(f"the finite press stops at {100 * reached:.3g} % of the load: {error}") from error
             if progress is not None:
                 progress(f"load step cut to {100 * step:.3g} % of the load: {error}")
             continue
@@ -168,57 +161,33 @@ def raise_load(
     return state, steps, balance
 
 
-def _refuse(touching: Touching, state: State) -> None:
-    """Refuse contact at the rim of its patch, and more taken off a block than linear theory of it can mean."""
-    patch, specimen = touching.patch, touching.specimen
-    if (state.active & patch.rim).any():
-        radius = float(np.hypot(*patch.xy[patch.rim].T).min())
-        raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
-    if isinstance(specimen, Block):
-        taken = float((touching.at(state.displacement).compliance @ state.contact / patch.mass).max())
-        if taken > DEEPEST * specimen.thickness:
-            raise ContactRangeError(
-                f"the press takes {taken:.3g} mm off a block of {specimen.thickness:g} mm: "
-                f"more than {100 * DEEPEST:g} % is beyond the model"
-            )
-
-
 def _sentence(steps: list[int], balance: Balance) -> str:
     loads = f"{len(steps)} load step{'s' if len(steps) > 1 else ''}"
-    return f"finite rung: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
+    return f"finite: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
 
 
 def _result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
-    finger, patch = scene.finger, scene.touching.patch
-    current = scene.touching.current_patch(state.displacement)
+    finger, touching = scene.finger, scene.touching
+    patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(state.displacement)
+    refuse_rim(patch, state.active)
     total = float(len(patch.images) * patch.mass @ state.contact)
     shape = contact_shape(current, state.contact * patch.mass / current.mass)
-    radius, edge = float(np.sqrt(shape.area / np.pi)), float(current.edge_length[state.active].mean())
-    resolved = radius >= RESOLVED_RADIUS * edge
-    if not resolved:
-        sentence += (
-            f"; mesh too coarse for this light press: a contact radius of {radius:.2g} mm on {edge:.2g} mm elements, "
-            f"S_d may be off by more than 3 %; mesh with size_mm <= {radius / RESOLVED_RADIUS:.2g}"
-        )
-    strain, curvature = gauge_values(finger, scene.interface, scene.body.space, scene.mirrors, state.displacement)
-    gains = np.array([gauge.membrane_gain for gauge in finger.gauges])
-    levers = np.array([gauge.lever_mm for gauge in finger.gauges])
-    reading = to_microstrain(gains * strain + levers * curvature)
-    return Press(
+    taken = touching.at(state.displacement).compliance @ state.contact / patch.mass
+    specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
+    coarse = too_coarse(shape.area, float(current.edge_length[state.active].mean()), scene.body.space.mesh.size_mm)
+    return press_result(
+        gauge_weights(finger),
+        specimen,
+        began,
         force=total if force is None else force,
-        modulus=scene.touching.specimen.modulus,
         fidelity="finite",
         indentation=state.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
-        strain=strain,
-        curvature=curvature,
-        reading=reading,
-        sd=float(reading.std()),
+        values=gauge_values(finger, scene.interface, scene.body.space, scene.mirrors, state.displacement),
         force_balance=0.0 if force is None else abs(total - force) / force,
-        status=sentence,
-        resolved=resolved,
-        seconds=perf_counter() - began,
+        status=sentence if coarse is None else f"{sentence}; {coarse}",
+        resolved=coarse is None,
         pressure=state.contact,
         active=state.active,
     )

@@ -2,8 +2,8 @@
 
 Contact pressure is that of the linear rungs: linear on the patch's triangles and measured per area that the skin's
 reference state projects on the contact plane. A rigid frictionless flat then loads the skin exactly along its normal,
-and the weak gap is linear in the displacement. A ball's gap is taken, and its pressure acts along its normal, where the
-skin is now. The specimen itself stays linear (half-space or bonded layer): its surface slope turns no pressure.
+and the weak gap is linear in the displacement. The gap of a curved specimen is taken, and its pressure acts along its
+normal, where the skin is now. The specimen itself stays linear: its surface slope turns no pressure.
 """
 
 from dataclasses import dataclass, replace
@@ -11,11 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.pressing.contact import BESIDE
-from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance, quadrature
+from papilla.fem.reduction.compliance import PatchSurface, half_space_compliance, quadrature, weak_gap
 from papilla.fem.reduction.patch import LoadedPatch, Patch
-from papilla.references import BondedLayerKernel
-from papilla.specimen import Block, Specimen, Sphere
+from papilla.specimen import Specimen
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +63,9 @@ class Touching:
             self.loaded.frame,
             self._coupling,
         )
-        gap = patch.gap - coupling.T @ (displacement @ frame.axes[2])
-        direction = np.broadcast_to(-frame.axes[2], (len(patch.xy), 3))
-        if isinstance(self.specimen, Sphere):
-            points, weights, hats = quadrature(patch)
-            before, (after, slope) = _ball_height(self.specimen, patch.xy)[0], _ball_height(self.specimen, current.xy)
-            gap = gap + hats.T @ (weights * _ball_height(self.specimen, points)[0]) + patch.mass * (after - before)
-            direction = direction + slope @ frame.axes[:2]
+        lateral = self.specimen.gap(current.xy) - self.specimen.gap(patch.xy)
+        gap = weak_gap(patch, self.specimen) + patch.mass * lateral - coupling.T @ (displacement @ frame.axes[2])
+        direction = self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]
         order = np.arange(3 * coupling.shape[0]).reshape(3, -1).T.ravel()
         loads = sp.vstack([coupling @ sp.diags(component) for component in direction.T]).tocsr()[order]
         return Touch(gap, loads, self._compliance(current))
@@ -83,19 +77,6 @@ class Touching:
     def _compliance(self, current: Patch) -> np.ndarray:
         """The specimen's compliance: nodal pressures are spread over the current area, so both sides are scaled by
         reference over current mass."""
-        specimen = self.specimen
-        compliance = half_space_compliance(current) * ((1 - specimen.nu**2) / specimen.modulus)
-        if isinstance(specimen, Block):
-            kernel = BondedLayerKernel(specimen.thickness, specimen.nu)
-            compliance = compliance + kernel_compliance(current, kernel) / specimen.modulus
+        surface = PatchSurface(current, half_space_compliance(current))
         spread = self.patch.mass / current.mass
-        return compliance * np.outer(spread, spread)
-
-
-def _ball_height(ball: Sphere, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Height (k,) of a ball's surface above its lowest point, and its slope (k, 2); beside it nothing is near."""
-    square = (xy**2).sum(axis=1)
-    under = square < ball.radius**2
-    root = np.sqrt(np.where(under, ball.radius**2 - square, 1.0))
-    height = np.where(under, square / (ball.radius + root), BESIDE * ball.radius)
-    return height, np.where(under[:, None], xy / root[:, None], 0.0)
+        return self.specimen.compliance(surface) * np.outer(spread, spread)

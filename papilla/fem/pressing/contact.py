@@ -1,34 +1,40 @@
-"""The `contact` rung: the complementarity problem of a finger and its specimen, and when its answer means something."""
+"""The `contact` fidelity: unilateral frictionless contact on the condensed finger, a linear complementarity problem.
 
+Find nodal pressures p >= 0 and weak gaps w = A p + g - delta m >= 0 with p . w = 0, where A is the compliance of finger
+and specimen, g the weak gap, m the mass of the nodes, delta the indentation; under force control m . p = force.
+Solved by block principal pivoting, with single pivots as the backup that cannot cycle (Judice and Pires 1994,
+doi:10.1016/0305-0548(94)90106-6). All decisions are signs, so rescaled units change nothing.
+"""
+
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs
 
-from papilla.errors import ContactRangeError
-from papilla.fem.pressing.complementarity import ContactSolution, solve_contact
-from papilla.fem.pressing.hertz import HertzScene, hertz_scene
-from papilla.fem.pressing.hertz_table import hertz_table
-from papilla.fem.pressing.moments import ContactShape, contact_shape
-from papilla.fem.pressing.press import Press, press_result
-from papilla.fem.reduction.compliance import quadrature
+from papilla.errors import ContactRangeError, SolverError
+from papilla.fem.pressing.hertz import HertzScene, hertz_scene, hertz_table
+from papilla.fem.pressing.press import Press, linear_press, refuse_detail, too_coarse
+from papilla.fem.pressing.profile import ContactShape, contact_shape
+from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.specimen import Block, Specimen, Sphere
+from papilla.specimen import Specimen
 
-RESOLVED_RADIUS = 2.5
-"""Contact radius in patch edge lengths from which the contact rung is within 3 % in S_d (measured: docs/adr/0005)."""
+PATIENCE = 4
+"""Block exchanges without progress before single pivots take over."""
+
+MAX_PIVOTS = 2000
 
 OFF_APEX = 0.05
 """Accuracy of the readings, in the largest of them, where the touch-down point is not the apex that the mesh is made
 for: two meshes differ by up to 4.6 % there (`papilla verify --only places`)."""
 
-DEEPEST = 0.5
-"""Share of the soft tissue, or of a bonded block, that a press may take up before it is refused."""
-
 SAME_ELLIPSE = 0.1
-"""Difference of area from that of the Hertz rung, up to which its layer term is taken for that of the contact."""
+"""Difference of area from that of the Hertz fidelity, up to which its layer term is taken for that of the contact."""
 
-BESIDE = 1e3
-"""Gap beside a ball, in ball radii: far beyond any contact."""
+
+class NoContactError(ContactRangeError):
+    """The indentation is less than the gap at the first node of the mesh."""
 
 
 def contact_press(
@@ -44,45 +50,41 @@ def contact_press(
     Raises `ContactRangeError` where contact reaches the rim, goes too deep, or is not seen by the mesh at all.
     """
     patch = reduced.patch
-    compliance = _total_compliance(reduced, specimen)
+    refuse_detail(specimen, patch, reduced.mesh_size_mm)
+    compliance, gap = reduced.total_compliance(specimen), weak_gap(patch, specimen)
     share = None if force is None else force / reduced.multiplicity
-    gap = patch.gap + _sphere_gap(reduced, specimen)
     if start is None:
         start = _hertzian_guess(reduced, specimen, force, indentation)
     solution = solve_contact(compliance, patch.mass, gap, force=share, indentation=indentation, start=start)
     if not solution.active.any():
-        raise ContactRangeError(
-            f"an indentation of {indentation:g} mm makes no contact on this mesh: the mesh is too coarse"
-        )
-    _refuse_deep_parts(reduced, specimen, solution)
-    if (solution.active & patch.rim).any():
-        radius = float(np.hypot(*patch.xy[patch.rim].T).min())
-        raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
+        raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
     total = float(reduced.multiplicity * patch.mass @ solution.pressure)
     shape = _shape(reduced, specimen, solution.pressure, total)
-    resolved, status = _resolution(reduced, solution, shape.area)
-    strain, curvature = reduced.strain_rows @ solution.pressure, reduced.curvature_rows @ solution.pressure
-    return press_result(
+    coarse = too_coarse(shape.area, float(patch.edge_length[solution.active].mean()), reduced.mesh_size_mm)
+    status = coarse or f"contact: converged in {solution.iterations} exchanges"
+    if coarse is None and reduced.at != (0.0, 0.0):
+        status += f"; off the apex the mesh is coarser, and readings are within {100 * OFF_APEX:g} %"
+    return linear_press(
         reduced,
         specimen,
         began,
+        compliance=compliance,
         force=total if force is None else force,
         fidelity="contact",
         indentation=solution.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
-        strain=strain,
-        curvature=curvature,
+        values=reduced.rows @ solution.pressure,
         force_balance=0.0 if force is None else abs(total - force) / force,
         status=status,
-        resolved=resolved,
+        resolved=coarse is None,
         pressure=solution.pressure,
         active=solution.active,
     )
 
 
 def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
-    """Active nodes (n,) of the Hertz rung, or None where it has no answer; only where the search starts."""
+    """Active nodes (n,) of the Hertz fidelity, or None where it has no answer; only where the search starts."""
     scene = _hertzian(reduced, specimen, force, indentation)
     if scene is None:
         return None
@@ -91,7 +93,7 @@ def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
 
 
 def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShape:
-    """Area and peak of the nodal pressure (n,), the layer term from the Hertz rung where both see the same ellipse."""
+    """Area and peak of the nodal pressure (n,), the layer term from hertz where both see the same ellipse."""
     scene = _hertzian(reduced, specimen, force, None)
     if scene is not None:
         shape = contact_shape(reduced.patch, pressure, scene.layer_term)
@@ -111,7 +113,7 @@ def _hertzian(reduced, specimen, force, indentation) -> HertzScene | None:
 
 @lru_cache(maxsize=64)
 def _has_table(reduced, specimen) -> bool:
-    """Whether the Hertz rung knows this finger and specimen; asked once, for the answer takes as long as the table."""
+    """Whether hertz knows this finger and specimen; asked once, for the answer takes as long as the table."""
     try:
         hertz_table(reduced, specimen)
     except ContactRangeError:
@@ -119,54 +121,63 @@ def _has_table(reduced, specimen) -> bool:
     return True
 
 
-@lru_cache(maxsize=64)
-def _total_compliance(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
-    return reduced.compliance + reduced.specimen_compliance(specimen)
+@dataclass(frozen=True, eq=False)
+class ContactSolution:
+    """Nodal pressure (n,) in MPa, indentation in mm, active nodes (n,) and how many exchanges it took."""
+
+    pressure: np.ndarray
+    indentation: float
+    active: np.ndarray
+    iterations: int
 
 
-@lru_cache(maxsize=16)
-def _sphere_gap(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray | float:
-    """Weak gap (n,) that a ball adds to that of a flat: the exact sphere's, and beside it nothing to touch."""
-    if not isinstance(specimen, Sphere):
-        return 0.0
-    points, weights, hats = quadrature(reduced.patch)
-    square = (points**2).sum(axis=1)
-    under = square < specimen.radius**2
-    gap = np.where(
-        under, specimen.radius - np.sqrt(np.maximum(0, specimen.radius**2 - square)), BESIDE * specimen.radius
-    )
-    return hats.T @ (weights * gap)
+def solve_contact(compliance, mass, gap, *, force=None, indentation=None, start=None) -> ContactSolution:
+    """Solve for a given force on the patch (N) or indentation (mm); exactly one is given.
+
+    Parameters
+    ----------
+    compliance : (n, n) symmetric positive definite, mm3 / MPa.
+    mass : (n,) mm2; gap : (n,) mm3.
+    start : (n,) bool, active nodes of a similar scene, to start from.
+
+    Raises `SolverError` where the exchanges do not settle.
+    """
+    active = np.asarray(gap / mass <= np.partition(gap / mass, min(8, len(gap) - 1))[min(8, len(gap) - 1)])
+    if start is not None and start.any():
+        active = start.copy()
+    best, patience = len(mass) + 1, PATIENCE
+    for iteration in range(1, MAX_PIVOTS + 1):
+        pressure, depth = _solve_active(compliance, mass, gap, active, force, indentation)
+        weak_gap = compliance[:, active] @ pressure[active] + gap - depth * mass
+        wrong = np.where(active, pressure < 0, weak_gap < 0)
+        count = int(wrong.sum())
+        if count == 0:
+            return ContactSolution(pressure, depth, active, iteration)
+        if count < best:
+            best, patience = count, PATIENCE
+        else:
+            patience -= 1
+        if patience > 0:
+            active = active ^ wrong
+        else:
+            active = active.copy()
+            last = np.flatnonzero(wrong)[-1]
+            active[last] = not active[last]
+        if force is not None and not active.any():
+            active[np.argmin(gap / mass)] = True
+    raise SolverError(f"contact did not settle in {MAX_PIVOTS} exchanges ({best} nodes undecided at best)")
 
 
-def _resolution(reduced: ReducedFinger, solution: ContactSolution, area: float) -> tuple[bool, str]:
-    """Whether the mesh is fine enough for a contact, and the sentence that says so."""
-    radius = float(np.sqrt(area / np.pi))
-    edge = float(reduced.patch.edge_length[solution.active].mean())
-    if radius >= RESOLVED_RADIUS * edge:
-        found = f"contact rung: converged in {solution.iterations} exchanges"
-        if reduced.at != (0.0, 0.0):
-            found += f"; off the apex the mesh is coarser, and readings are within {100 * OFF_APEX:g} %"
-        return True, found
-    return False, (
-        f"mesh too coarse for this light press: a contact radius of {radius:.2g} mm on {edge:.2g} mm elements, "
-        f"S_d may be off by more than 3 %; mesh with size_mm <= {radius / RESOLVED_RADIUS:.2g}"
-    )
-
-
-def _refuse_deep_parts(reduced: ReducedFinger, specimen: Specimen, solution: ContactSolution) -> None:
-    """Refuse what small-strain theory cannot mean: half of the soft tissue, or of a bonded block, gone."""
-    moved = reduced.compliance @ solution.pressure
-    own = float((moved / reduced.patch.mass).max())
-    if own > DEEPEST * reduced.depth:
-        raise ContactRangeError(
-            f"the press reaches {own:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
-            f"more than {100 * DEEPEST:g} % is beyond the model"
-        )
-    if isinstance(specimen, Block):
-        both = _total_compliance(reduced, specimen) @ solution.pressure
-        taken = float(((both - moved) / reduced.patch.mass).max())
-        if taken > DEEPEST * specimen.thickness:
-            raise ContactRangeError(
-                f"the press takes {taken:.3g} mm off a block of {specimen.thickness:g} mm: "
-                f"more than {100 * DEEPEST:g} % is beyond the model"
-            )
+def _solve_active(compliance, mass, gap, active, force, indentation) -> tuple[np.ndarray, float]:
+    """Pressure with zero weak gap on the active nodes, and the indentation."""
+    pressure = np.zeros(len(mass))
+    if not active.any():
+        return pressure, float(indentation)
+    index = np.flatnonzero(active)
+    factor, failed = dpotrf(compliance[np.ix_(index, index)].T, lower=True, overwrite_a=True, clean=False)
+    if failed:
+        raise SolverError("the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen")
+    per_depth, offset = dpotrs(factor, np.stack([mass[index], gap[index]]).T, lower=True)[0].T
+    depth = indentation if force is None else (force + mass[index] @ offset) / (mass[index] @ per_depth)
+    pressure[index] = depth * per_depth - offset
+    return pressure, float(depth)

@@ -1,84 +1,209 @@
-"""`press`: one scene, on the rung that was asked for or the cheapest that is good enough."""
+"""`press`: one scene, with the fidelity that was asked for or the cheapest that is good enough.
 
-from dataclasses import replace
+Hertz is measured against contact for the very finger and specimen. What contact itself is off by, for the mesh and for
+small strain, both share: it is looked up among the figures of `papilla bench` (`prices`), told, and never measured
+here, because a press at finite strain takes ten thousand times as long as one without.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from time import perf_counter
 
 import numpy as np
 
 from papilla import checks
-from papilla.errors import InputError
-from papilla.fem.pressing.auto import NEARLY_HERTZIAN, hertz_error, lightest_error, shared_losses
-from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.hertz import hertz_press
-from papilla.fem.pressing.press import Press
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem.pressing.contact import NoContactError, contact_press
+from papilla.fem.pressing.hertz import hertz_press, hertz_table
+from papilla.fem.pressing.press import Press, check_scene
+from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.specimen import Specimen
 
-RUNGS = ("hertz", "contact")
+FIDELITIES = ("hertz", "contact")
 """From cheap to dear."""
+
+NAMES = dict(zip(QUANTITIES, ("S_d", "indentation", "contact area"), strict=True))
+"""The quantities that `auto` holds to its tolerance, in words."""
+
+NEARLY_HERTZIAN = 0.1
+"""Measured error of hertz at the lightest resolved press, up to which `auto` trusts it with lighter ones."""
+
+PROBE_FORCES = np.geomspace(0.02, 1.0, 6)
+"""Forces (N) at which hertz is measured against contact."""
+
+SILENT = 1e-9
+"""S_d over the largest reading below which the gauges, one or mirror images, cannot differ: readings are compared."""
 
 
 def press(
     reduced: ReducedFinger,
     specimen: Specimen,
     *,
-    force: float | None = None,
-    indentation: float | None = None,
+    force_N: float | None = None,
+    indentation_mm: float | None = None,
     fidelity: str = "auto",
     tolerance: float = 0.02,
     start: np.ndarray | None = None,
+    force: float | None = None,
+    indentation: float | None = None,
 ) -> Press:
     """Press a specimen on the finger by a force (N) or an indentation (mm).
 
     Parameters
     ----------
-    fidelity : "hertz", "contact", or "auto": rung hertz where its error in S_d, indentation and contact area (measured
+    force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
+    fidelity : "hertz", "contact", or "auto": hertz where its error in S_d, indentation and contact area (measured
         against contact for this finger, specimen and force, and on top of it what the mesh is known to cost) is within
-        `tolerance`, else contact. The status then says
-        which quantity decided, and what both are known to be off by for the mesh and for small strain
-        (`prices`); rung finite, which alone is free of the latter, needs the mesh and is never taken.
+        `tolerance`, else contact. The status says which quantity decided, and what both are known to be off by for the
+        mesh and for small strain; "finite", which alone is free of the latter, needs the mesh: `press_finite`.
     start : (n,) active nodes of a similar press, to start the contact search from.
 
     Raises `InputError` for unusable values, `ContactRangeError` where the press leaves what the model covers.
     """
     began = perf_counter()
-    if not isinstance(specimen, HalfSpace | Block | Sphere):
-        raise InputError(f"a press takes a HalfSpace, Block or Sphere, got {type(specimen).__name__}")
-    if (force is None) == (indentation is None):
-        raise InputError("give exactly one of force and indentation")
-    force = None if force is None else checks.positive("force (N)", force)
-    indentation = None if indentation is None else checks.positive("indentation (mm)", indentation)
+    loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
+    load = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, **loads)
     checks.positive("tolerance", tolerance)
     if fidelity == "finite":
-        raise InputError("rung finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
-    if fidelity not in (*RUNGS, "auto"):
-        raise InputError(f"fidelity must be one of {', '.join(RUNGS)} or auto, got {fidelity!r}")
+        raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
+    if fidelity not in (*FIDELITIES, "auto"):
+        raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
     if fidelity == "hertz":
-        return hertz_press(reduced, specimen, force, indentation, "hertz rung as asked", began)
+        return hertz_press(reduced, specimen, *load, "hertz: as asked", began)
     if fidelity == "contact":
-        return contact_press(reduced, specimen, force, indentation, start, began)
-    found = _cheapest(reduced, specimen, force, indentation, tolerance, start, began)
+        return contact_press(reduced, specimen, *load, start, began)
+    found = _cheapest(reduced, specimen, load, tolerance, start, began)
     return replace(
         found, status=found.status + shared_losses(reduced, found.force, tolerance), seconds=perf_counter() - began
     )
 
 
-def _cheapest(reduced, specimen, force, indentation, tolerance, start, began) -> Press:
-    """The press on the cheapest linear rung within the tolerance, its status saying why it is that one."""
-    error = hertz_error(reduced, specimen, force, indentation)
+def _cheapest(reduced, specimen, load: tuple[float | None, float | None], tolerance: float, start, began) -> Press:
+    """The press of the cheapest linear fidelity within the tolerance, its status saying why it is that one."""
+    error = hertz_error(reduced, specimen, *load)
     if error is not None and error.error <= tolerance:
-        reason = f"hertz rung: {error}, within {100 * tolerance:g} %"
-        return hertz_press(reduced, specimen, force, indentation, reason, began)
-    found = contact_press(reduced, specimen, force, indentation, start, began)
-    if not found.resolved:
+        return hertz_press(reduced, specimen, *load, f"hertz: {error}, within {100 * tolerance:g} %", began)
+    try:
+        found = contact_press(reduced, specimen, *load, start, began)
+    except NoContactError:
+        found = None
+    if found is None or not found.resolved:
         light = lightest_error(reduced, specimen)
-        if light is None or light.error > NEARLY_HERTZIAN:
-            return found
-        reason = (
-            "hertz rung: the contact is smaller than this mesh resolves, "
-            f"and {light} from Hertzian at the lightest force that it does"
-        )
-        return hertz_press(reduced, specimen, force, indentation, reason, began)
+        if light is not None and light.error <= NEARLY_HERTZIAN:
+            reason = (
+                "hertz: the contact is smaller than this mesh resolves, "
+                f"and {light} from Hertzian at the lightest force that it does"
+            )
+            try:
+                return hertz_press(reduced, specimen, *load, reason, began)
+            except ContactRangeError:
+                pass
+        return found or contact_press(reduced, specimen, *load, start, began)
     if error is None:
         return replace(found, status=f"{found.status}; hertz is not measured at this force")
     return replace(found, status=f"{found.status}; hertz is off by {error}, over {100 * tolerance:g} %")
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The largest of the relative errors of several quantities, and which quantity has it."""
+
+    error: float
+    quantity: str
+
+    @classmethod
+    def of(cls, errors: dict[str, float]) -> "Worst":
+        """Of errors by quantity."""
+        quantity = max(errors, key=lambda name: errors[name])
+        return cls(float(errors[quantity]), quantity)
+
+    def __str__(self) -> str:
+        return f"{100 * self.error:.1f} % in {NAMES[self.quantity]}"
+
+
+def hertz_error(
+    reduced: ReducedFinger, specimen: Specimen, force: float | None, indentation: float | None
+) -> Worst | None:
+    """Measured error of hertz around a force (N) or indentation (mm); None where contact cannot tell.
+
+    It is what hertz is off by from contact, and on top of it what contact is known to be off by for the mesh: where the
+    mesh takes a share of the tolerance, only the rest is hertz's.
+    """
+    if indentation is not None:
+        try:
+            table = hertz_table(reduced, specimen)
+        except ContactRangeError:
+            return None
+        force = float(np.interp(indentation, table.indentation, table.force))
+    assert force is not None
+    if not PROBE_FORCES[0] <= force <= PROBE_FORCES[-1]:
+        return None
+    right = int(np.clip(np.searchsorted(PROBE_FORCES, force), 1, len(PROBE_FORCES) - 1))
+    around = probe_hertz(reduced, specimen)[right - 1 : right + 1].max(axis=0)
+    if not np.isfinite(around).all():
+        return None
+    prices = _prices(reduced)
+    mesh = [0.0 if prices is None else prices.mesh.at(force, name) or 0.0 for name in QUANTITIES]
+    return Worst.of(dict(zip(QUANTITIES, around + mesh, strict=True)))
+
+
+def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
+    """Measured error of hertz at the lightest probe that contact resolves; None where none is."""
+    errors = probe_hertz(reduced, specimen)
+    resolved = errors[np.isfinite(errors).all(axis=1)]
+    return Worst.of(dict(zip(QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
+
+
+@lru_cache(maxsize=256)
+def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
+    """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite where contact does not
+    resolve the press."""
+    errors, start = np.full((len(PROBE_FORCES), len(QUANTITIES)), np.inf), None
+    for k, force in enumerate(PROBE_FORCES):
+        try:
+            truth = contact_press(reduced, specimen, float(force), None, start, perf_counter())
+            scene = hertz_press(reduced, specimen, float(force), None, "", perf_counter())
+        except ContactRangeError:
+            break
+        start = truth.active
+        if truth.resolved:
+            errors[k] = relative_errors(scene, truth)
+    return errors
+
+
+def relative_errors(scene: Press, truth: Press) -> list[float]:
+    """Errors of a press against a better one in each of `QUANTITIES`; of the readings where S_d is silent."""
+    errors = [abs(getattr(scene, name) / getattr(truth, name) - 1) for name in QUANTITIES if name != "sd"]
+    largest = float(np.abs(truth.reading).max())
+    if truth.sd > SILENT * largest:
+        return [abs(scene.sd / truth.sd - 1), *errors]
+    return [float(np.abs(scene.reading - truth.reading).max()) / largest if largest else 0.0, *errors]
+
+
+def shared_losses(reduced: ReducedFinger, force: float, tolerance: float) -> str:
+    """What both linear fidelities are known to be off by at a force (N), in words that follow a sentence."""
+    prices = _prices(reduced)
+    if prices is None:
+        where = "off the apex" if reduced.at != (0.0, 0.0) else "of this finger and mesh (papilla bench measures it)"
+        return f"; what mesh and small strain cost is not known {where}"
+    parts = {name: _worst(getattr(prices, name), force) for name in ("mesh", "small_strain")}
+    known = [f"{name.replace('_', ' ')} {worst}" for name, worst in parts.items() if worst is not None]
+    if not known:
+        return f"; what mesh and small strain cost is not known at {force:.3g} N"
+    told = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
+    strain = parts["small_strain"]
+    if strain is not None and strain.error > tolerance:
+        told += f"; small strain alone is over {100 * tolerance:g} %: --fidelity finite (press_finite) has none of it"
+    return told
+
+
+def _prices(reduced: ReducedFinger) -> Prices | None:
+    """What is known of the fidelities of a finger on its mesh: all of it at the apex."""
+    return known_prices(reduced.finger_sha256, reduced.mesh_sha256) if reduced.at == (0.0, 0.0) else None
+
+
+def _worst(loss: Loss, force: float) -> Worst | None:
+    errors = {name: loss.at(force, name) for name in QUANTITIES}
+    known = {name: error for name, error in errors.items() if error is not None}
+    return Worst.of(known) if len(known) == len(errors) else None

@@ -1,26 +1,43 @@
-"""`Press`: what one press of a specimen on a finger gives, whichever rung computed it."""
+"""What presses of every fidelity share: the check of a scene, its limits, what makes it doubtful, and its result."""
 
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
+from papilla import checks
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.specimen import Specimen
+from papilla.specimen import DEEPEST, Specimen
 from papilla.units import to_microstrain
 
+RESOLVED_RADIUS = 2.5
+"""Contact radius in patch edge lengths from which the contact fidelity is within 3 % in S_d (docs/adr/0005)."""
 
-@dataclass(frozen=True, eq=False)
+SMALL_STRAIN = 0.1
+"""Mean strain of a layer below the contact above which linear elasticity is doubtful: at 0.12 to 0.14 the indentation
+is up to 7 %, and single gauges of the default finger are 7 to 30 %, off finite strain."""
+
+FACETS = 0.02
+"""Share of the indentation that the facets of a skin may stand off it before they are told."""
+
+LIGHTEST = 1e-18
+"""Smallest force and indentation, in modulus times square of an element and in elements: numbers end near by."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Press:
-    """Result of one scene; n patch nodes, g gauges.
+    """Result of one scene; n patch nodes, g gauges, q quantities of a gauge.
 
-    force (N), indentation (mm, approach of specimen and finger), contact_area (mm2), peak_pressure (MPa).
-    strain (g,), curvature (g,) in 1/mm, reading (g,) in microstrain.
-    sd : population standard deviation (ddof 0) of the readings, in microstrain.
+    force : N. modulus : of the specimen, MPa. fidelity : "hertz", "contact" or "finite".
+    indentation : approach of specimen and finger, mm. contact_area : mm2. peak_pressure : MPa.
+    values : (q, g) what the gauges feel, in the order of `papilla.fem.reduction.gauges.QUANTITIES`.
+    reading : (g,) in microstrain. sd : population standard deviation (ddof 0) of the readings, in microstrain.
     force_balance : relative difference of the pressure's integral from the force.
-    pressure (n,) in MPa at the patch nodes; active (n,) nodes in contact.
-    resolved : whether the mesh is fine enough for this contact.
-    status : what happened, in a sentence.
+    status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
+    pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
     """
 
     force: float
@@ -29,8 +46,7 @@ class Press:
     indentation: float
     contact_area: float
     peak_pressure: float
-    strain: np.ndarray
-    curvature: np.ndarray
+    values: np.ndarray
     reading: np.ndarray
     sd: float
     force_balance: float
@@ -39,6 +55,22 @@ class Press:
     seconds: float
     pressure: np.ndarray
     active: np.ndarray
+
+    def __repr__(self) -> str:
+        return (
+            f"Press({self.fidelity}, {self.force:.4g} N, {self.indentation:.4g} mm, {self.contact_area:.4g} mm2, "
+            f"S_d {self.sd:.5g} microstrain: {self.status})"
+        )
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Strain (g,) at the gauges."""
+        return self.values[list(QUANTITIES).index("strain")]
+
+    @property
+    def curvature(self) -> np.ndarray:
+        """Curvature change (g,) at the gauges, 1/mm."""
+        return self.values[list(QUANTITIES).index("curvature")]
 
     def to_json(self) -> dict:
         """The documented keys of a press, as plain values."""
@@ -58,17 +90,98 @@ class Press:
         }
 
 
-def press_result(
-    reduced: ReducedFinger, specimen: Specimen, began: float, *, strain: np.ndarray, curvature: np.ndarray, **values
+def check_scene(
+    specimen: Specimen, stiffness: float, size: float, **loads: float | None
+) -> tuple[float | None, float | None]:
+    """Force (N) and indentation (mm) of a scene, one of them None, after both were checked.
+
+    `loads` are force_N, indentation_mm, and force and indentation, which mean the same. `stiffness` (MPa) and `size`
+    (mm) are those of the finger and its elements. Raises `InputError`.
+    """
+    if not isinstance(specimen, Specimen):
+        raise InputError(f"a press takes a HalfSpace, Block, Sphere or another Specimen, got {type(specimen).__name__}")
+    found: list[float | None] = []
+    for name, unit, scale in (("force", "N", stiffness * size**2), ("indentation", "mm", size)):
+        given = {key: value for key, value in loads.items() if key.startswith(name) and value is not None}
+        if len(given) > 1:
+            raise InputError(f"give {name}_{unit} or {name}, which mean the same, not both")
+        value = next(iter(given.values()), None)
+        if value is not None:
+            checks.positive(f"{name} ({unit})", value)
+            value = checks.within(f"{name} ({unit})", value, LIGHTEST * scale, scale / LIGHTEST)
+        found.append(value)
+    if (found[0] is None) == (found[1] is None):
+        raise InputError("give exactly one of force and indentation")
+    return found[0], found[1]
+
+
+def refuse_detail(specimen: Specimen, patch: Patch, size: float) -> None:
+    """Refuse a specimen that the patch, of a mesh of elements of `size` mm, is too coarse to see."""
+    edge = patch.finest_edge
+    if specimen.detail < edge:
+        raise ContactRangeError(
+            f"the mesh is too coarse for a {specimen.words}: {edge:.2g} mm elements where it touches; "
+            f"mesh with size_mm <= {size * specimen.detail / edge:.2g}"
+        )
+
+
+def refuse_rim(patch: Patch, active: np.ndarray) -> None:
+    """Refuse a contact, given by its active nodes (n,), that reaches the rim of its patch."""
+    if (active & patch.rim).any():
+        radius = float(np.hypot(*patch.xy[patch.rim].T).min())
+        raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
+
+
+def too_coarse(area: float, edge: float, size: float) -> str | None:
+    """What to say where a contact area (mm2) is too small for elements of `edge` mm there, of a mesh of `size` mm."""
+    radius = float(np.sqrt(area / np.pi))
+    if radius >= RESOLVED_RADIUS * edge:
+        return None
+    return (
+        f"mesh too coarse for this light press: a contact radius of {radius:.2g} mm on {edge:.2g} mm elements, "
+        f"S_d may be off by more than 3 %; mesh with size_mm <= {size * radius / (RESOLVED_RADIUS * edge):.2g}"
+    )
+
+
+def linear_press(
+    reduced: ReducedFinger, specimen: Specimen, began: float, *, compliance: np.ndarray, status: str, **values
 ) -> Press:
-    """A `Press` from strain and curvature (g,) and its other values; `began` is when its clock started."""
-    reading = to_microstrain(reduced.gains * strain + reduced.levers * curvature)
+    """A `Press` of small-strain elasticity, unless it leaves what that can mean; its status tells what is doubtful.
+
+    `compliance` (n, n) is that of finger and specimen; `values` are what `press_result` takes.
+    """
+    pressure, patch = values["pressure"], reduced.patch
+    moved = reduced.compliance @ pressure / patch.mass
+    own = float(moved.max())
+    if own > DEEPEST * reduced.depth:
+        raise ContactRangeError(
+            f"the press reaches {own:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
+            f"more than {100 * DEEPEST:g} % is beyond the model"
+        )
+    refuse_rim(patch, values["active"])
+    taken = float((compliance @ pressure / patch.mass - moved).max())
+    specimen.refuse(taken, float(np.sqrt(values["contact_area"] / np.pi)))
+    doubts, strain = [status], own / reduced.strained_depth
+    if strain > SMALL_STRAIN:
+        doubts.append(f"a layer is strained by {100 * strain:.0f} %, too much for linear elasticity: see press_finite")
+    if reduced.sagitta > FACETS * values["indentation"]:
+        share = 100 * reduced.sagitta / values["indentation"]
+        doubts.append(f"the facets of the skin stand {reduced.sagitta:.2g} mm off it, {share:.0f} % of the indentation")
+    if reduced.skin_thickness < patch.finest_edge:
+        coarse = f"{patch.finest_edge:.2g} mm elements are too coarse for a skin of {reduced.skin_thickness:.2g} mm"
+        doubts.append(f"not to be trusted: {coarse}")
+        values["resolved"] = False
+    return press_result(reduced.weights, specimen, began, status="; ".join(doubts), **values)
+
+
+def press_result(weights: np.ndarray, specimen: Specimen, began: float, *, values: np.ndarray, **others) -> Press:
+    """A `Press` from gauge values (q, g), weights (q, g) that mix them to readings, and the other fields of it."""
+    reading = to_microstrain((weights * values).sum(axis=0))
     return Press(
         modulus=specimen.modulus,
-        strain=strain,
-        curvature=curvature,
+        values=values,
         reading=reading,
         sd=float(reading.std()),
         seconds=perf_counter() - began,
-        **values,
+        **others,
     )

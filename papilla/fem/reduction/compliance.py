@@ -6,6 +6,7 @@ by Gauss on both. A bonded block adds a smooth kernel.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -13,6 +14,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from papilla.fem.reduction.patch import Patch
+from papilla.specimen import Specimen
 
 NEAR = 3.0
 """Pairs closer than this many mean edge lengths are integrated exactly."""
@@ -30,11 +32,34 @@ def half_space_compliance(patch: Patch) -> np.ndarray:
     return (compliance + compliance.T) / 2
 
 
+@lru_cache(maxsize=8)
 def kernel_compliance(patch: Patch, kernel: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Matrix (n, n), in mm4 times the kernel's unit, of a smooth kernel of distance (mm)."""
     points, weights, hats = quadrature(patch)
     compliance = hats.T @ (weights[:, None] * _smooth_potential(patch, points, weights, hats, kernel))
     return (compliance + compliance.T) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class PatchSurface:
+    """What a specimen makes its compliance on a patch of (`papilla.specimen.Surface`); n patch nodes.
+
+    half_space : (n, n) of `half_space_compliance`.
+    """
+
+    patch: Patch
+    half_space: np.ndarray
+
+    def kernel(self, kernel: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Weak compliance (n, n) of a smooth kernel: mm per N at a distance in mm."""
+        return kernel_compliance(self.patch, kernel)
+
+
+@lru_cache(maxsize=64)
+def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
+    """Weak gap (n,), in mm3, between the undeformed skin and a specimen that touches it."""
+    points, weights, hats = quadrature(patch)
+    return patch.gap + hats.T @ (weights * specimen.gap(points))
 
 
 def _inverse_distance(r: np.ndarray) -> np.ndarray:

@@ -19,13 +19,14 @@ from papilla.fem.discrete.locate import interpolation
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
 from papilla.fem.discrete.space import SYMMETRIC, parity_signs
 from papilla.fem.reduction.compliance import half_space_compliance
-from papilla.fem.reduction.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
+from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import surfaces_of
+from papilla.mesh.triangle_surface import TriangleSurface
 
 INCOMPRESSIBLE = 1e-7
 """Of mu/lambda, below which the pressure block is too empty to factor and a stabilised one is factored instead."""
@@ -50,6 +51,9 @@ class FingerModel:
         self.space = space_of(element, mesh.cell())
         self._factors: dict[tuple[int, int], tuple[np.ndarray, Factor]] = {}
 
+    def __repr__(self) -> str:
+        return f"FingerModel({self.finger.name!r}, {len(self.mesh.tets)} tetrahedra, {self.space.name})"
+
     @cached_property
     def layers(self) -> dict[int, Layer]:
         """Layer number -> material."""
@@ -66,8 +70,7 @@ class FingerModel:
         loaded, parities = self._patch(at)
         cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
         refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
-        strain, curvature = self._gauge_functionals()
-        compliance, rows = self._condense(loaded, parities, strain + curvature)
+        compliance, rows = self._condense(loaded, parities, gauge_functionals(self.finger, self.surfaces["interface"]))
         gauges = self.finger.gauges
         return ReducedFinger(
             finger_name=self.finger.name,
@@ -76,15 +79,14 @@ class FingerModel:
             mesh_size_mm=self.mesh.size_mm,
             at=(float(at[0]), float(at[1])),
             gauge_names=tuple(gauge.name for gauge in gauges),
-            gains=np.array([gauge.membrane_gain for gauge in gauges]),
-            levers=np.array([gauge.lever_mm for gauge in gauges]),
-            depth=self._depth(loaded.frame),
             outer_modulus=self.finger.outer.modulus / (1 - self.finger.outer.nu**2),
             patch=loaded.patch,
             compliance=compliance,
             half_space=half_space_compliance(loaded.patch),
-            strain_rows=rows[: len(gauges)],
-            curvature_rows=rows[len(gauges) :],
+            rows=rows.reshape(len(QUANTITIES), len(gauges), -1),
+            weights=gauge_weights(self.finger),
+            layers=self._layers_below(loaded.frame),
+            sagitta=self._sagitta(loaded.frame),
             element=self.space.name,
         )
 
@@ -102,23 +104,24 @@ class FingerModel:
     def gauge_adjoints(self) -> dict:
         """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
         newton of force there, component by component (reciprocity)."""
-        strain, _ = self._gauge_functionals()
-        parities = self._all_parities()
-        loads = {parity: self._rows(strain, parity).T.toarray() / len(parities) for parity in parities}
-        return {parity: self._solve(parity, load).reshape(-1, 3, len(strain)) for parity, load in loads.items()}
+        weights = np.zeros((len(QUANTITIES), len(self.finger.gauges)))
+        weights[list(QUANTITIES).index("strain")] = 1
+        return self._adjoints(weights, self._all_parities())
 
     def reading_adjoints(self) -> dict:
-        """As `gauge_adjoints`, of each gauge's reading (gain * strain + lever * curvature change, as strain), and only
-        for fields that are symmetric in y: loads that are so excite no others."""
-        gauges, (strain, curvature) = self.finger.gauges, self._gauge_functionals()
-        parities = self._all_parities()
-        weights = sp.diags([gauge.membrane_gain for gauge in gauges]), sp.diags([gauge.lever_mm for gauge in gauges])
-        found = {}
-        for parity in [parity for parity in parities if parity[1] > 0]:
-            rows = weights[0] @ self._rows(strain, parity) + weights[1] @ self._rows(curvature, parity)
-            load = rows.T.toarray() / len(parities)
-            found[parity] = self._solve(parity, load).reshape(-1, 3, len(gauges))
-        return found
+        """As `gauge_adjoints`, of each gauge's reading (its weighted quantities, as strain), and only for fields that
+        are symmetric in y: loads that are so excite no others."""
+        return self._adjoints(gauge_weights(self.finger), [one for one in self._all_parities() if one[1] > 0])
+
+    def _adjoints(self, weights: np.ndarray, parities: list[tuple[int, int]]) -> dict:
+        """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge in weights (q, g)."""
+        functionals = gauge_functionals(self.finger, self.surfaces["interface"])
+        mixing = sp.hstack([sp.diags(row) for row in weights])
+        loads = {parity: (mixing @ self._rows(functionals, parity)).T.toarray() for parity in parities}
+        share = len(self._all_parities())
+        return {
+            parity: self._solve(parity, load / share).reshape(len(load) // 3, 3, -1) for parity, load in loads.items()
+        }
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
         """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""
@@ -177,13 +180,6 @@ class FingerModel:
         signs = [(1, -1) if axis in self.mesh.mirrors else (1,) for axis in "xy"]
         return [(px, py) for px in signs[0] for py in signs[1]]
 
-    def _gauge_functionals(self) -> tuple[list[PointFunctional], list[PointFunctional]]:
-        interface = self.surfaces["interface"]
-        frames = [gauge_frame(self.finger, gauge, interface) for gauge in self.finger.gauges]
-        pairs = list(zip(self.finger.gauges, frames, strict=True))
-        strain = [strain_functional(gauge, frame, interface) for gauge, frame in pairs]
-        return strain, [curvature_functional(gauge, frame, interface) for gauge, frame in pairs]
-
     def _rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> sp.csr_matrix:
         """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
         points = np.concatenate([functional.points for functional in functionals])
@@ -209,14 +205,39 @@ class FingerModel:
                 influence[:, block] += rows @ solution
         return (compliance + compliance.T) / 2, influence
 
-    def _depth(self, frame: Frame) -> float:
-        """Soft tissue (mm) below the touch-down point: down to the bone or the base plane."""
+    def _layers_below(self, frame: Frame) -> np.ndarray:
+        """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to what is
+        clamped: a rigid bone or the base plane."""
         down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), 4001)[1:]
         points = frame.origin - down[:, None] * frame.axes[2]
-        hard = points[:, 2] <= self.mesh.points[:, 2].min()
-        if self.finger.bone is None:
-            hard |= self.surfaces["bone"].level(points) <= 0
-        return float(down[hard.argmax()])
+        levels = [self.surfaces["interface"].level(points), self.surfaces["bone"].level(points)]
+        *ends, base = (_crossing(down, level) for level in (*levels, points[:, 2] - self.mesh.points[:, 2].min()))
+        moduli = [layer.modulus for layer in (self.finger.outer, self.finger.inner, self.finger.bone) if layer]
+        depths = np.minimum([*ends, base][: len(moduli)], base)
+        thickness = np.diff(np.maximum.accumulate(np.append(0, depths)))
+        return np.column_stack([thickness, moduli])[thickness > 0]
+
+    def _sagitta(self, frame: Frame) -> float:
+        """How far (mm) the facets of a triangulated skin stand off what they stand for where it is touched: the mean of
+        radius^2 times curvature over 2, a facet's being its circumcircle's and that of the normals at its corners."""
+        skin = self.surfaces["skin"]
+        if not isinstance(skin, TriangleSurface):
+            return 0.0
+        corners = skin.vertices[skin.triangles]
+        away = np.linalg.norm(corners.mean(axis=1) - frame.origin, axis=1)
+        corners = corners[away <= max(self.finger.patch_radius / 4, np.partition(away, 8)[8])]
+        normals = skin.normal(corners.reshape(-1, 3)).reshape(-1, 3, 3)
+        edges, turns = (part - np.roll(part, 1, axis=1) for part in (corners, normals))
+        curvature = (edges * turns).sum(axis=(1, 2)) / (edges**2).sum(axis=(1, 2))
+        return float(np.mean((edges**2).sum(axis=(1, 2)) / 9 * np.abs(curvature) / 2))
+
+
+def _crossing(down: np.ndarray, level: np.ndarray) -> float:
+    """Where a level (k,) at distances (k,) first falls below zero, infinity where it does not."""
+    k = int((level <= 0).argmax())
+    if level[k] > 0:
+        return np.inf
+    return float(np.interp(0.0, -level[k - 1 : k + 1], down[k - 1 : k + 1])) if k else float(down[0])
 
 
 def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:

@@ -2,10 +2,12 @@
 
 Strain is the elongation between two points of the interface a grid length apart: a point gradient at the interface
 scatters by 12 % from mesh to mesh, the elongation by less than 1 %. Curvature change is that of a paraboloid fitted to
-the outward displacement over the foil's backing. reading = membrane_gain * strain + lever_mm * curvature change.
+the outward displacement over the foil's backing. A reading mixes them: membrane_gain * strain + lever_mm * curvature
+change. Another quantity is one entry of `QUANTITIES`: all that follows are arrays (quantities, gauges, ...).
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +77,48 @@ def curvature_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) ->
     monomials = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
     second_derivative = 2 * np.linalg.pinv(monomials)[3]
     return PointFunctional(_onto(interface, flat, frame.normal), second_derivative[:, None] * frame.normal)
+
+
+def elongation(functional: PointFunctional, moved: np.ndarray) -> float:
+    """(l - L)/L of a chord whose ends are displaced by `moved` (2, 3), without cancellation for small changes."""
+    chord, change = np.diff(functional.points, axis=0)[0], np.diff(moved, axis=0)[0]
+    length, longer = float(np.linalg.norm(chord)), float(np.linalg.norm(chord + change))
+    return float(2 * chord @ change + change @ change) / (length * (longer + length))
+
+
+def linear_value(functional: PointFunctional, moved: np.ndarray) -> float:
+    """The functional of displacements (k, 3) of its points."""
+    return float((functional.weights * moved).sum())
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a gauge feels: a functional of small displacements, its value at finite ones, and its weight in a reading.
+
+    weight : name of the field of `Gauge`.
+    """
+
+    functional: Callable[[Gauge, GaugeFrame, Surface], PointFunctional]
+    weight: str
+    finite: Callable[[PointFunctional, np.ndarray], float] = linear_value
+
+
+QUANTITIES = {
+    "strain": Quantity(strain_functional, "membrane_gain", elongation),
+    "curvature": Quantity(curvature_functional, "lever_mm"),
+}
+"""What gauges feel, in the order of all arrays: strain, and curvature change in 1/mm."""
+
+
+def gauge_functionals(finger: Finger, interface: Surface) -> list[PointFunctional]:
+    """All functionals (q * g of them) of a finger's gauges, quantity by quantity."""
+    frames = [(gauge, gauge_frame(finger, gauge, interface)) for gauge in finger.gauges]
+    return [quantity.functional(*pair, interface) for quantity in QUANTITIES.values() for pair in frames]
+
+
+def gauge_weights(finger: Finger) -> np.ndarray:
+    """Weights (q, g) of the quantities in the readings of a finger's gauges."""
+    return np.array([[getattr(g, quantity.weight) for g in finger.gauges] for quantity in QUANTITIES.values()], float)
 
 
 def _x_of_angle(finger: Finger, gauge: Gauge) -> float:

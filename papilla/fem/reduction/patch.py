@@ -85,6 +85,11 @@ class Patch:
         return total / count
 
     @cached_property
+    def finest_edge(self) -> float:
+        """Mean length (mm) of the triangle edges where the skin is touched first."""
+        return float(self.edge_length[np.argmin(self.node_gap)])
+
+    @cached_property
     def outline(self) -> np.ndarray:
         """Whether each node (n,) lies on the patch's outline; its cuts in mirror planes are not part of it."""
         edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])

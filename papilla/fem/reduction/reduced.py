@@ -8,27 +8,28 @@ from typing import Any
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.fem.reduction.compliance import kernel_compliance
+from papilla.fem.reduction.compliance import PatchSurface
+from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
-from papilla.references import BondedLayerKernel
-from papilla.specimen import Block, Specimen
+from papilla.specimen import Specimen
 
-SCHEMA = "papilla.reduced/1"
+SCHEMA = "papilla.reduced/2"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ReducedFinger:
-    """A finger condensed at one touch-down point; n patch nodes, g gauges.
+    """A finger condensed at one touch-down point; n patch nodes, g gauges, q quantities of a gauge.
 
     Where the patch is symmetric only its positive quarter is kept and `images` repeats it, so a force on the finger is
     `len(images)` times the force on the patch.
 
     compliance : (n, n) weak displacement of the skin against pressure, mm3 / MPa.
     half_space : (n, n) the same of a half-space with E* = 1 MPa.
-    strain_rows, curvature_rows : (g, n) gauge strain, and curvature change in 1/mm, per MPa of nodal pressure.
-    gains, levers : (g,) reading = gain * strain + lever (mm) * curvature change.
-    depth : soft tissue below the touch-down point, mm.
+    rows : (q, g, n) what gauges feel per MPa of nodal pressure, in the order of `gauges.QUANTITIES`.
+    weights : (q, g) of the quantities in a reading.
+    layers : (k, 2) thickness (mm) and Young's modulus (MPa) of the layers below the touch-down point, the skin first.
     outer_modulus : E / (1 - nu^2) of the outer layer, MPa: what a vanishing contact feels.
+    sagitta : how far (mm) the facets of a triangulated skin stand off the surface that they stand for.
     element : that the finger was solved with.
     """
 
@@ -38,28 +39,70 @@ class ReducedFinger:
     mesh_size_mm: float
     at: tuple[float, float]
     gauge_names: tuple[str, ...]
-    gains: np.ndarray
-    levers: np.ndarray
-    depth: float
     outer_modulus: float
     patch: Patch
     compliance: np.ndarray
     half_space: np.ndarray
-    strain_rows: np.ndarray
-    curvature_rows: np.ndarray
+    rows: np.ndarray
+    weights: np.ndarray
+    layers: np.ndarray
+    sagitta: float = 0.0
     element: str = "Taylor-Hood"
+
+    def __repr__(self) -> str:
+        return (
+            f"ReducedFinger({self.finger_name!r} at {self.at} mm, {len(self.patch.xy)} nodes, "
+            f"gauges {', '.join(self.gauge_names)}, size_mm {self.mesh_size_mm:g})"
+        )
 
     @property
     def multiplicity(self) -> int:
         """How many times the patch is repeated."""
         return len(self.patch.images)
 
+    @property
+    def strain_rows(self) -> np.ndarray:
+        """Gauge strain (g, n) per MPa of nodal pressure."""
+        return self.rows[list(QUANTITIES).index("strain")]
+
+    @property
+    def curvature_rows(self) -> np.ndarray:
+        """Curvature change (g, n), 1/mm, per MPa of nodal pressure."""
+        return self.rows[list(QUANTITIES).index("curvature")]
+
+    @property
+    def gains(self) -> np.ndarray:
+        """Weights (g,) of the strain in a reading."""
+        return self.weights[list(QUANTITIES).index("strain")]
+
+    @property
+    def levers(self) -> np.ndarray:
+        """Weights (g,) of the curvature change in a reading, mm."""
+        return self.weights[list(QUANTITIES).index("curvature")]
+
+    @property
+    def depth(self) -> float:
+        """Soft tissue below the touch-down point, mm."""
+        return float(self.layers[:, 0].sum())
+
+    @property
+    def skin_thickness(self) -> float:
+        """Thickness of the outer layer at the touch-down point, mm."""
+        return float(self.layers[0, 0])
+
+    @property
+    def strained_depth(self) -> float:
+        """Indentation (mm) that would strain the softest layer by one, all layers bearing the same stress."""
+        thickness, modulus = self.layers.T
+        return float(modulus.min() * (thickness / modulus).sum())
+
     def specimen_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa."""
-        compliance = self.half_space * ((1 - specimen.nu**2) / specimen.modulus)
-        if isinstance(specimen, Block):
-            compliance = compliance + _layer_correction(self, specimen.thickness, specimen.nu) / specimen.modulus
-        return compliance
+        return specimen.compliance(PatchSurface(self.patch, self.half_space))
+
+    def total_compliance(self, specimen: Specimen) -> np.ndarray:
+        """Weak compliance (n, n) of finger and specimen, mm3 / MPa; kept for the last specimens."""
+        return _total_compliance(self, specimen)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Everything as named arrays, ready for `numpy.savez`."""
@@ -71,8 +114,8 @@ class ReducedFinger:
             "mesh_size_mm": self.mesh_size_mm,
             "at": list(self.at),
             "gauge_names": list(self.gauge_names),
-            "depth": self.depth,
             "outer_modulus": self.outer_modulus,
+            "sagitta": self.sagitta,
             "element": self.element,
         }
         arrays = {name: getattr(self, name) for name in _ARRAYS}
@@ -121,10 +164,9 @@ class ReducedFinger:
             raise FileFormatError(f"{path} is not a reduced finger: {error}") from error
 
 
-_ARRAYS = ("gains", "levers", "compliance", "half_space", "strain_rows", "curvature_rows")
+_ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
 
 
-@lru_cache(maxsize=8)
-def _layer_correction(reduced: ReducedFinger, thickness: float, nu: float) -> np.ndarray:
-    """What bonding to a rigid table at `thickness` mm changes in a half-space of unit modulus."""
-    return kernel_compliance(reduced.patch, BondedLayerKernel(thickness, nu))
+@lru_cache(maxsize=64)
+def _total_compliance(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
+    return reduced.compliance + reduced.specimen_compliance(specimen)

@@ -5,10 +5,10 @@ from functools import lru_cache
 import numpy as np
 
 from papilla.fem import FingerModel, Press, ReducedFinger
-from papilla.fem.reduction.compliance import quadrature
+from papilla.fem.reduction.compliance import weak_gap
 from papilla.finger import Finger
 from papilla.mesh import build
-from papilla.specimen import THICKNESS_MM, Block, Specimen, Sphere
+from papilla.specimen import THICKNESS_MM, Block, Specimen
 from papilla.units import GRAM_FORCE_N
 
 BLOCK = Block(0.51, THICKNESS_MM)
@@ -39,15 +39,11 @@ def newton(force_gf: float) -> float:
 def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press) -> tuple[float, float, float]:
     """How far a press is from p >= 0, w >= 0 and p w = 0, in peak pressures, indentations, and products of both.
 
-    w = (A p + g) / m - delta is the mean gap at each node; recomputed here from the compliance alone. A ball must be
-    larger than the patch.
+    w = (A p + g) / m - delta is the mean gap at each node; recomputed here from the compliance alone.
     """
     patch, pressure = reduced.patch, pressed.pressure
     compliance = reduced.compliance + reduced.specimen_compliance(specimen)
-    skin = patch.gap
-    if isinstance(specimen, Sphere):
-        points, weights, hats = quadrature(patch)
-        skin = skin + hats.T @ (weights * (specimen.radius - np.sqrt(specimen.radius**2 - (points**2).sum(axis=1))))
+    skin = weak_gap(patch, specimen)
     gap = (compliance @ pressure + skin) / patch.mass - pressed.indentation
     peak, depth = float(pressure.max()), pressed.indentation
     product = float(np.abs(pressure * gap).max()) / (peak * depth)

@@ -1,0 +1,153 @@
+"""A user's own specimen: it says its gap and what else differs from a flat half-space, and every fidelity takes it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from papilla.errors import ContactRangeError
+from papilla.fem import press, press_finite
+from papilla.finger import Finger
+from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+
+
+@dataclass(frozen=True)
+class CurvedBlock(Block):
+    """A bonded block whose face is a cylinder of `radius` mm along y."""
+
+    radius: float = 50.0
+
+    def gap(self, points):
+        return points[:, 0] ** 2 / (2 * self.radius)
+
+    @property
+    def curvature(self):
+        return 1 / self.radius, 0.0
+
+
+@dataclass(frozen=True)
+class SteppedBlock(Block):
+    """A bonded block that is `step` mm lower beside a bar of half `width` mm along y."""
+
+    width: float = 3.0
+    step: float = 0.5
+
+    def gap(self, points):
+        return np.where(np.abs(points[:, 0]) < self.width, 0.0, self.step)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredIndenter(Specimen):
+    """A rigid indenter whose profile (mm) over the distance from its tip (mm) was measured."""
+
+    distance: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    height: np.ndarray = field(default_factory=lambda: np.zeros(1))
+
+    def __post_init__(self):
+        """Arrays are not checked as numbers are."""
+
+    def gap(self, points):
+        return np.interp(np.hypot(*points.T), self.distance, self.height)
+
+    def compliance(self, surface):
+        return 0 * surface.half_space
+
+    @property
+    def contact_modulus(self):
+        return np.inf
+
+
+def measured(ball: float) -> MeasuredIndenter:
+    distance = np.linspace(0, 14, 400)
+    return MeasuredIndenter(1e6, distance, ball - np.sqrt(ball**2 - distance**2))
+
+
+@pytest.mark.parametrize("force", [0.05, 0.5])
+def test_a_measured_indenter_presses_as_the_ball_that_it_is(reference, force):
+    found = press(reference, measured(20.0), force=force, fidelity="contact")
+    ball = press(reference, Sphere(1e6, 20.0), force=force, fidelity="contact")
+    assert found.indentation == pytest.approx(ball.indentation, rel=1e-3)
+    assert found.reading == pytest.approx(ball.reading, rel=1e-3, abs=1e-3 * np.abs(ball.reading).max())
+    assert found.modulus == 1e6
+
+
+def test_without_a_curvature_hertz_refuses_and_auto_takes_contact(reference):
+    with pytest.raises(ContactRangeError, match="hertz fidelity does not know the curvature of a MeasuredIndenter"):
+        press(reference, measured(20.0), force=0.1, fidelity="hertz")
+    found = press(reference, measured(20.0), force=0.5)
+    assert found.fidelity == "contact" and found.resolved
+    light = press(reference, measured(20.0), force=1e-3)
+    assert light.fidelity == "contact" and not light.resolved
+
+
+@pytest.mark.parametrize("force", [0.05, 0.3])
+def test_a_curved_block_presses_deeper_on_less_area(reference, force):
+    flat, wide, narrow = (
+        press(reference, specimen, force=force, fidelity="contact")
+        for specimen in (Block(0.51, 10), CurvedBlock(0.51, 10, radius=100.0), CurvedBlock(0.51, 10, radius=30.0))
+    )
+    assert flat.indentation < wide.indentation < narrow.indentation
+    assert flat.contact_area > wide.contact_area > narrow.contact_area
+    gentle = press(reference, CurvedBlock(0.51, 10, radius=1e7), force=force, fidelity="contact")
+    assert gentle.sd == pytest.approx(flat.sd, rel=1e-4)
+    hertz = press(reference, CurvedBlock(0.51, 10, radius=100.0), force=force, fidelity="hertz")
+    assert hertz.sd == pytest.approx(wide.sd, rel=0.02) and hertz.indentation == pytest.approx(
+        wide.indentation, rel=0.02
+    )
+
+
+def test_a_step_shows_only_when_the_contact_reaches_it(reference):
+    for force, same in ((0.05, True), (0.8, False)):
+        flat = press(reference, Block(0.51, 10), force=force, fidelity="contact")
+        stepped = press(reference, SteppedBlock(0.51, 10), force=force, fidelity="contact")
+        assert (stepped.indentation == pytest.approx(flat.indentation, rel=1e-9)) == same
+    x = np.abs(reference.patch.xy[stepped.active, 0])
+    assert stepped.indentation > 1.02 * flat.indentation and x.max() < np.abs(reference.patch.xy[flat.active, 0]).max()
+
+
+def test_limits_of_the_kind_are_inherited(reference):
+    with pytest.raises(ContactRangeError, match="mm off a block of 1 mm: more than 50 % is beyond the model"):
+        press(reference, CurvedBlock(0.005, 1.0, 0.3), force=0.3, fidelity="contact")
+    with pytest.raises(ContactRangeError, match="too coarse for a block 0.001 mm thick"):
+        press(reference, SteppedBlock(0.5, 0.001), force=0.3, fidelity="contact")
+
+
+def test_finite_strain_takes_them_too(dome):
+    finger = Finger.default()
+    mesh = dome(finger)
+    ball, flat = (press_finite(finger, mesh, one, force=0.2) for one in (Sphere(1e6, 20.0), HalfSpace(1e6)))
+    found = press_finite(finger, mesh, measured(20.0), force=0.2)
+    assert found.indentation == pytest.approx(ball.indentation, rel=2e-3) and found.fidelity == "finite"
+    assert found.indentation > 1.2 * flat.indentation
+
+
+def test_slopes_are_those_of_the_gap():
+    points = np.random.default_rng(3).uniform(-5, 5, (20, 2))
+    for specimen in (HalfSpace(1.0), Sphere(1.0, 9.0), CurvedBlock(1.0, 10)):
+        step = 1e-5
+        sides = [specimen.gap(points + step * axis) - specimen.gap(points - step * axis) for axis in np.eye(2)]
+        assert specimen.slope(points) == pytest.approx(np.stack(sides, axis=1) / (2 * step), abs=1e-7)
+    ball = Sphere(1.0, 2.0)
+    assert (ball.gap(np.array([[3.0, 0.0]])) > 100).all() and (ball.slope(np.array([[3.0, 0.0]])) == 0).all()
+    assert ball.gap(np.array([[1e-9, 0.0]])) == pytest.approx(0.25e-18, rel=1e-9), "no cancellation near the tip"
+
+
+def test_force_and_indentation_have_two_names_each(reference):
+    block = Block(0.51, 10)
+    by_unit, by_name = press(reference, block, force_N=0.3), press(reference, block, force=0.3)
+    assert by_unit.sd == by_name.sd
+    assert press(reference, block, indentation_mm=0.5).force == press(reference, block, indentation=0.5).force
+    for values, names in (
+        ({"force": 0.3, "force_N": 0.3}, "force_N or force"),
+        ({"indentation": 0.3, "indentation_mm": 0.3}, "indentation_mm or indentation"),
+    ):
+        with pytest.raises(ValueError, match=f"give {names}, which mean the same, not both"):
+            press(reference, block, **values)
+    with pytest.raises(ValueError, match="give exactly one of force and indentation"):
+        press(reference, block, force_N=0.3, indentation_mm=0.1)
+
+
+def test_big_objects_have_a_short_repr(reference, reference_model):
+    texts = [repr(reference), repr(press(reference, Block(0.51, 10), force=0.3)), repr(reference_model)]
+    assert all(len(text) < 400 for text in texts), texts
+    assert "0.3 N" in texts[1] and "129 nodes" in texts[0] and "Taylor-Hood" in texts[2]
