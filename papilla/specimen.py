@@ -50,6 +50,7 @@ class Specimen:
     """
 
     modulus: float
+    nu = NU
 
     def __post_init__(self):
         """Refuse a value that is not a positive number, or a Poisson's ratio outside [0, 0.5]."""
@@ -63,7 +64,7 @@ class Specimen:
     @property
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) in MPa: what a vanishing contact feels."""
-        return self.modulus / (1 - getattr(self, "nu", NU) ** 2)
+        return self.modulus / (1 - self.nu**2)
 
     def gap(self, points: "np.ndarray") -> "np.ndarray":
         """Height (k,) in mm of the undeformed surface over points (k, 2) of the contact plane; 0 at the origin."""
