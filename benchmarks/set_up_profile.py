@@ -7,12 +7,11 @@ Python's profiler in one run, so their seconds add up to that run's.
 import argparse
 import cProfile
 import pstats
-from time import perf_counter
 
 from papilla import mesh
-from papilla.fem import FingerModel
 from papilla.finger import Finger
-from papilla.studies.bench.limits import Machine, factor_bound, factor_flops, solve_bound
+from papilla.studies.bench.limits import Machine, bounds_of, factor_flops
+from papilla.studies.bench.measure import set_up
 from papilla.studies.bench.scenes import thousand
 
 PARTS = {
@@ -30,21 +29,11 @@ def main() -> None:
     parser.add_argument("--size", type=float, default=mesh.DEFAULT_SIZE_MM, help="element size in mm")
     finger = Finger.default()
     built = mesh.build(finger, size_mm=parser.parse_args().size)
-    model = FingerModel(finger, built)
-    seconds = {}
-    for name, step in (
-        ("basis", lambda: model.space.displacement),
-        ("assembly", lambda: model.matrix),
-        ("factorisation", model.factor),
-    ):
-        began = perf_counter()
-        step()
-        seconds[name] = perf_counter() - began
     profile = cProfile.Profile()
-    reduced = profile.runcall(model.reduce)
+    model, reduced, seconds = profile.runcall(set_up, finger, built)
     for name, place in PARTS.items():
         seconds[name] = cumulative(profile, *place)
-    seconds["rest of the reduction"] = pstats.Stats(profile).total_tt - sum(seconds[name] for name in PARTS)
+    seconds["rest of the reduction"] = seconds.pop("reduction") - sum(seconds[name] for name in PARTS)
     seconds["1000 contact scenes"] = thousand(reduced, "contact")[0]
     factor = model.factor()[1]
     columns = len(reduced.patch.xy)
@@ -53,15 +42,8 @@ def main() -> None:
         print(f"{name:>28}{value:8.3f} s{100 * value / sum(seconds.values()):6.1f} %")
     machine = Machine.measured()
     print(f"machine: {machine.flops / 1e9:.0f} GFLOP/s, {machine.bandwidth / 1e9:.1f} GB/s")
-    bounds = {
-        "factorisation": factor_bound(factor_flops(factor.matrix), factor.nonzeros, machine),
-        "solves": solve_bound(factor.nonzeros, columns, machine),
-    }
-    for name, bound in bounds.items():
-        print(
-            f"{name}: {bound.flops / 1e9:.1f} GFLOP, {bound.nbytes / 1e9:.2f} GB, at least {bound.seconds:.3f} s "
-            f"by {bound.binding}; measured {seconds[name]:.3f} s, {seconds[name] / bound.seconds:.1f} times that"
-        )
+    for name, bound in bounds_of(factor_flops(factor.matrix), factor.nonzeros, columns, machine).items():
+        print(bound.sentence(name, seconds[name]))
 
 
 def cumulative(profile: cProfile.Profile, file: str, function: str) -> float:

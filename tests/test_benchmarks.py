@@ -12,12 +12,14 @@ FOLDER = Path(__file__).parents[1] / "benchmarks"
 SHORT = {
     "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
-    "peers": (["--size", "2"], {}, "one press by"),
+    "peers": (["--size", "2"], {}, "one press takes"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
     "recovered_modulus": ([], {"PRESSES": 10}, "unseen mesh: error of E"),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),
     "speed_against_error": (["--help"], {}, "--estimators"),
-    "thousand_scenes": ([], {"MODULI_MPA": np.array([0.5]), "FORCES_N": np.array([0.2, 0.4])}, "peak memory"),
+    "thousand_scenes": ([], {}, "peak memory"),
+    "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
+    "files_read": (["press"], {}, "press: "),
     "wavelength_estimators": (["reciprocal", "--seeds", "1", "--workers", "1"], {}, "reciprocal in space"),
 }
 """Script -> arguments, constants to replace, and what it must print. `papilla bench --short` itself is run, with its
@@ -40,6 +42,7 @@ def test_short_form(name, monkeypatch, capsys, tmp_path):
     spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    monkeypatch.setattr("papilla.studies.bench.scenes.MODULI_MPA", np.array([0.5]))
     for constant, value in constants.items():
         assert hasattr(module, constant)
         monkeypatch.setattr(module, constant, value)

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from papilla.fem import FingerModel
+from papilla.fem import FingerModel, press
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.studies.bench import FULL, SHORT, Bench, BenchRow
-from papilla.studies.bench.growth import fitted, growth_of
-from papilla.studies.bench.limits import Bound, Machine, factor_flops, solve_bound
-from papilla.studies.bench.measure import Job, Measured, measure, peak_memory_MiB, set_up
+from papilla.studies.bench.growth import Growth, Power
+from papilla.studies.bench.limits import Bound, Machine, bounds_of, factor_flops
+from papilla.studies.bench.measure import Job, measure, peak_memory_MiB, set_up
 from papilla.studies.bench.plot import write_plot
-from papilla.studies.bench.row import pareto_front, row_of
+from papilla.studies.bench.row import pareto_front
 from papilla.studies.bench.scenes import SPECIMEN, answers, thousand
 from papilla.units import gf_to_newton
 
@@ -30,11 +30,9 @@ def measured(size, element="Taylor-Hood", fidelity="contact", *, dofs=1000, off=
     """A measurement whose answers are `off` (a fraction, or one a force) away from 1000 microstrain, 0.5 mm, 20 mm2."""
     values = np.array([1000.0, 0.5, 20.0])[:, None] * (1 + np.broadcast_to(off, len(forces)))
     stages = {"basis": 0.1, "assembly": 0.2, "factorisation": 1e-9 * dofs**2, "reduction": 0.4}
-    if fidelity == "finite":
-        stages, element = {}, None
-    job, nonzeros = Job(Finger.default(), size, element, forces), int(10 * dofs ** (4 / 3))
-    return Measured(job, fidelity, dofs, 40, nonzeros, 5.0 * dofs**2, stages, 1e-9 * nonzeros, 0.002, 3.0, 500.0,
-                    values, "answered")  # fmt: skip
+    nonzeros = int(10 * dofs ** (4 / 3))
+    return BenchRow(fidelity, element, size, forces, dofs, 40, nonzeros, 5.0 * dofs**2,
+                    {} if fidelity == "finite" else stages, 1e-9 * nonzeros, 0.002, 3.0, 500.0, values)  # fmt: skip
 
 
 # ---- Rows
@@ -42,24 +40,24 @@ def measured(size, element="Taylor-Hood", fidelity="contact", *, dofs=1000, off=
 
 def test_errors_are_the_worst_of_the_common_forces():
     reference = measured(0.35, forces=(10, 15, 30, 100))
-    row = row_of(measured(0.7, off=[0.01, -0.03, 0.02]), reference)
+    row = measured(0.7, off=[0.01, -0.03, 0.02]).against(reference)
     assert (row.error_sd, row.error_indentation, row.error_area) == pytest.approx((0.03, 0.03, 0.03))
     assert row.seconds_setup == pytest.approx(0.701) and row.seconds_thousand == pytest.approx(3.701)
     assert row.reference_size_mm == 0.35 and not row.reference and row.small_strain_sd is None
-    own = row_of(reference, reference)
+    own = reference.against(reference)
     assert own.reference and own.error_sd == own.error_indentation == own.error_area == 0
 
 
 def test_rung_finite_is_compared_with_itself_and_small_strain_with_it():
     finest = measured(0.7, fidelity="finite", off=0.05)
-    row = row_of(measured(1.4, fidelity="finite", off=0.071), finest, measured(1.4, off=0.0))
+    row = measured(1.4, fidelity="finite", off=0.071).against(finest, measured(1.4, off=0.0))
     assert row.element == "Taylor-Hood" and row.seconds_setup == 0
     assert row.error_sd == pytest.approx(0.02), "of the mesh alone, not the difference of the models"
     assert row.small_strain_sd == pytest.approx(1 - 1 / 1.071)
 
 
 def test_json_of_a_row_has_the_documented_keys():
-    row = row_of(measured(0.7), measured(0.35))
+    row = measured(0.7).against(measured(0.35))
     found = json.loads(json.dumps(row.to_json(), allow_nan=False))
     assert set(found) == KEYS
     assert found["dofs"] == 1000 and found["forces_gf"] == [10, 30, 100]
@@ -75,28 +73,28 @@ def test_front_keeps_what_nothing_beats():
 
 
 def test_growth_finds_the_powers_that_are_there():
-    growth = growth_of("Taylor-Hood", [measured(1.0, dofs=n) for n in (9000, 1000, 30000)])
+    growth = Growth.of([measured(1.0, dofs=n) for n in (9000, 1000, 30000)])
     assert growth.dofs == (1000, 9000, 30000)
     assert growth.factor_nonzeros.exponent == pytest.approx(4 / 3, abs=1e-4)
     assert (growth.factor_seconds.exponent, growth.factor_flops.exponent) == pytest.approx((2, 2))
     assert growth.solve_seconds.exponent == pytest.approx(4 / 3, abs=1e-4)
-    power = fitted(np.array([1e3, 1e4]), [2e3, 2e4], 2.0)
+    power = Power.fitted([1e3, 1e4], [2e3, 2e4], 2.0)
     assert (power.exponent, power.coefficient, power.bound) == pytest.approx((1, 2, 2))
 
 
 def bench_of(rows) -> Bench:
-    growth = growth_of("Taylor-Hood", [measured(1.0, dofs=n) for n in (1000, 9000)])
+    growth = Growth.of([measured(1.0, dofs=n) for n in (1000, 9000)])
     limits = {"factorisation": Bound(1e9, 1e8, Machine(1e9, 1e9)), "solves": Bound(1e8, 1e9, Machine(1e9, 1e9))}
-    stages = {"factorisation": 2.0, "reduction": 3.0}
-    return Bench("a finger", tuple(rows), growth, stages, limits, rows[0], build(Finger.default()), 2)
+    default = replace(rows[0], stages={"factorisation": 2.0, "reduction": 3.0})
+    return Bench("a finger", tuple(rows), growth, limits, default, build(Finger.default()), 2)
 
 
 def test_ratio_sentences_and_plot(tmp_path):
     truth = measured(0.35)
-    rows = [replace(row_of(measured(0.7, off=0.01), truth), pareto=True), row_of(measured(2.0, "P1", off=0.9), truth)]
-    finite = row_of(measured(1.4, fidelity="finite", off=0.04), measured(0.7, fidelity="finite", off=0.03), truth)
-    found = bench_of([*rows, row_of(truth, truth), finite])
-    assert found.ratio(37.01) == pytest.approx(0.1)
+    rows = [replace(measured(0.7, off=0.01).against(truth), pareto=True), measured(2.0, "P1", off=0.9).against(truth)]
+    finite = measured(1.4, fidelity="finite", off=0.04).against(measured(0.7, fidelity="finite", off=0.03), truth)
+    found = bench_of([*rows, truth.against(truth), finite])
+    assert found.ratio(80.0) == pytest.approx(0.1)
     assert set(found.to_json()) == {"finger", "cores", "rows", "growth", "profile", "largest_contact"}
     assert any(line.startswith("small strain costs up to 3.8 % in S_d") for line in found.sentences())
     assert (
@@ -125,7 +123,7 @@ def test_set_up_goes_through_its_stages():
     assert list(stages) == ["basis", "assembly", "factorisation", "reduction"] and min(stages.values()) > 0
     assert isinstance(model, FingerModel) and reduced.element == "P2"
     assert 10 < peak_memory_MiB() < 1e6
-    found = answers(reduced, "hertz", (10, 100))
+    found = answers(lambda force: press(reduced, SPECIMEN, force=force, fidelity="hertz"), (10, 100))
     assert found.shape == (3, 2) and (found[:, 1] > found[:, 0]).all()
     total, median = thousand(reduced, "hertz")
     assert total >= 500 * median > 0
@@ -137,7 +135,7 @@ def test_a_rung_that_refuses_says_so_and_has_no_figures():
     hertz, contact = measure(Job(Finger.default(), 0.7, "P1", forces_gf=(10, 5000)))
     assert hertz.status.startswith("refused: ") and contact.status.startswith("refused: ")
     assert np.isnan(contact.answers).all() and np.isnan(contact.seconds_thousand) and contact.dofs > 1000
-    row = row_of(contact, measured(0.35))
+    row = contact.against(measured(0.35))
     assert row.status == contact.status and np.isnan(row.error_sd) and row.seconds_setup > 0
 
 
@@ -158,15 +156,16 @@ def test_bounds_say_what_binds():
     assert Bound(2e9, 1e9, machine).seconds == 2 and Bound(2e9, 1e9, machine).binding == "arithmetic"
     assert Bound(1e9, 3e9, machine).seconds == 3 and Bound(1e9, 3e9, machine).binding == "memory bandwidth"
     # One column reads each entry of 8 bytes twice for four operations; a full batch shares the reading
-    assert solve_bound(1000, 1, machine).binding == "memory bandwidth"
-    assert solve_bound(1000, 320, machine).flops == 4 * 1000 * 320
-    assert solve_bound(1000, 320, machine).nbytes == 16 * 1000 * 10
+    assert bounds_of(1e6, 1000, 1, machine)["solves"].binding == "memory bandwidth"
+    bounds = bounds_of(1e6, 1000, 320, machine)
+    assert (bounds["solves"].flops, bounds["solves"].nbytes) == (4 * 1000 * 320, 16 * 1000 * 10)
+    assert (bounds["factorisation"].flops, bounds["factorisation"].nbytes) == (1e6, 8000)
     found = Machine.measured()
     assert 1e7 < found.flops < 1e15 and 1e7 < found.bandwidth < 1e13
 
 
 def test_rows_are_frozen():
-    row = row_of(measured(0.7), measured(0.35))
+    row = measured(0.7).against(measured(0.35))
     assert isinstance(row, BenchRow)
     with pytest.raises(AttributeError):
         row.error_sd = 0.0

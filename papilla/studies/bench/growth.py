@@ -10,9 +10,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from papilla.studies.bench.measure import Measured
-
-NONZEROS_BOUND, FLOPS_BOUND, SOLVE_BOUND = 4 / 3, 2.0, 4 / 3
+from papilla.studies.bench.row import BenchRow
 
 
 @dataclass(frozen=True)
@@ -22,6 +20,12 @@ class Power:
     exponent: float
     bound: float
     coefficient: float
+
+    @classmethod
+    def fitted(cls, dofs: Sequence[float], values: Sequence[float], bound: float) -> "Power":
+        """Least squares of log value against log n."""
+        exponent, offset = np.polyfit(np.log(dofs), np.log(values), 1)
+        return cls(float(exponent), bound, float(np.exp(offset)))
 
 
 @dataclass(frozen=True)
@@ -35,26 +39,18 @@ class Growth:
     factor_seconds: Power
     solve_seconds: Power
 
+    @classmethod
+    def of(cls, rows: Sequence[BenchRow]) -> "Growth":
+        """Growth over rows of one element on at least two meshes."""
+        ordered = sorted(rows, key=lambda row: row.dofs)
+        columns = zip(
+            *((r.factor_nonzeros, r.factor_flops, r.stages["factorisation"], r.seconds_per_column) for r in ordered),
+            strict=True,
+        )
+        dofs = tuple(row.dofs for row in ordered)
+        powers = (Power.fitted(dofs, own, bound) for own, bound in zip(columns, (4 / 3, 2.0, 2.0, 4 / 3), strict=True))
+        return cls(ordered[0].element, dofs, *powers)
+
     def to_json(self) -> dict:
         """Plain values."""
         return asdict(self)
-
-
-def growth_of(element: str, measured: Sequence[Measured]) -> Growth:
-    """Growth over measurements of one element on at least two meshes."""
-    ordered = sorted(measured, key=lambda one: one.dofs)
-    dofs = np.array([one.dofs for one in ordered], dtype=float)
-    return Growth(
-        element,
-        tuple(one.dofs for one in ordered),
-        fitted(dofs, [float(one.factor_nonzeros or 0) for one in ordered], NONZEROS_BOUND),
-        fitted(dofs, [one.factor_flops or 0.0 for one in ordered], FLOPS_BOUND),
-        fitted(dofs, [one.stages["factorisation"] for one in ordered], FLOPS_BOUND),
-        fitted(dofs, [one.seconds_per_column or 0.0 for one in ordered], SOLVE_BOUND),
-    )
-
-
-def fitted(dofs: np.ndarray, values: Sequence[float], bound: float) -> Power:
-    """Least squares of log value against log n."""
-    exponent, offset = np.polyfit(np.log(dofs), np.log(np.asarray(values)), 1)
-    return Power(float(exponent), bound, float(np.exp(offset)))

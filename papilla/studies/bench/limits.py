@@ -1,23 +1,20 @@
 """What the machine allows: operations and bytes of factor and solves, against measured arithmetic and memory speed."""
 
 import os
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 import scipy.sparse as sp
 
 from papilla.fem.discrete.solver import BATCH
+from papilla.studies.bench.scenes import fastest
 
 GEMM_SIZE = 1500
 """Of a matrix product, large enough to reach the peak and small enough for a fraction of a second."""
 
 STREAM_ENTRIES = 2**23
 """Of each array that is streamed: 64 MiB, more than the caches hold."""
-
-REPEATS = 3
 
 PASSES = 2
 """Forward and backward substitution each read the factor once."""
@@ -36,10 +33,10 @@ class Machine:
         cores = os.cpu_count() or 1
         a = np.random.default_rng(0).standard_normal((GEMM_SIZE, GEMM_SIZE))
         product = np.empty_like(a)
-        seconds = _best(lambda: np.matmul(a, a, out=product))
+        seconds = fastest(lambda: np.matmul(a, a, out=product))
         arrays = [[np.ones(STREAM_ENTRIES) for _ in range(3)] for _ in range(cores)]
         with ThreadPoolExecutor(cores) as pool:
-            stream = _best(lambda: list(pool.map(lambda abc: np.add(abc[0], abc[1], out=abc[2]), arrays)))
+            stream = fastest(lambda: list(pool.map(lambda abc: np.add(abc[0], abc[1], out=abc[2]), arrays)))
         return cls(2 * GEMM_SIZE**3 / seconds, cores * 3 * 8 * STREAM_ENTRIES / stream)
 
 
@@ -56,6 +53,18 @@ class Bound:
         """The larger of both: what binds."""
         return max(self.flops / self.machine.flops, self.nbytes / self.machine.bandwidth)
 
+    @property
+    def binding(self) -> str:
+        """What binds, in words."""
+        return "arithmetic" if self.seconds == self.flops / self.machine.flops else "memory bandwidth"
+
+    def sentence(self, name: str, measured: float) -> str:
+        """The bound beside the seconds that were measured."""
+        return (
+            f"{name}: at least {self.seconds:.2f} s on this machine, by {self.binding}; "
+            f"{measured / self.seconds:.1f} times that was measured"
+        )
+
     def to_json(self) -> dict:
         """Plain values."""
         return {
@@ -66,12 +75,6 @@ class Bound:
             "least_seconds": self.seconds,
             "binding": self.binding,
         }
-
-    @property
-    def binding(self) -> str:
-        """What binds, in words."""
-        by_flops = self.flops / self.machine.flops >= self.nbytes / self.machine.bandwidth
-        return "arithmetic" if by_flops else "memory bandwidth"
 
 
 def factor_flops(matrix: sp.csc_matrix) -> float:
@@ -85,26 +88,16 @@ def factor_flops(matrix: sp.csc_matrix) -> float:
     return float((_squares(rows) - _squares(left)).sum())
 
 
-def factor_bound(flops: float, nonzeros: int, machine: Machine) -> Bound:
-    """Of the factorisation: each entry of the factor is at least written once."""
-    return Bound(flops, 8.0 * nonzeros, machine)
-
-
-def solve_bound(nonzeros: int, columns: int, machine: Machine) -> Bound:
-    """Of `columns` right-hand sides in batches: every batch reads the factor in each pass."""
+def bounds_of(flops: float, nonzeros: int, columns: int, machine: Machine) -> dict[str, Bound]:
+    """Of the factorisation, which at least writes each entry of the factor once, and of solves with `columns`
+    right-hand sides in batches, each of which reads the factor in each pass."""
     batches = -(-columns // BATCH)
-    return Bound(2.0 * PASSES * nonzeros * columns, 8.0 * PASSES * nonzeros * batches, machine)
+    return {
+        "factorisation": Bound(flops, 8.0 * nonzeros, machine),
+        "solves": Bound(2.0 * PASSES * nonzeros * columns, 8.0 * PASSES * nonzeros * batches, machine),
+    }
 
 
 def _squares(n: np.ndarray) -> np.ndarray:
     """1 + 4 + ... + n^2."""
     return n * (n + 1) * (2 * n + 1) / 6
-
-
-def _best(work: Callable[[], object]) -> float:
-    seconds = []
-    for _ in range(REPEATS):
-        began = perf_counter()
-        work()
-        seconds.append(perf_counter() - began)
-    return min(seconds)

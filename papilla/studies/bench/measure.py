@@ -7,28 +7,26 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from papilla import mesh as meshes
 from papilla.errors import PapillaError
-from papilla.fem import FingerModel, ReducedFinger
+from papilla.fem import FingerModel, ReducedFinger, press, press_finite
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT
 from papilla.fem.discrete.solver import BATCH
 from papilla.fem.discrete.space import SYMMETRIC
 from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.finger import Finger
 from papilla.studies.bench.limits import factor_flops
-from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, answers, finite_answers, thousand
-
-LINEAR_RUNGS = ("hertz", "contact")
+from papilla.studies.bench.row import ANSWERED, BenchRow
+from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, SPECIMEN, answers, fastest, thousand
 
 REPEATS, ENOUGH_S = 3, 6.0
 """A set-up is repeated so often, or until this time is gone, and the fastest counts: the least disturbed."""
 
 MIB = 2**20
-
-ANSWERED = "answered"
-"""Status of a rung that answered every scene."""
 
 
 @dataclass(frozen=True)
@@ -41,66 +39,58 @@ class Job:
     forces_gf: tuple[float, ...] = FORCES_GF
 
 
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """What one rung of a job took and answered; None where it has no such thing.
-
-    dofs, factor_nonzeros : unknowns that are factorised (clamped and mirrored ones removed), entries of their factor.
-    factor_flops : operations that the factorisation takes.
-    stages : seconds of basis, assembly, factorisation and reduction; their sum is the set-up.
-    seconds_per_column : of one of the right-hand sides that the factor solves `BATCH` at once.
-    seconds_per_scene : median; seconds_thousand : all scenes of a sweep.
-    answers : (3, forces) of `papilla.studies.bench.scenes.QUANTITIES`.
-    status : `ANSWERED`, or why the rung refused: seconds of scenes and answers are then NaN.
-    """
-
-    job: Job
-    fidelity: str
-    dofs: int
-    patch_nodes: int | None
-    factor_nonzeros: int | None
-    factor_flops: float | None
-    stages: dict[str, float]
-    seconds_per_column: float | None
-    seconds_per_scene: float
-    seconds_thousand: float
-    peak_memory_MiB: float
-    answers: np.ndarray
-    status: str
-
-
-def measure_apart(job: Job) -> tuple[Measured, ...]:
+def measure_apart(job: Job) -> list[BenchRow]:
     """Measure a job in a fresh process. Its mesh must be in the cache, or its making counts in the peak memory."""
     with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
         return pool.submit(measure, job).result()
 
 
-def measure(job: Job) -> tuple[Measured, ...]:
-    """Measure a job in this process: hertz and contact of an element, or rung finite."""
+def measure(job: Job) -> list[BenchRow]:
+    """Measure a job in this process: hertz and contact of an element, or rung finite, whose every press assembles and
+    factorises anew. Rows have no errors yet."""
     mesh = meshes.build(job.finger, size_mm=job.size_mm)
     if job.element is None:
-        return (_measure_finite(job, mesh),)
+        seconds: list[float] = []
+
+        def push(force: float):
+            found = press_finite(job.finger, mesh, SPECIMEN, force=force)
+            seconds.append(found.seconds)
+            return found
+
+        values, status = _answers(push, job)
+        median = float(np.median(seconds)) if status == ANSWERED else np.nan
+        dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC, mesh.mirrors).sum())
+        return [BenchRow("finite", DEFAULT_ELEMENT, job.size_mm, job.forces_gf, dofs, None, None, None, {}, None,
+                         median, 1000 * median, peak_memory_MiB(), values, status)]  # fmt: skip
     model, reduced, stages = set_up(job.finger, mesh, job.element)
-    found = {}
-    for fidelity in LINEAR_RUNGS:
-        try:
-            outcome = (answers(reduced, fidelity, job.forces_gf), *thousand(reduced, fidelity), ANSWERED)
-        except PapillaError as error:
-            outcome = (_no_answers(job), np.nan, np.nan, f"refused: {error}")
-        found[fidelity] = (*outcome, peak_memory_MiB())
+    found: dict[str, dict[str, Any]] = {}
+    for rung in ("hertz", "contact"):
+        values, status = _answers(lambda force, r=rung: press(reduced, SPECIMEN, force=force, fidelity=r), job)
+        total, median = thousand(reduced, rung) if status == ANSWERED else (np.nan, np.nan)
+        found[rung] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
+        found[rung]["peak_memory_MiB"] = peak_memory_MiB()
+    common = _of_factor(model) | {"element": job.element, "size_mm": job.size_mm, "forces_gf": job.forces_gf}
+    del model
+    runs = [stages]
+    while len(runs) < REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
+        runs.append(set_up(job.finger, mesh, job.element)[2])
+    common |= {"patch_nodes": len(reduced.patch.xy), "stages": min(runs, key=lambda run: sum(run.values()))}
+    return [BenchRow(rung, **common, **own) for rung, own in found.items()]
+
+
+def _of_factor(model: FingerModel) -> dict[str, Any]:
+    """Size and cost of the model's factor, and what a right-hand side costs."""
     free, factor = model.factor()
-    per_column = _seconds_per_column(factor)
-    nonzeros, flops = factor.nonzeros, factor_flops(factor.matrix)
-    del model, factor
-    stages = _fastest_set_up(job, mesh, stages)
-    return tuple(
-        Measured(job, fidelity, int(free.sum()), len(reduced.patch.xy), nonzeros, flops, stages, per_column, median,
-                 total, peak, values, status)
-        for fidelity, (values, total, median, status, peak) in found.items()
-    )  # fmt: skip
+    rhs = np.random.default_rng(0).standard_normal((factor.matrix.shape[0], BATCH))
+    return {
+        "dofs": int(free.sum()),
+        "factor_nonzeros": factor.nonzeros,
+        "factor_flops": factor_flops(factor.matrix),
+        "seconds_per_column": fastest(lambda: factor.solve(rhs)) / BATCH,
+    }
 
 
-def set_up(finger: Finger, mesh, element: str) -> tuple[FingerModel, ReducedFinger, dict[str, float]]:
+def set_up(finger: Finger, mesh, element: str = DEFAULT_ELEMENT) -> tuple[FingerModel, ReducedFinger, dict[str, float]]:
     """A model and its reduced finger, and the seconds of each stage on the way."""
     clock = [perf_counter()]
     model = FingerModel(finger, mesh, element)
@@ -131,33 +121,9 @@ def peak_memory_MiB() -> float:
     return peak / MIB if sys.platform == "darwin" else peak * 1024 / MIB
 
 
-def _fastest_set_up(job: Job, mesh, first: dict[str, float]) -> dict[str, float]:
-    runs = [first]
-    while len(runs) < REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
-        runs.append(set_up(job.finger, mesh, str(job.element))[2])
-    return min(runs, key=lambda run: sum(run.values()))
-
-
-def _seconds_per_column(factor) -> float:
-    rhs = np.random.default_rng(0).standard_normal((factor.matrix.shape[0], BATCH))
-    clock = [perf_counter()]
-    for _ in range(REPEATS):
-        factor.solve(rhs)
-        clock.append(perf_counter())
-    return float(np.diff(clock).min()) / BATCH
-
-
-def _measure_finite(job: Job, mesh) -> Measured:
-    """Rung finite has no set-up of its own: every press assembles and factorises anew."""
+def _answers(push, job: Job) -> tuple[np.ndarray, str]:
+    """Answers (3, forces) and the status; NaN where the rung refuses, and why."""
     try:
-        values, seconds = finite_answers(job.finger, mesh, job.forces_gf)
-        status = ANSWERED
+        return answers(push, job.forces_gf), ANSWERED
     except PapillaError as error:
-        values, seconds, status = _no_answers(job), [np.nan], f"refused: {error}"
-    peak, median = peak_memory_MiB(), float(np.median(seconds))
-    dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC, mesh.mirrors).sum())
-    return Measured(job, "finite", dofs, None, None, None, {}, None, median, 1000 * median, peak, values, status)
-
-
-def _no_answers(job: Job) -> np.ndarray:
-    return np.full((len(QUANTITIES), len(job.forces_gf)), np.nan)
+        return np.full((len(QUANTITIES), len(job.forces_gf)), np.nan), f"refused: {error}"

@@ -1,90 +1,102 @@
 """`BenchRow`: one line of the bench, what a rung on a mesh costs and how far it is from the finest."""
 
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from papilla.studies.bench.measure import ANSWERED, Measured
+ANSWERED = "answered"
+"""Status of a rung that answered every scene."""
+
+HIDDEN = ("seconds_scenes", "factor_flops", "seconds_per_column", "stages", "answers")
+"""What rows are made from, and no part of their JSON."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BenchRow:
     """What one rung with one element on one mesh costs, and its errors; errors are fractions, worst over `forces_gf`.
 
     fidelity, element, size_mm : what is measured.
-    dofs : unknowns factorised; patch_nodes : of the reduced finger.
-    seconds_setup : assembly, factorisation and reduction, the mesh being cached.
-    seconds_per_scene : median; seconds_thousand : set-up and the 1000 scenes of a sweep together.
+    dofs : unknowns factorised (clamped and mirrored ones removed); patch_nodes : of the reduced finger.
+    factor_nonzeros, factor_flops : entries of the factor, and operations that it takes.
+    stages : seconds of basis, assembly, factorisation and reduction, the mesh being cached; seconds_setup is their sum.
+    seconds_per_column : of one of the right-hand sides that the factor solves together.
+    seconds_per_scene : median; seconds_scenes : the 1000 scenes of a sweep; seconds_thousand : with the set-up.
+    peak_memory_MiB : of the process that did nothing else.
+    answers : (3, forces) of `papilla.studies.bench.scenes.QUANTITIES` at `forces_gf`.
+    status : "answered", or why the rung refused; seconds of scenes and errors are then NaN.
     error_sd, error_indentation, error_area : of S_d, indentation and contact area of a block of 0.51 MPa and 10 mm,
         against the same on a mesh of `reference_size_mm`. Linear rungs are compared with rung contact by Taylor-Hood,
         rung finite with rung finite: its errors are those of its mesh. 0 where `reference` is true, by definition.
     small_strain_sd, small_strain_indentation : rung finite against rung contact by Taylor-Hood on its own mesh, which
         is what small-strain theory costs; None for the other rungs.
-    peak_memory_MiB : of the process that did nothing else; factor_nonzeros : entries of the factor.
     pareto : whether no other row is both cheaper (seconds_thousand) and better (error_sd); rung finite, whose errors
         mean something else, and the reference take no part.
-    status : "answered", or why the rung refused; seconds of scenes and errors are then NaN.
     None stands where a rung has no such thing.
     """
 
     fidelity: str
     element: str
     size_mm: float
-    dofs: int
-    seconds_setup: float
-    seconds_per_scene: float
-    error_sd: float
-    error_indentation: float
-    error_area: float
-    peak_memory_MiB: float
-    factor_nonzeros: int | None
-    patch_nodes: int | None
-    seconds_thousand: float
     forces_gf: tuple[float, ...]
-    reference_size_mm: float
+    dofs: int
+    patch_nodes: int | None
+    factor_nonzeros: int | None
+    factor_flops: float | None
+    stages: dict[str, float]
+    seconds_per_column: float | None
+    seconds_per_scene: float
+    seconds_scenes: float
+    peak_memory_MiB: float
+    answers: np.ndarray
+    status: str = ANSWERED
+    error_sd: float = math.nan
+    error_indentation: float = math.nan
+    error_area: float = math.nan
+    reference_size_mm: float = math.nan
     reference: bool = False
     small_strain_sd: float | None = None
     small_strain_indentation: float | None = None
     pareto: bool = False
-    status: str = ANSWERED
+
+    @property
+    def seconds_setup(self) -> float:
+        """Basis, assembly, factorisation and reduction."""
+        return sum(self.stages.values())
+
+    @property
+    def seconds_thousand(self) -> float:
+        """Set-up and the 1000 scenes of a sweep together."""
+        return self.seconds_setup + self.seconds_scenes
 
     def to_json(self) -> dict:
         """The documented keys, as plain values."""
-        return asdict(self)
+        shown = {name: value for name, value in vars(self).items() if name not in HIDDEN}
+        return shown | {"seconds_setup": self.seconds_setup, "seconds_thousand": self.seconds_thousand}
+
+    def against(self, other: "BenchRow", linear: "BenchRow | None" = None) -> "BenchRow":
+        """The row with its errors against another; `linear` is rung contact on the mesh of a finite row."""
+        errors: dict[str, Any] = dict(
+            zip(("error_sd", "error_indentation", "error_area"), worst(self, other), strict=True)
+        )
+        if linear is not None:
+            errors |= zip(("small_strain_sd", "small_strain_indentation"), worst(linear, self)[:2], strict=True)
+        return replace(self, **errors, reference_size_mm=other.size_mm, reference=self is other)
 
 
-def row_of(measured: Measured, against: Measured, linear: Measured | None = None) -> BenchRow:
-    """The row of a measurement, its errors against another; `linear` is rung contact on the mesh of a finite row."""
-    error_sd, error_indentation, error_area = (float(error) for error in worst(measured, against))
-    set_up = sum(measured.stages.values())
-    small = [None, None, None] if linear is None else [float(error) for error in worst(linear, measured)]
-    return BenchRow(
-        fidelity=measured.fidelity,
-        element=measured.job.element or "Taylor-Hood",
-        size_mm=measured.job.size_mm,
-        dofs=measured.dofs,
-        seconds_setup=set_up,
-        seconds_per_scene=measured.seconds_per_scene,
-        error_sd=error_sd,
-        error_indentation=error_indentation,
-        error_area=error_area,
-        peak_memory_MiB=measured.peak_memory_MiB,
-        factor_nonzeros=measured.factor_nonzeros,
-        patch_nodes=measured.patch_nodes,
-        seconds_thousand=set_up + measured.seconds_thousand,
-        forces_gf=measured.job.forces_gf,
-        reference_size_mm=against.job.size_mm,
-        reference=measured is against,
-        small_strain_sd=small[0],
-        small_strain_indentation=small[1],
-        status=measured.status,
-    )
+def worst(row: BenchRow, against: BenchRow) -> list[float]:
+    """Largest relative differences (3) of the answers over the forces that both have."""
+    mine, theirs = (dict(zip(one.forces_gf, one.answers.T, strict=True)) for one in (row, against))
+    return np.max([np.abs(mine[gf] / theirs[gf] - 1) for gf in mine.keys() & theirs.keys()], axis=0).tolist()
 
 
-def worst(measured: Measured, against: Measured) -> np.ndarray:
-    """Largest relative differences (3,) of the answers over the forces that both have."""
-    mine, theirs = (dict(zip(one.job.forces_gf, one.answers.T, strict=True)) for one in (measured, against))
-    return np.max([np.abs(mine[gf] / theirs[gf] - 1) for gf in mine.keys() & theirs.keys()], axis=0)
+def with_front(rows: list[BenchRow]) -> list[BenchRow]:
+    """The rows, those on the Pareto front of seconds and error marked."""
+    linear = [row for row in rows if row.fidelity != "finite" and not row.reference and row.status == ANSWERED]
+    front = pareto_front(np.array([row.seconds_thousand for row in linear]), np.array([row.error_sd for row in linear]))
+    best = [row for row, keeps in zip(linear, front, strict=True) if keeps]
+    return [replace(row, pareto=any(row is one for one in best)) for row in rows]
 
 
 def pareto_front(seconds: np.ndarray, error: np.ndarray) -> np.ndarray:

@@ -2,18 +2,16 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from papilla import mesh as meshes
 from papilla.errors import ContactRangeError
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
 from papilla.finger import Finger
-from papilla.studies.bench.growth import Growth, growth_of
-from papilla.studies.bench.limits import Bound, Machine, factor_bound, solve_bound
-from papilla.studies.bench.measure import ANSWERED, Job, Measured, measure_apart
-from papilla.studies.bench.row import BenchRow, pareto_front, row_of
+from papilla.studies.bench.growth import Growth
+from papilla.studies.bench.limits import Bound, Machine, bounds_of
+from papilla.studies.bench.measure import Job, measure_apart
+from papilla.studies.bench.row import ANSWERED, BenchRow, with_front
 from papilla.studies.bench.scenes import FINITE_FORCES_GF
 
 
@@ -39,13 +37,12 @@ SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,)
 
 @dataclass(frozen=True)
 class Bench:
-    """All rows, the growth of cost, and where the set-up of the default row went: seconds a stage, and the least that
-    factorisation and solves could take on this machine."""
+    """All rows, the growth of cost, and the least that factorisation and solves of the default row could take on this
+    machine."""
 
     finger_name: str
     rows: tuple[BenchRow, ...]
     growth: Growth
-    stages: dict[str, float]
     limits: dict[str, Bound]
     default: BenchRow
     peer_mesh: meshes.LayeredMesh
@@ -65,7 +62,7 @@ class Bench:
             "growth": self.growth.to_json(),
             "profile": {
                 "size_mm": self.default.size_mm,
-                "seconds": self.stages,
+                "seconds": self.default.stages,
                 "limits": {name: bound.to_json() for name, bound in self.limits.items()},
             },
             "largest_contact": {"patch_nodes": contact.patch_nodes, "seconds_per_scene": contact.seconds_per_scene},
@@ -81,7 +78,7 @@ class Bench:
             "seconds a right-hand side": growth.solve_seconds,
         }
         said = [f"{name} n^{power.exponent:.2f} (cube: n^{power.bound:.2f})" for name, power in powers.items()]
-        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in self.stages.items())
+        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in self.default.stages.items())
         largest = self.to_json()["largest_contact"]
         sentences = [
             f"growth with unknowns n, {growth.dofs[0]:,} to {growth.dofs[-1]:,}: {', '.join(said)}",
@@ -89,12 +86,8 @@ class Bench:
             f"a contact scene at {largest['patch_nodes']} patch nodes: {1e3 * largest['seconds_per_scene']:.2f} ms",
         ]
         # The solves are what takes the time of the reduction
-        measured = {"factorisation": self.stages["factorisation"], "solves": self.stages["reduction"]}
-        sentences += [
-            f"{name}: at least {bound.seconds:.2f} s on this machine, by {bound.binding}; "
-            f"{measured[name] / bound.seconds:.1f} times that was measured"
-            for name, bound in self.limits.items()
-        ]
+        measured = {"factorisation": self.default.stages["factorisation"], "solves": self.default.stages["reduction"]}
+        sentences += [bound.sentence(name, measured[name]) for name, bound in self.limits.items()]
         refused = [row for row in self.rows if row.status != ANSWERED]
         sentences += [f"{row.fidelity}, {row.element}, {row.size_mm:g} mm {row.status}" for row in refused]
         finite = [row for row in self.rows if row.small_strain_sd is not None and row.status == ANSWERED]
@@ -109,16 +102,11 @@ class Bench:
         return sentences
 
 
-def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] | None = None) -> Bench:
+def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] = lambda text: None) -> Bench:
     """Measure rungs, elements and meshes of a finger, each in a process of its own, one after the other.
 
     `progress` is called with a line of text for each stage. Raises what meshing and presses raise.
     """
-
-    def say(text: str) -> None:
-        if progress is not None:
-            progress(text)
-
     jobs = [
         Job(finger, size, element)
         for element in ELEMENTS
@@ -126,52 +114,34 @@ def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] 
     ]
     jobs += [Job(finger, size, None, plan.finite_forces_gf) for size in plan.finite_sizes_mm]
     for size in sorted({job.size_mm for job in jobs}, reverse=True):
-        say(f"mesh of {size:g} mm")
+        progress(f"mesh of {size:g} mm")
         meshes.build(finger, size_mm=size, progress=progress)
-    measured: list[Measured] = []
+    rows: list[BenchRow] = []
     for number, job in enumerate(jobs, 1):
-        say(f"{number} of {len(jobs)}: {job.element or 'rung finite'} on {job.size_mm:g} mm")
-        measured += measure_apart(job)
-    return _collected(finger, plan, measured)
+        progress(f"{number} of {len(jobs)}: {job.element or 'rung finite'} on {job.size_mm:g} mm")
+        rows += measure_apart(job)
+    return _collected(finger, plan, {(row.fidelity, row.element, row.size_mm): row for row in rows})
 
 
-def _collected(finger: Finger, plan: Plan, measured: list[Measured]) -> Bench:
-    contact = {(one.job.element, one.job.size_mm): one for one in measured if one.fidelity == "contact"}
-    finite = {one.job.size_mm: one for one in measured if one.fidelity == "finite"}
-    truth = contact[DEFAULT_ELEMENT, plan.sizes_mm[-1]]
+def _collected(finger: Finger, plan: Plan, measured: dict[tuple[str, str, float], BenchRow]) -> Bench:
+    truth = measured["contact", DEFAULT_ELEMENT, plan.sizes_mm[-1]]
     if truth.status != ANSWERED:
         raise ContactRangeError(f"the finest mesh, which all others are compared with, gives no answer: {truth.status}")
-    linear = [one for one in measured if one.fidelity != "finite"]
-    rows = [row_of(one, truth) for one in linear]
-    for size, one in finite.items():
-        rows.append(row_of(one, finite[plan.finite_sizes_mm[-1]], contact.get((DEFAULT_ELEMENT, size))))
-    rows = _with_front(rows)
-    own = [one for (element, _), one in contact.items() if element == DEFAULT_ELEMENT]
-    default = next(
-        row for row in rows if (row.fidelity, row.element, row.size_mm) == ("contact", DEFAULT_ELEMENT, plan.default_mm)
-    )
-    row, machine = contact[DEFAULT_ELEMENT, plan.default_mm], Machine.measured()
-    nonzeros = row.factor_nonzeros or 0
+    rows = {}
+    for (fidelity, element, size), row in measured.items():
+        other, linear = truth, None
+        if fidelity == "finite":
+            other, linear = measured[fidelity, element, plan.finite_sizes_mm[-1]], measured["contact", element, size]
+        rows[fidelity, element, size] = row.against(other, linear)
+    marked = dict(zip(rows, with_front(list(rows.values())), strict=True))
+    default = marked["contact", DEFAULT_ELEMENT, plan.default_mm]
+    nonzeros, columns = default.factor_nonzeros or 0, default.patch_nodes or 0
     return Bench(
         finger_name=finger.name,
-        rows=tuple(rows),
-        growth=growth_of(DEFAULT_ELEMENT, own),
-        stages=row.stages,
-        limits={
-            "factorisation": factor_bound(row.factor_flops or 0.0, nonzeros, machine),
-            "solves": solve_bound(nonzeros, row.patch_nodes or 0, machine),
-        },
+        rows=tuple(marked.values()),
+        growth=Growth.of([marked["contact", DEFAULT_ELEMENT, size] for size in plan.sizes_mm]),
+        limits=bounds_of(default.factor_flops or 0.0, nonzeros, columns, Machine.measured()),
         default=default,
         peer_mesh=meshes.build(finger, size_mm=plan.default_mm),
         cores=os.cpu_count() or 1,
     )
-
-
-def _with_front(rows: list[BenchRow]) -> list[BenchRow]:
-    compared = [
-        k for k, row in enumerate(rows) if row.fidelity != "finite" and not row.reference and row.status == ANSWERED
-    ]
-    seconds = np.array([rows[k].seconds_thousand for k in compared])
-    front = pareto_front(seconds, np.array([rows[k].error_sd for k in compared]))
-    on_front = {k for k, best in zip(compared, front, strict=True) if best}
-    return [replace(row, pareto=k in on_front) for k, row in enumerate(rows)]

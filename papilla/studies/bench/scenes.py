@@ -1,16 +1,15 @@
 """The presses of the bench: those that errors are taken of, and the thousand that a calibration needs."""
 
+from collections.abc import Callable
 from time import perf_counter
 
 import numpy as np
 
-from papilla.fem import ReducedFinger, press, press_finite
-from papilla.finger import Finger
-from papilla.mesh.layered import LayeredMesh
-from papilla.specimen import THICKNESS_MM, Block
+from papilla.fem import ReducedFinger, press
+from papilla.specimen import Block
 from papilla.units import gf_to_newton
 
-SPECIMEN = Block(0.51, THICKNESS_MM)
+SPECIMEN = Block(0.51, 10.0)
 """The specimen of a sweep, of the middle published modulus (MPa, mm)."""
 
 FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
@@ -25,18 +24,11 @@ MODULI_MPA = np.geomspace(0.05, 0.72, 25)
 SWEEP_FORCES_N = np.linspace(0.05, 1.0, 40)
 
 
-def answers(reduced: ReducedFinger, fidelity: str, forces_gf: tuple[float, ...] = FORCES_GF) -> np.ndarray:
-    """S_d in microstrain, indentation in mm and contact area in mm2 of the reduced finger: (3, forces)."""
-    found = [press(reduced, SPECIMEN, force=gf_to_newton(gf), fidelity=fidelity) for gf in forces_gf]
-    return np.array([[getattr(scene, name) for scene in found] for name in QUANTITIES])
-
-
-def finite_answers(
-    finger: Finger, mesh: LayeredMesh, forces_gf: tuple[float, ...] = FINITE_FORCES_GF
-) -> tuple[np.ndarray, list[float]]:
-    """The same of rung finite, and the seconds of each press."""
-    found = [press_finite(finger, mesh, SPECIMEN, force=gf_to_newton(gf)) for gf in forces_gf]
-    return np.array([[getattr(scene, name) for scene in found] for name in QUANTITIES]), [s.seconds for s in found]
+def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=QUANTITIES) -> np.ndarray:
+    """S_d in microstrain, indentation in mm and contact area in mm2 of what `pressed` by each force gives: (3, forces);
+    or other quantities by their `names`."""
+    found = [pressed(gf_to_newton(gf)) for gf in forces_gf]
+    return np.array([[getattr(scene, name) for scene in found] for name in names])
 
 
 def thousand(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
@@ -51,3 +43,12 @@ def thousand(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
             start = scene.active if fidelity == "contact" else None
             seconds.append(scene.seconds)
     return perf_counter() - began, float(np.median(seconds))
+
+
+def fastest(work: Callable[[], object], repeats: int = 3) -> float:
+    """Seconds of the fastest run: other work on the machine only adds."""
+    clock = [perf_counter()]
+    for _ in range(repeats):
+        work()
+        clock.append(perf_counter())
+    return float(np.diff(clock).min())

@@ -5,7 +5,6 @@
 """
 
 from papilla.studies.verify.case import Case, Check
-from papilla.studies.verify.registry import FAMILIES
-from papilla.studies.verify.runner import verify
+from papilla.studies.verify.runner import FAMILIES, verify
 
 __all__ = ["FAMILIES", "Case", "Check", "verify"]

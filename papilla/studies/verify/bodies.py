@@ -1,15 +1,22 @@
 """Flat bodies of the contact cases: half-space, bonded layer and stacks, meshed for a contact of radius 1 mm."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from papilla.fem import ReducedFinger
+from papilla.fem import Press, ReducedFinger
 from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Layer
+from papilla.references import bonded_layer_sphere
+from papilla.specimen import Sphere
+from papilla.studies.verify.case import Check
 from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder, growing
 
 BALL_RADIUS = 100.0
 """Radius (mm) of the ball: large against the contact, so that ball and paraboloid are one."""
+
+BALL = Sphere(1e9, BALL_RADIUS)
 
 RINGS, FINE_ZONE, PATCH = 14, 1.3, 1.7
 """Rings of equal width up to the fine zone's radius, and the patch's radius, in mm."""
@@ -51,14 +58,32 @@ def coated(
     return FlatModel(mesh, coat, substrate, PATCH, interface=thickness)
 
 
-def contact_radius(area: float) -> float:
-    """Radius (mm) of a circle of an area (mm2)."""
-    return float(np.sqrt(area / np.pi))
+def at_unit_contact(chi: float, modulus: float) -> tuple[float, float]:
+    """Thickness and indentation (mm) at which the ball's contact on an incompressible bonded layer has a radius of
+    1 mm, as the meshes are made for, and `chi` thicknesses."""
+    unit = bonded_layer_sphere(1 / BALL_RADIUS, BALL_RADIUS, 1 / chi, modulus, 0.5)
+    return 1 / (chi * unit.contact_radius), 1 / (BALL_RADIUS * unit.contact_radius**2)
+
+
+def compared(name: str, against: str, found: Press, exact, **bounds: float) -> Iterator[Check]:
+    """A case for each quantity that has a bound: "force", "radius" or "area" of contact, "peak_pressure" ..."""
+    for key, bound in bounds.items():
+        word = key.replace("_", " ")
+        measure = f"contact {word}" if key in ("area", "radius") else word
+        yield Check(f"{name}, {word}", f"{measure} {against}", off(_of(found, key), _of(exact, key)), bound)
 
 
 def off(found: float, exact: float) -> float:
     """Relative error."""
     return abs(float(found) / float(exact) - 1)
+
+
+def _of(contact, key: str) -> float:
+    """Area or radius of a contact, whichever of both it names, or what else it has."""
+    circle = getattr(contact, "contact_area", None) or np.pi * getattr(contact, "contact_radius", np.nan) ** 2
+    area = getattr(contact, "area", circle)
+    known = {"area": area, "radius": np.sqrt(area / np.pi)}
+    return known[key] if key in known else getattr(contact, key)
 
 
 def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

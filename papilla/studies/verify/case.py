@@ -30,14 +30,9 @@ class Case(Check):
 
     def to_json(self) -> dict:
         """The documented keys, as plain values."""
-        return {
-            "name": self.name,
-            "measure": self.measure,
-            "error": float(self.error),
-            "bound": float(self.bound),
-            "passed": self.passed,
-            "seconds": self.seconds,
-        }
+        error, bound = float(self.error), float(self.bound)
+        own = {"name": self.name, "measure": self.measure, "error": error, "bound": bound}
+        return own | {"passed": self.passed, "seconds": self.seconds}
 
 
 Family = Callable[[], Iterator[Check]]

@@ -15,7 +15,7 @@ from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
-from papilla.studies.verify.bodies import BALL_RADIUS, bonded_layer
+from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
 from papilla.studies.verify.case import Check
 from papilla.studies.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, newton
 from papilla.studies.verify.flat import FlatModel
@@ -139,7 +139,7 @@ def _mirrors() -> Iterator[Check]:
         interface=0.35,
         gauge_sites=(0.3, -0.8),
     )
-    ball, depth = Sphere(1e9, BALL_RADIUS), 1 / BALL_RADIUS / 4
+    ball, depth = BALL, 1 / BALL_RADIUS / 4
     readings = [
         press(model.reduce(), ball, indentation=depth, fidelity="contact").reading for model in (quarter, whole)
     ]

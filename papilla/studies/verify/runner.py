@@ -1,17 +1,41 @@
-"""Runs the families of cases one after the other, and keeps going where one of them stops."""
+"""The families of cases of `papilla verify`, in the order of the table, and how they are run."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from time import perf_counter
 
 from papilla.errors import InputError, PapillaError
 from papilla.studies.verify.case import Case, Family
-from papilla.studies.verify.registry import FAMILIES
+from papilla.studies.verify.engines import engines
+from papilla.studies.verify.hard import contrast, loads, places, slivers, thin_layer
+from papilla.studies.verify.hertz import coat, hertz, layers
+from papilla.studies.verify.incompressible import incompressible
+from papilla.studies.verify.invariance import invariance
+from papilla.studies.verify.manufactured import manufactured
+from papilla.studies.verify.patch_test import patch_test
+from papilla.studies.verify.scatter import scatter
+
+FAMILIES: dict[str, Family] = {
+    "patch": patch_test,
+    "manufactured": manufactured,
+    "hertz": hertz,
+    "layer": layers,
+    "coat": coat,
+    "incompressible": incompressible,
+    "contrast": contrast,
+    "loads": loads,
+    "places": places,
+    "thin-layer": thin_layer,
+    "slivers": slivers,
+    "scatter": scatter,
+    "invariance": invariance,
+    "engines": engines,
+}
 
 
 def verify(
     only: Sequence[str] = (),
     *,
-    progress: Callable[[Case, int, int], None] | None = None,
+    progress: Callable[[Case, int, int], None] = lambda case, done, total: None,
     families: Mapping[str, Family] = FAMILIES,
 ) -> list[Case]:
     """Run all families of cases, or those named in `only`; a case's name starts with its family's.
@@ -27,12 +51,11 @@ def verify(
     for done, name in enumerate(wanted):
         for case in _run(name, families[name]):
             cases.append(case)
-            if progress is not None:
-                progress(case, done, len(wanted))
+            progress(case, done, len(wanted))
     return cases
 
 
-def _run(name: str, family: Family):
+def _run(name: str, family: Family) -> Iterator[Case]:
     began = perf_counter()
     try:
         for check in family():

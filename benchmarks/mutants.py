@@ -1,0 +1,214 @@
+"""Do the tests notice? Seeded faults in the code, one at a time, each against the quick tests of its package.
+
+Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a test killed, and those
+that survived. Every mutant runs in a copy of the tree; a run that hangs counts as killed. `--list` shows the mutants.
+"""
+
+import argparse
+import ast
+import copy
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import Queue
+
+ROOT = Path(__file__).parents[1]
+TREE = ("papilla", "tests", "benchmarks", "notebooks", "docs", "README.md", "CONTRIBUTING.md", "pyproject.toml")
+TESTS = {
+    "fem": ("tests/fem", "tests/fem_finite"),
+    "calibration": ("tests/test_calibration.py", "tests/calibration", "tests/calibrate"),
+}
+"""Tests of a package, where they are not simply `tests/<package>`."""
+
+FLIPPED = {ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
+           ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}  # fmt: skip
+SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And}
+OPPOSITE = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any",
+            "argmin": "argmax", "argmax": "argmin", "floor": "ceil", "ceil": "floor"}  # fmt: skip
+
+EQUIVALENT: dict[tuple[str, str, str], str] = {}
+"""(file, code before, code after) -> why no test could tell the two apart."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One fault: the text of lines and columns `span` of a file, and what stands there instead."""
+
+    file: str
+    span: tuple[int, int, int, int]
+    before: str
+    after: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.span[0]}: {self.before}  ->  {self.after}"
+
+    def applied(self, text: str) -> str:
+        """The source with the fault in it."""
+        first, start, last, end = self.span
+        lines = [line.encode() for line in text.splitlines(keepends=True)]
+        replaced = lines[first - 1][:start] + self.after.encode() + lines[last - 1][end:]
+        return b"".join([*lines[: first - 1], replaced, *lines[last:]]).decode()
+
+
+def mutants_of(path: Path) -> Iterator[Mutant]:
+    """Every mutant of a file."""
+    text = path.read_text()
+    for node in _code(ast.parse(text)):
+        before = ast.get_source_segment(text, node) or ""
+        for changed in _changed(node):
+            assert isinstance(node, ast.expr | ast.stmt) and node.end_lineno and node.end_col_offset
+            after = ast.unparse(ast.fix_missing_locations(changed))
+            if isinstance(node, ast.BinOp | ast.BoolOp | ast.Compare | ast.UnaryOp):
+                after = f"({after})"
+            span = (node.lineno, node.col_offset, node.end_lineno, node.end_col_offset)
+            yield Mutant(path.relative_to(ROOT).as_posix(), span, before, after)
+
+
+def _code(node: ast.AST) -> Iterator[ast.AST]:
+    """The nodes that say what is done: no annotations, imports, texts, and nothing that only raises or prints."""
+    if isinstance(node, ast.Import | ast.ImportFrom | ast.JoinedStr | ast.Raise | ast.Assert):
+        return
+    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        return
+    yield node
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list", "type_params"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield from _code(child)
+
+
+def _changed(node: ast.AST) -> Iterator[ast.AST]:
+    new = copy.deepcopy(node)
+    match new:
+        case ast.Compare(ops=[only]) if type(only) in FLIPPED:
+            new.ops = [FLIPPED[type(only)]()]
+            yield new
+        case ast.BinOp(op=op) | ast.BoolOp(op=op) if type(op) in SWAPPED and not _text(new):
+            new.op = SWAPPED[type(op)]()
+            yield new
+        case ast.UnaryOp(op=ast.Not() | ast.USub()):
+            yield new.operand
+        case ast.Constant(value=bool()):
+            new.value = not new.value
+            yield new
+        case ast.Constant(value=int()):
+            new.value += 1
+            yield new
+        case ast.Constant(value=float()) if new.value:
+            new.value = float(f"{1.1 * new.value:.12g}")
+            yield new
+        case ast.Call(func=ast.Name(id=name)) if name in OPPOSITE:
+            new.func.id = OPPOSITE[name]
+            yield new
+        case ast.Call(func=ast.Attribute(attr=name)) if name in OPPOSITE:
+            new.func.attr = OPPOSITE[name]
+            yield new
+        case ast.Call(args=[first, second, *rest]) if ast.dump(first) != ast.dump(second):
+            if not any(isinstance(one, ast.Starred) for one in (first, second)):
+                new.args = [second, first, *rest]
+                yield new
+        case ast.Return(value=ast.Tuple(elts=[first, second, *rest])):
+            new.value.elts = [second, first, *rest]
+            yield new
+
+
+def _text(node: ast.AST) -> bool:
+    return any(isinstance(part, ast.JoinedStr) or isinstance(getattr(part, "value", None), str)
+               for part in ast.walk(node) if isinstance(part, ast.JoinedStr | ast.Constant))  # fmt: skip
+
+
+def drawn(package: str, count: int, seed: int) -> list[Mutant]:
+    """`count` mutants of a package, the same for the same seed and code, without those known to change nothing."""
+    source = ROOT / "papilla" / package
+    files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
+    every = [one for path in files for one in mutants_of(path) if (one.file, one.before, one.after) not in EQUIVALENT]
+    return random.Random(f"{package} {seed}").sample(every, min(count, len(every)))
+
+
+def ordered_tests(mutant: Mutant, package: str) -> list[str]:
+    """The package's tests, first the files that name the mutant's module."""
+    known = TESTS.get(package, (f"tests/{package}", f"tests/test_{package}.py"))
+    places = [place for place in known if (ROOT / place).exists()]
+    files = [ROOT / place for place in places if place.endswith(".py")]
+    files += [path for place in places for path in (ROOT / place).rglob("test_*.py")]
+    module = Path(mutant.file).stem
+    first = sorted(files, key=lambda path: (module not in path.stem, f".{module} " not in path.read_text(), path))
+    return [path.relative_to(ROOT).as_posix() for path in first]
+
+
+def survives(mutant: Mutant, package: str, tree: Path, timeout: float) -> bool:
+    """Whether all quick tests pass with the fault in the copy `tree`, which is as before afterwards."""
+    target = tree / mutant.file
+    sound = target.read_text()
+    target.write_text(mutant.applied(sound))
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-p", "no:cacheprovider"]
+    one_thread = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
+    environment = os.environ | one_thread | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    try:
+        done = subprocess.run([*command, *ordered_tests(mutant, package)], cwd=tree, env=environment, timeout=timeout,
+                              capture_output=True)  # fmt: skip
+        return done.returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+    finally:
+        target.write_text(sound)
+
+
+def main() -> None:
+    """Draw, run, and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("packages", nargs="*", default=["fem", "mesh", "calibrate", "calibration"])
+    parser.add_argument("--count", type=int, default=25, help="mutants of each package")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=1, help="copies of the tree that are tested at a time")
+    parser.add_argument("--timeout", type=float, default=600.0, help="seconds")
+    parser.add_argument("--list", action="store_true", help="show the mutants and run nothing")
+    chosen = parser.parse_args()
+    plan = [(package, one) for package in chosen.packages for one in drawn(package, chosen.count, chosen.seed)]
+    if chosen.list:
+        for package, one in plan:
+            print(f"{package}: {one}")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        trees: Queue[Path] = Queue()
+        for number in range(chosen.workers):
+            trees.put(copied(Path(folder) / str(number)))
+
+        def run(item: tuple[str, Mutant]) -> bool:
+            tree = trees.get()
+            try:
+                alive = survives(item[1], item[0], tree, chosen.timeout)
+            finally:
+                trees.put(tree)
+            print(f"{item[0]}: {'SURVIVED' if alive else 'killed'}  {item[1]}", flush=True)
+            return alive
+
+        with ThreadPoolExecutor(chosen.workers) as pool:
+            alive = dict(zip(plan, pool.map(run, plan), strict=True))
+    for package in chosen.packages:
+        own = [alive[item] for item in plan if item[0] == package]
+        print(f"{package}: {own.count(False)} of {len(own)} killed ({100 * own.count(False) / len(own):.0f} %)")
+
+
+def copied(tree: Path) -> Path:
+    """A copy of what the tests need, without the compiled files."""
+    tree.mkdir()
+    for name in TREE:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif (ROOT / name).exists():
+            shutil.copy(ROOT / name, tree / name)
+    return tree
+
+
+if __name__ == "__main__":
+    main()
