@@ -102,7 +102,7 @@ def _weak(patch: Patch, kernel, exact):
     the integrals (pairs, 3, terms) of the terms times a near triangle's hat functions.
     """
     points, weights, hats = quadrature(patch)
-    loaded, n = hats.multiply(weights[:, None]).tocsr(), len(patch.xy)
+    loaded = hats.multiply(weights[:, None]).tocsr()
     per_image = []
     for image in patch.images:
         source, total = points * image, np.zeros(())

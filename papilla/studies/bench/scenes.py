@@ -6,10 +6,10 @@ from time import perf_counter
 import numpy as np
 
 from papilla.fem import ReducedFinger, press
-from papilla.specimen import Block
+from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
-SPECIMEN = Block(0.51, 10.0)
+SPECIMEN = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus (MPa, mm)."""
 
 FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
