@@ -21,6 +21,9 @@ from papilla.errors import FileAccessError
 
 _HOST = f"{zlib.crc32(socket.gethostname().encode()):08x}"
 _TEMPORARY = re.compile(r"\.?.*papilla-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.tmp")
+_given: set[Path] = set()
+"""Temporary paths of sets that are being written."""
+
 OLD_S = 86400.0
 """Temporaries of other machines, whose processes cannot be asked for, count as left behind after a day."""
 
@@ -32,6 +35,10 @@ def replacing(path) -> Iterator[Path]:
     A file that was there keeps its permissions. Raises `FileAccessError` where the file cannot be written (no such
     folder, no permission, full disk).
     """
+    if path in _given:
+        # A file of a set: that takes its place with the others, and names what could not be written.
+        yield path
+        return
     with replacing_set([path]) as (temporary,):
         yield temporary
 
@@ -41,7 +48,7 @@ def replacing_set(paths: Sequence) -> Iterator[list[Path]]:
     """Temporary paths for files that belong together; they take their places when the block ends without an error.
 
     Whenever the process is killed, no file of the new set stands beside one of the old: the others go first. Raises
-    `FileAccessError` as `replacing`, and leaves the old set then.
+    `FileAccessError` as `replacing`, and leaves the old set then. What writes by `replacing` itself may write there.
     """
     targets = [_target(path) for path in paths]
     temporaries = [_temporary(target) for target in targets]
@@ -52,6 +59,7 @@ def replacing_set(paths: Sequence) -> Iterator[list[Path]]:
         for temporary, mode in zip(temporaries, modes, strict=True):
             if mode is not None:
                 os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+        _given.update(temporaries)
         yield temporaries
         for temporary, mode in zip(temporaries, modes, strict=True):
             if mode is not None:
@@ -63,8 +71,12 @@ def replacing_set(paths: Sequence) -> Iterator[list[Path]]:
     except OSError as error:
         if isinstance(error, FileAccessError):
             raise
-        raise FileAccessError(f"cannot write {_named(paths, error)}: {reason(error)}") from error
+        pairs = zip(paths, temporaries, strict=True)
+        at_fault = [str(path) for path, temporary in pairs if str(error.filename) in (str(path), str(temporary))]
+        named = ", ".join(at_fault or map(str, paths))
+        raise FileAccessError(f"cannot write {named}: {reason(error)}") from error
     finally:
+        _given.difference_update(temporaries)
         for temporary in temporaries:
             with suppress(OSError):
                 temporary.unlink()
@@ -124,6 +136,22 @@ def _shown(path) -> str:
     return str(path).replace("\0", "\\0")
 
 
+def private(folder: Path) -> bool:
+    """Whether this user alone can write `folder` (it need not exist) and what leads to it, as far as modes tell."""
+    if not hasattr(os, "getuid"):
+        return True
+    for place in (folder, *folder.absolute().parents):
+        try:
+            status = place.stat()
+        except OSError:
+            continue
+        others = stat.S_IWOTH if status.st_gid == os.getgid() and place != folder else stat.S_IWOTH | stat.S_IWGRP
+        kept_apart = status.st_mode & stat.S_ISVTX and place != folder
+        if status.st_uid not in (os.getuid(), 0) or (status.st_mode & others and not kept_apart):
+            return False
+    return True
+
+
 def reason(error: BaseException) -> str:
     """Why a file could not be used, in the system's words."""
     return str(getattr(error, "strerror", None) or error)
@@ -158,9 +186,3 @@ def _target(path) -> Path:
         # A loop of links is a RuntimeError to pathlib, a NUL a ValueError.
         raise FileAccessError(f"cannot write {_shown(path)}: {reason(error)}") from error
     return target
-
-
-def _named(paths: Sequence, error: OSError) -> str:
-    """The path that an error belongs to, or all of them."""
-    names = [str(path) for path in paths if error.filename and Path(path).name in str(error.filename)]
-    return (names or [", ".join(str(path) for path in paths)])[0]

@@ -81,6 +81,20 @@ def test_a_set_that_fails_leaves_the_old_one(tmp_path, error):
     assert sorted(tmp_path.iterdir()) == paths
 
 
+def test_what_writes_atomically_may_write_a_file_of_a_set(tmp_path):
+    paths = [tmp_path / "a", tmp_path / "b"]
+    with replacing_set(paths) as (first, second):
+        write_text(first, "one")
+        write_text(second, "two")
+        assert not any(path.exists() for path in paths)
+    assert [path.read_text() for path in paths] == ["one", "two"]
+    for named, shown in ((True, f"{paths[1]}"), (False, f"{paths[0]}, {paths[1]}")):
+        refused = pytest.raises(FileAccessError, match=f"^cannot write {shown}: No space left$")
+        with refused, replacing_set(paths) as (_, second), replacing(second):
+            raise OSError(errno.ENOSPC, "No space left", *([str(second)] if named else []))
+    assert [path.read_text() for path in paths] == ["one", "two"] and sorted(tmp_path.iterdir()) == paths
+
+
 @pytest.mark.parametrize("steps", range(8))
 def test_no_file_of_a_new_set_stands_beside_one_of_the_old(tmp_path, monkeypatch, steps):
     """Whatever step of the exchange the process is killed before."""

@@ -52,13 +52,15 @@ def calibrate(
 
 
 def _write(done: "Calibrated", finger: "Finger | None", out: Path, watch: Stopwatch, shown: Progress) -> dict[str, str]:
-    """Write the results, each whole or not at all; their paths."""
+    """Write the results, all of them or none; their paths."""
     from papilla.calibrate.report.page import write_report
+    from papilla.files import replacing_set
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
-    done.calibration.save(paths["calibration"])
-    done.presses.to_csv(paths["sweep"])
-    write_report(paths["report"], done, finger, seconds=watch.seconds, progress=shown.line)
+    with replacing_set(list(paths.values())) as (calibration, sweep, report):
+        done.calibration.save(calibration)
+        done.presses.to_csv(sweep)
+        write_report(report, done, finger, seconds=watch.seconds, progress=shown.line)
     return {name: str(path) for name, path in paths.items()}
 
 

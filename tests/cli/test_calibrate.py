@@ -57,6 +57,29 @@ def test_refit_from_a_bench_log(papilla, tmp_path):
     assert json.loads((tmp_path / "mine" / "calibration.json").read_text())["mesh"] == {}
 
 
+def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_path, monkeypatch):
+    import errno
+
+    from papilla.calibrate.report import page
+
+    def results():
+        return {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+
+    for seed in (5, 6):
+        write_table(tmp_path / f"{seed}.csv", bench_columns(seed))
+    assert papilla("calibrate", "--bench", "5.csv", "--out", "mine").code == 0
+    old = results()
+
+    def full(path, *_, **__):
+        path.write_text("half")
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr(page, "write_report", full)
+    answer = papilla("calibrate", "--bench", "6.csv", "--out", "mine")
+    assert answer.code == 2 and "cannot write mine/report.html: No space left on device" in answer.err
+    assert results() == old and len(old) == 3
+
+
 def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
     answer = papilla("calibrate", "--bench", "presses.csv")
