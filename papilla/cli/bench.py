@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from papilla.cli.output import print_json, progress, say
+from papilla.cli.output import plain, print_json, progress, say, show_table, tell
+from papilla.cli.paths import keep_inputs
 
 if TYPE_CHECKING:
     from papilla.studies.bench import Bench
 
 PLOT = "speed_against_error.png"
-WIDTH = 130
-"""Characters that the table needs: away from a terminal it is not folded."""
 
 
 def bench(
@@ -45,6 +44,8 @@ def bench(
     from papilla.studies.bench.plot import write_plot
 
     folder = out or Path.cwd()
+    plot = folder / PLOT
+    keep_inputs([finger], [plot])
     check_writable(folder)
     design = Finger.default() if finger is None else Finger.load(finger)
     with progress() as shown:
@@ -52,7 +53,6 @@ def bench(
         if not short:
             price(design, progress=shown.line)
         peers = run_peers(design, found.peer_mesh, threads=found.cores, progress=shown.line)
-    plot = folder / PLOT
     for sentence in missing_peers():
         say(sentence)
     write_plot(found, plot)
@@ -64,10 +64,10 @@ def bench(
 
 
 def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
-    from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=f"{found.finger_name}: errors in %, worst of 10-100 gf; * on the Pareto front")
+    table = Table(title=escape(f"{plain(found.finger_name)}: errors in %, worst of 10-100 gf; * on the Pareto front"))
     for title in ("rung", "element"):
         table.add_column(title, no_wrap=True)
     for title in ("mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s", "S_d", "indentation", "area", "MiB", ""):
@@ -80,12 +80,12 @@ def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
         mark = "reference" if row.reference else "*" if row.pareto else ""
         cells = [f"{row.size_mm:g}", f"{row.dofs:,}", *seconds, *errors, f"{row.peak_memory_MiB:.0f}", mark]
         table.add_row(row.fidelity, row.element, *cells)
-    Console(width=max(Console().width, WIDTH)).print(table)
+    show_table(table)
     for line in found.sentences():
-        print(line)
+        tell(line)
     for peer in peers:
-        print(
+        tell(
             f"{peer['name']}: {peer['seconds_one_press']:.2f} s for one press on {found.default.size_mm:g} mm; "
             f"papilla's set-up and 1000 scenes take {peer['ratio']:.3g} of it"
         )
-    print(f"plot: {plot}")
+    tell(f"plot: {plot}")

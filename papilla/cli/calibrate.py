@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say
+from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
+from papilla.cli.paths import design_files, keep_inputs
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -29,7 +30,10 @@ def calibrate(
     from papilla.finger import Finger
     from papilla.logs import read_bench
 
+    paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
+    keep_inputs([finger, bench], paths.values())
     design = Finger.load(finger) if finger else None
+    keep_inputs(design_files(finger, design) if design else [], paths.values())
     log = read_bench(bench) if bench else None
     for note in log.notes if log is not None else ():
         say(f"{bench}: {note}")
@@ -43,7 +47,7 @@ def calibrate(
             done = job.calibrate_finger(design, progress=shown.line, steps=shown.steps)
         else:
             done = job.calibrate_bench(log, design)
-        paths = _write(done, design, out, watch, shown)
+        _write(done, design, paths, watch, shown)
     summary = _summary(done, paths, watch.seconds)
     if as_json:
         print_json(summary)
@@ -51,25 +55,25 @@ def calibrate(
         _print(summary)
 
 
-def _write(done: "Calibrated", finger: "Finger | None", out: Path, watch: Stopwatch, shown: Progress) -> dict[str, str]:
-    """Write the results, all of them or none; their paths."""
+def _write(
+    done: "Calibrated", finger: "Finger | None", paths: dict[str, Path], watch: Stopwatch, shown: Progress
+) -> None:
+    """Write the results, all of them or none."""
     from papilla.calibrate.report.page import write_report
     from papilla.files import replacing_set
 
-    paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     with replacing_set(list(paths.values())) as (calibration, sweep, report):
         done.calibration.save(calibration)
         done.presses.to_csv(sweep)
         write_report(report, done, finger, seconds=watch.seconds, progress=shown.line)
-    return {name: str(path) for name, path in paths.items()}
 
 
-def _summary(done: "Calibrated", paths: dict[str, str], seconds: float) -> dict:
+def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict:
     from papilla.calibration.document import to_document
 
     softness = to_document(done.calibration)["softness"]
     return {
-        **paths,
+        **{name: str(path) for name, path in paths.items()},
         "presses": len(done.presses),
         "softness": {"forward": softness["forward"], "inverse": softness["inverse"]},
         "max_error": done.recovery.max_error,
@@ -87,7 +91,7 @@ def _print(summary: dict) -> None:
     errors = [float("nan") if error is None else error for error in forward["stderr"]]
     coefficients = zip("abcde", forward["coefficients"], errors, units, strict=True)
     answered = f"%, {summary['checked_presses'] - summary['unanswered']} of {summary['checked_presses']} answered"
-    print(f"{summary['presses']} presses; S_d = a f² + b f + c E² + d E + e, with f in gf and E in MPa:")
+    tell(f"{summary['presses']} presses; S_d = a f² + b f + c E² + d E + e, with f in gf and E in MPa:")
     print_table(
         [
             *((letter, f"{value:.6g} ± {error:.2g}", unit) for letter, value, error, unit in coefficients),
@@ -96,12 +100,12 @@ def _print(summary: dict) -> None:
             ("time", f"{summary['seconds']:.1f}", "s"),
         ]
     )
-    print(_inverse_in_words(inverse))
+    tell(_inverse_in_words(inverse))
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
-    print(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
+    tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     for note in summary["notes"]:
-        print(f"Doubt: {note}.")
-    print("Wrote", ", ".join(summary[name] for name in ("calibration", "sweep", "report")))
+        tell(f"Doubt: {note}.")
+    tell("Wrote " + ", ".join(summary[name] for name in ("calibration", "sweep", "report")))
 
 
 def _percent(share: float) -> str:

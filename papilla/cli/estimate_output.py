@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from papilla.cli.output import print_table
+from papilla.cli.output import print_table, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def print_summary(summary: dict) -> None:
         order = f"harmonic {line['harmonic']} of {line['fundamental_mm']:.4g} mm" if line["harmonic"] > 1 else "line"
         rows.append((f"{order}, strength {line['strength']:.3g}", found, "mm"))
     print_table(rows)
-    print("Wrote", summary["estimates"])
+    tell(f"Wrote {summary['estimates']}")
 
 
 def _answer(last: dict | None, words: str, unit: str) -> tuple[str, str, str] | None:

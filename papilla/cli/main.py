@@ -2,20 +2,25 @@
 
 import os
 import sys
+import traceback
 import warnings
 from contextlib import suppress
+from pathlib import Path
 
 import typer
 
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
+from papilla.cli.output import plain
 from papilla.cli.press import press
 from papilla.cli.verify import verify
 from papilla.cli.view import view
-from papilla.errors import PapillaError
+from papilla.errors import InputError, PapillaError
 
-BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
+BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
+TRACEBACK = "PAPILLA_TRACEBACK"
+"""The variable that, set to anything, adds the traceback to the line of an internal error."""
 
 app = typer.Typer(
     name="papilla",
@@ -24,12 +29,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command()(calibrate)
-app.command()(press)
-app.command()(estimate)
-app.command()(view)
-app.command()(verify)
-app.command()(bench)
+for command in (calibrate, press, estimate, view, verify, bench):
+    app.command()(command)
 
 
 def _show_version(wanted: bool) -> None:
@@ -50,15 +51,35 @@ def _papilla(
 
 
 def run(arguments: list[str] | None = None) -> None:
-    """Run the command line and leave with its exit code: 0 done, 1 a check failed, 2 bad input (one line on stderr)."""
+    """Run the command line and leave with its exit code.
+
+    0 done, 1 a check failed, 2 bad input, 70 an error of papilla's own (each one line on stderr), 130 interrupted.
+    """
+    _open_what_is_closed()
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         code = _exit_code(sys.argv[1:] if arguments is None else arguments)
     sys.exit(code)
 
 
+def _open_what_is_closed() -> None:
+    """Closed standard streams become the null device, and what an encoding lacks is written as an escape."""
+    # A file that is opened next would get the number of a closed stream, and what is printed would go into it.
+    while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(null)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+        elif mode == "w" and hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def _exit_code(arguments: list[str]) -> int:
     try:
+        if any("\0" in argument for argument in arguments):
+            raise InputError("an argument holds a NUL character, which no file name can")
         code = app(arguments, prog_name="papilla", standalone_mode=False)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
@@ -77,6 +98,19 @@ def _exit_code(arguments: list[str]) -> int:
     except OSError as error:
         _drop_output()
         return _refuse(f"{error.filename or 'input or output'}: {error.strerror or error}")
+    except Exception as error:
+        return _confess(error)
+
+
+def _confess(error: Exception) -> int:
+    """One line for an error that papilla did not expect, and on request the traceback."""
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(error)
+    *_, last = traceback.extract_tb(error.__traceback__)
+    what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    place = f"{Path(last.filename).name}, line {last.lineno}"
+    _refuse(f"internal error: {what} ({place}); please report it with what {TRACEBACK}=1 adds to this line")
+    return INTERNAL
 
 
 def _drop_output() -> None:
@@ -86,9 +120,9 @@ def _drop_output() -> None:
 
 
 def _warn(message, *_place, **_more) -> None:
-    print("papilla: warning:", " ".join(str(message).split()), file=sys.stderr)
+    print("papilla: warning:", plain(str(message)), file=sys.stderr)
 
 
 def _refuse(message: str) -> int:
-    print("papilla:", " ".join(message.split()), file=sys.stderr)
+    print("papilla:", plain(message), file=sys.stderr)
     return BAD_INPUT

@@ -2,34 +2,69 @@
 
 import json
 import math
+import re
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def plain(text: str) -> str:
+    """One line of text: control characters, by which a name could take over the terminal, become visible escapes."""
+    text = re.sub(r"[\r\n\t]+\s*", " ", text).strip()
+    if text.isprintable():
+        return text
+    return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
 
 
 def print_json(value: Mapping) -> None:
     """Print exactly one JSON object; NaN and infinities, which JSON has not, become null."""
-    print(json.dumps(_finite(value), allow_nan=False, ensure_ascii=False))
+    readable = (sys.stdout.encoding or "").lower().startswith("utf")
+    text = json.dumps(_finite(value), allow_nan=False, ensure_ascii=not readable)
+    print(re.sub("[\x7f-\x9f]", lambda sign: f"\\u{ord(sign[0]):04x}", text))
 
 
 def say(message: str) -> None:
-    """A message for the person at the terminal."""
-    print(message, file=sys.stderr)
+    """A message for the person at the terminal, on stderr."""
+    print(plain(message), file=sys.stderr)
+
+
+def tell(line: str) -> None:
+    """A line of the answer, on stdout."""
+    print(plain(line))
 
 
 def print_table(rows: Sequence[tuple[str, str, str]]) -> None:
     """A table of quantity, value and unit on stdout."""
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(show_header=False)
     table.add_column(style="bold")
-    table.add_column(justify="right")
-    table.add_column(style="dim")
+    table.add_column(justify="right", no_wrap=True)
+    table.add_column(style="dim", no_wrap=True)
     for row in rows:
-        table.add_row(*row)
-    Console().print(table)
+        table.add_row(*(Text(plain(cell)) for cell in row))
+    show_table(table)
+
+
+def show_table(table: "Table") -> None:
+    """A table on stdout, as wide as its `no_wrap` columns need it: a number is neither cut nor folded."""
+    from rich.console import Console
+    from rich.measure import Measurement
+
+    console = Console()
+    options = console.options.update(width=10_000)
+    for column in table.columns:
+        if column.no_wrap:
+            cells = [Measurement.get(console, options, cell).maximum for cell in (column.header, *column.cells)]
+            column.min_width = max(cells)
+    needed = Measurement.get(console, options, table).minimum
+    Console(width=max(console.width, needed)).print(table)
 
 
 class Progress:
@@ -43,7 +78,7 @@ class Progress:
     def line(self, text: str) -> None:
         """Show one line of text, such as "meshing, 3 s"; away from a terminal each stage is named once."""
         if self._bar is not None:
-            self._bar.update(self._task, description=text, total=None)
+            self._bar.update(self._task, description=plain(text), total=None)
         elif (stage := text.split(",")[0]) != self._stage:
             self._stage = stage
             say(stage)
@@ -65,7 +100,7 @@ def progress() -> Iterator[Progress]:
 
     columns = (
         rich_progress.SpinnerColumn(),
-        rich_progress.TextColumn("{task.description}"),
+        rich_progress.TextColumn("{task.description}", markup=False),
         rich_progress.BarColumn(),
         rich_progress.MofNCompleteColumn(),
         rich_progress.TimeElapsedColumn(),

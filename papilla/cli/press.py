@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from papilla.checks import finite, positive
-from papilla.cli.output import print_json, print_table, progress
+from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -106,6 +106,6 @@ def _print(found: "Press", named: dict, gauges: list[str]) -> None:
         ("force balance", f"{found.force_balance:.1e}", ""),
         ("fidelity", found.fidelity, ""),
     ]
-    print(f"{named['specimen']['kind']} ({specimen}) on {named['finger']}")
+    tell(f"{named['specimen']['kind']} ({specimen}) on {named['finger']}")
     print_table(rows)
-    print(found.status)
+    tell(found.status)

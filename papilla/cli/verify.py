@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.output import print_json, progress
+from papilla.cli.output import print_json, progress, show_table
 
 if TYPE_CHECKING:
     from papilla.studies.verify import Case
@@ -39,7 +39,6 @@ def verify(
 
 
 def _print(cases: "list[Case]") -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table()
@@ -52,7 +51,7 @@ def _print(cases: "list[Case]") -> None:
     for case in cases:
         verdict = "ok" if case.passed else "[bold red]MISSED[/]"
         table.add_row(case.name, case.measure, f"{case.error:.1e}", f"{case.bound:.0e}", verdict, f"{case.seconds:.1f}")
-    Console().print(table)
+    show_table(table)
     missed = sum(not case.passed for case in cases)
     seconds = sum(case.seconds for case in cases)
     print(f"{len(cases)} cases, {missed} outside their bounds, {seconds:.0f} s")

@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from papilla.cli.output import Stopwatch, print_json, progress
+from papilla.cli.output import Stopwatch, print_json, progress, tell
+from papilla.cli.paths import design_files, keep_inputs
 from papilla.cli.press import SpecimenKind, make_specimen
 from papilla.errors import InputError
 
@@ -21,7 +22,7 @@ def view(
         typer.Argument(help="strain field of a press, contact pressure of a press, or receptive field of a gauge."),
     ] = "strain",
     screenshot: Annotated[
-        Path | None, typer.Option(help="PNG file to write.  [default: WHAT.png]", metavar="FILE.png")
+        Path | None, typer.Option(help="File to write: .png, .pdf or .svg.  [default: WHAT.png]", metavar="FILE")
     ] = None,
     modulus: Annotated[float | None, typer.Option(help="Modulus of the specimen, MPa.  [default: 0.51]")] = None,
     force: Annotated[float | None, typer.Option(help="Pressing force, N.  [default: 0.588]")] = None,
@@ -33,7 +34,7 @@ def view(
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Draw the strain field of a press, its contact pressure, or the receptive field of a gauge, as PNG."""
+    """Draw the strain field of a press, its contact pressure, or the receptive field of a gauge."""
     watch = Stopwatch()
     if what == "receptive" and (modulus, force, thickness, radius) != (None, None, None, None):
         raise InputError("a receptive field has no press: leave out --modulus, --force, --thickness and --radius")
@@ -46,9 +47,13 @@ def view(
     from papilla import view as pictures
     from papilla.files import check_writable
     from papilla.finger import Finger
+    from papilla.view.style import kind_of
 
-    check_writable(target.parent)
+    kind_of(target)
+    keep_inputs([finger], [target])
     design = Finger.load(finger) if finger else Finger.default()
+    keep_inputs(design_files(finger, design), [target])
+    check_writable(target.parent)
     facts = {"finger": design.name, "picture": what}
     with progress() as shown:
         if what == "receptive":
@@ -68,4 +73,4 @@ def view(
     if as_json:
         print_json({**facts, "screenshot": str(target), "seconds": watch.seconds})
     else:
-        print("Wrote", target)
+        tell(f"Wrote {target}")

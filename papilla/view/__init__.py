@@ -1,4 +1,4 @@
-"""Pictures and plots, offscreen: `view.strain`, `view.receptive` and `view.contact` write PNG files.
+"""Pictures and plots, offscreen: `view.strain`, `view.receptive` and `view.contact` write PNG, PDF or SVG files.
 
 >>> papilla.view.strain("strain.png", finger, reduced, press, specimen)
 

@@ -5,7 +5,7 @@ from .contact_map import contact_figure as contact_figure
 from .pictures import contact as contact
 from .pictures import receptive as receptive
 from .pictures import strain as strain
-from .pictures import strain_png as strain_png
+from .pictures import strain_picture as strain_picture
 from .receptive_field import receptive_figure as receptive_figure
 from .strain_field import strain_figure as strain_figure
 from .style import png as png

@@ -1,6 +1,10 @@
-"""Pictures as PNG files. What takes a model to compute is kept in the cache, so that a second call needs none."""
+"""Pictures as PNG, PDF or SVG files, by the ending of their names.
+
+What takes a model to compute is kept in the cache, so that a second call needs none.
+"""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
@@ -8,10 +12,10 @@ from papilla import cache
 from papilla.errors import InputError
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.files import replacing
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import Specimen
+from papilla.view.style import content, kind_of, write_bytes
 
 DPI = 120
 
@@ -19,7 +23,7 @@ Progress = Callable[[str], None]
 
 
 def strain(
-    path,
+    path: str | Path,
     finger: Finger,
     reduced: ReducedFinger,
     press: Press,
@@ -28,61 +32,64 @@ def strain(
     variant: int = 0,
     progress: Progress | None = None,
 ) -> None:
-    """Write the strain field of a press as PNG: the finger cut open, its gauges, the contact and the specimen.
+    """Write the strain field of a press: the finger cut open, its gauges, the contact and the specimen.
 
     Parameters
     ----------
     reduced : `finger` reduced on its mesh number `variant`; press : of `specimen` on it.
     progress : called with a line of text before something takes long.
 
-    Raises `InputError` where they do not belong together, `FileAccessError` where the file cannot be written, and what
-    meshing and solving raise.
+    Raises `InputError` where they do not belong together and for an unknown kind of file, `FileAccessError` where the
+    file cannot be written, and what meshing and solving raise.
     """
-    _write(path, strain_png(finger, reduced, press, specimen, variant=variant, progress=progress))
+    kind = kind_of(path)
+    write_bytes(path, strain_picture(finger, reduced, press, specimen, kind=kind, variant=variant, progress=progress))
 
 
-def strain_png(
+def strain_picture(
     finger: Finger,
     reduced: ReducedFinger,
     press: Press,
     specimen: Specimen,
     *,
+    kind: str = "png",
     variant: int = 0,
     progress: Progress | None = None,
 ) -> bytes:
-    """The picture that `strain` writes, as PNG bytes; raises the same except for the file."""
+    """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same except for the file."""
     if reduced.finger_sha256 != finger.sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
 
     def draw() -> dict[str, np.ndarray]:
         from papilla.fem import FingerModel, recover
         from papilla.view.strain_field import strain_figure
-        from papilla.view.style import png
 
         if progress is not None:
             progress("recovering and drawing the strain field")
         mesh = build(finger, size_mm=reduced.mesh_size_mm, variant=variant, progress=progress)
         field = recover(FingerModel(finger, mesh), reduced, press)
-        picture = png(strain_figure(field, reduced, press, specimen, finger), DPI)
-        return {"png": np.frombuffer(picture, dtype=np.uint8)}
+        picture = content(strain_figure(field, reduced, press, specimen, finger), kind, DPI)
+        return {kind: np.frombuffer(picture, dtype=np.uint8)}
 
-    key = cache.key(__name__, finger.sha256, reduced.to_arrays(), specimen, press.fidelity, press.force, press.pressure)
-    return cache.fetch("picture", key, draw)["png"].tobytes()
+    scene = (finger.sha256, reduced.to_arrays(), specimen, press.fidelity, press.force, press.pressure)
+    key = cache.key(__name__, kind, *scene)
+    return cache.fetch("picture", key, draw)[kind].tobytes()
 
 
 def receptive(
-    path,
+    path: str | Path,
     finger: Finger,
     gauge_name: str,
     *,
     size_mm: float = DEFAULT_SIZE_MM,
     progress: Progress | None = None,
 ) -> None:
-    """Write the receptive field of a gauge as PNG: the skin coloured by strain of the gauge per small load there.
+    """Write the receptive field of a gauge: the skin coloured by strain of the gauge per small load there.
 
-    Raises `InputError` for an unknown gauge, `FileAccessError` where the file cannot be written, and what meshing and
-    solving raise.
+    Raises `InputError` for an unknown gauge or kind of file, `FileAccessError` where the file cannot be written, and
+    what meshing and solving raise.
     """
+    kind = kind_of(path)
     names = [gauge.name for gauge in finger.gauges]
     if gauge_name not in names:
         raise InputError(f"{finger.name} has no gauge {gauge_name!r}; its gauges are {', '.join(names)}")
@@ -100,23 +107,17 @@ def receptive(
 
     from papilla.fem import ReceptiveFields
     from papilla.view.receptive_field import receptive_figure
-    from papilla.view.style import png
 
     fields = ReceptiveFields(mesh, kept["vertices"], kept["strain_per_newton"])
-    _write(path, png(receptive_figure(fields, finger, gauge_name), DPI))
+    write_bytes(path, content(receptive_figure(fields, finger, gauge_name), kind, DPI))
 
 
-def contact(path, reduced: ReducedFinger, press: Press) -> None:
-    """Write the contact pressure of a press of `reduced` as PNG.
+def contact(path: str | Path, reduced: ReducedFinger, press: Press) -> None:
+    """Write the contact pressure of a press of `reduced`.
 
-    Raises `InputError` where the press is not one of `reduced`, `FileAccessError` where the file cannot be written.
+    Raises `InputError` where the press is not one of `reduced` and for an unknown kind of file, `FileAccessError` where
+    the file cannot be written.
     """
     from papilla.view.contact_map import contact_figure
-    from papilla.view.style import png
 
-    _write(path, png(contact_figure(reduced, press), DPI))
-
-
-def _write(path, content: bytes) -> None:
-    with replacing(path) as temporary:
-        temporary.write_bytes(content)
+    write_bytes(path, content(contact_figure(reduced, press), kind_of(path), DPI))

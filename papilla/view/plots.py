@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, nice_limit, styled
+from papilla.view.style import ACCENTS, FAINT, INK, MUTED, literal, nice_limit, styled
 
 PERCENT = 100.0
 CEILING = 50.0
@@ -148,7 +148,7 @@ def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarr
         axes.axhline(0, color=MUTED, linewidth=0.8)
         axes.set(xlabel="force (N)", ylabel="reading (10³ µε)", xlim=(0, float(force_N.max())), title=title)
         ends = [
-            (float(values[-1] / 1000), name, ACCENTS[number % len(ACCENTS)])
+            (float(values[-1] / 1000), literal(name), ACCENTS[number % len(ACCENTS)])
             for number, (name, values) in enumerate(zip(names, readings.T, strict=True))
         ]
         _label_ends(axes, float(force_N.max()), _merged(ends))

@@ -15,7 +15,7 @@ from papilla.finger import Finger
 from papilla.mesh.surfaces import surfaces_of
 from papilla.units import to_microstrain
 from papilla.view.render import Part, View, fitted, render
-from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, MUTED, nice_limit, styled
+from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, MUTED, literal, nice_limit, styled
 from papilla.view.window import use_offscreen_window
 
 NEWTON_PER_MN = 1e-3
@@ -88,7 +88,7 @@ def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> Non
         axes.plot(*ends.T, color=GAUGE_COLOR if chosen else "white", linewidth=4.5, solid_capstyle="butt")
         x, y = ends.mean(axis=0)
         weight = "bold" if chosen else "normal"
-        axes.text(x, y - 1.0, gauge.name, ha="center", va="top", weight=weight, color=INK if chosen else MUTED)
+        axes.text(x, y - 1.0, literal(gauge.name), ha="center", va="top", weight=weight, color=INK if chosen else MUTED)
 
 
 def _bar(figure: Figure, limit: float) -> None:
@@ -104,7 +104,7 @@ def _titles(figure: Figure, skin: pv.PolyData, gauge_name: str) -> None:
     height = figure.get_figheight()
     values = skin["sensitivity"]
     best = skin.points[np.abs(values).argmax()]
-    figure.text(0.04, 1 - 0.4 / height, f"Receptive field of gauge {gauge_name}", fontsize=14, weight="bold")
+    figure.text(0.04, 1 - 0.4 / height, f"Receptive field of gauge {literal(gauge_name)}", fontsize=14, weight="bold")
     peak = f"{values[np.abs(values).argmax()]:+.3g} µε/mN at x {best[0]:.3g}, y {best[1]:.3g} mm".replace("-", "−")
     facts = f"strongest {peak}; red: a load stretches the gauge, blue: it shortens it"
     figure.text(0.04, 1 - 0.68 / height, facts, fontsize=9.5, color=MUTED)

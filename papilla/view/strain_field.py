@@ -17,7 +17,7 @@ from papilla.specimen import Specimen
 from papilla.view.render import Part, View, fitted, render
 from papilla.view.scene import contact_frame, contact_outline, specimen_solid
 from papilla.view.section import Section, cut, half_skin
-from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, MUTED, nice_limit, styled
+from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, MUTED, literal, nice_limit, styled
 from papilla.view.window import use_offscreen_window
 
 PIXELS_PER_MM = 18.0
@@ -107,7 +107,7 @@ def _annotate(axes: Axes, section: Section, contact: list, view: View, finger: F
         axes.plot(*flat.T, color=INK, linewidth=6.5, solid_capstyle="butt")
         axes.plot(*flat.T, color=GAUGE_COLOR, linewidth=4, solid_capstyle="butt")
         inward = _inward(flat)
-        label = f"{gauge.name}\n{100 * strain:+.2f} %".replace("-", "−")
+        label = f"{literal(gauge.name)}\n{100 * strain:+.2f} %".replace("-", "−")
         x, y = flat.mean(axis=0) + LABEL_MM * inward
         axes.text(
             x, y, label, ha="center", va="top", fontsize=9, weight="bold", linespacing=1.25,

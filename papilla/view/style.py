@@ -3,12 +3,16 @@
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from papilla.errors import InputError
 from papilla.files import replacing
 
 INK, MUTED, FAINT = "#1d2330", "#5b6472", "#d5dae1"
@@ -55,6 +59,14 @@ _STYLE = {
 }
 
 
+_CANVAS: dict[str, tuple[Any, dict[str, None]]] = {
+    "png": (FigureCanvasAgg, {"Software": None}),
+    "pdf": (FigureCanvasPdf, {"CreationDate": None, "Creator": None, "Producer": None}),
+    "svg": (FigureCanvasSVG, {"Date": None, "Creator": None}),
+}
+"""What draws each kind of file, and what it would write of time and program."""
+
+
 @contextmanager
 def styled(width: float, height: float) -> Iterator[Figure]:
     """A new figure of `width` x `height` inches, to be drawn on inside the block, in papilla's style."""
@@ -62,26 +74,47 @@ def styled(width: float, height: float) -> Iterator[Figure]:
         yield Figure(figsize=(width, height))
 
 
+def literal(name: str) -> str:
+    """A name as matplotlib shows it letter by letter: a dollar sign in it begins no formula."""
+    return name.replace("$", r"\$")
+
+
+def kind_of(path: str | Path) -> str:
+    """The kind of picture that a file name's ending asks for; raises `InputError` for one that is not written."""
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in _CANVAS:
+        raise InputError(f"{path}: pictures are written as .{', .'.join(_CANVAS)}, not as {kind or 'a name without'}")
+    return kind
+
+
+def content(figure: Figure, kind: str, dpi: int = 150) -> bytes:
+    """The figure as the bytes of a png, pdf or svg file, the same for the same figure."""
+    canvas, undated = _CANVAS[kind]
+    stream = io.BytesIO()
+    with matplotlib.rc_context(_STYLE):
+        canvas(figure).print_figure(stream, format=kind, dpi=dpi, metadata=undated)
+    return stream.getvalue()
+
+
 def png(figure: Figure, dpi: int = 150) -> bytes:
     """The figure as PNG bytes."""
-    stream = io.BytesIO()
-    FigureCanvasAgg(figure).print_figure(stream, format="png", dpi=dpi, metadata={"Software": None})
-    return stream.getvalue()
+    return content(figure, "png", dpi)
 
 
 def svg(figure: Figure) -> bytes:
-    """The figure as SVG bytes, the same for the same figure."""
-    stream = io.BytesIO()
-    with matplotlib.rc_context(_STYLE):
-        FigureCanvasSVG(figure).print_figure(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return stream.getvalue()
+    """The figure as SVG bytes."""
+    return content(figure, "svg")
 
 
-def write_png(figure: Figure, path, dpi: int = 150) -> None:
-    """Write the figure atomically; raises `FileAccessError`."""
-    content = png(figure, dpi)
+def write_png(figure: Figure, path: str | Path, dpi: int = 150) -> None:
+    """Write the figure as PNG atomically; raises `FileAccessError`."""
+    write_bytes(path, png(figure, dpi))
+
+
+def write_bytes(path: str | Path, picture: bytes) -> None:
+    """Write a picture's bytes atomically; raises `FileAccessError`."""
     with replacing(path) as temporary:
-        temporary.write_bytes(content)
+        temporary.write_bytes(picture)
 
 
 def nice_limit(value: float) -> float:

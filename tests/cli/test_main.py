@@ -1,7 +1,9 @@
 """Help, version, exit codes: every way in which a command can end."""
 
 import errno
+import json
 import os
+import shlex
 import subprocess
 import sys
 
@@ -76,13 +78,76 @@ def test_interrupted_is_130(ending):
     assert ending(KeyboardInterrupt()).code == 130
 
 
-def test_a_fault_of_papilla_itself_is_not_disguised(monkeypatch):
-    def fail(*_, **__):
-        raise ZeroDivisionError
+def test_a_fault_of_papilla_itself_is_one_line_and_a_code_of_its_own(ending, monkeypatch):
+    answer = ending(ZeroDivisionError("division by zero"))
+    assert (answer.code, answer.out, answer.err.count("\n")) == (70, "", 1)
+    assert answer.err.startswith("papilla: internal error: ZeroDivisionError: division by zero (test_main.py, line ")
+    monkeypatch.setenv(main.TRACEBACK, "1")
+    assert "Traceback (most recent call last)" in ending(ZeroDivisionError()).err
 
-    monkeypatch.setattr(main, "app", fail)
-    with pytest.raises(ZeroDivisionError):
-        main.run([])
+
+def run(*arguments, **options) -> subprocess.CompletedProcess:
+    """The command line in a process of its own."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "encoding": "utf-8"} | options
+    return subprocess.run([sys.executable, "-m", "papilla", *map(str, arguments)], **options)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="streams of a POSIX shell")
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-"])
+def test_closed_streams_are_no_error(closed):
+    line = f"{shlex.quote(sys.executable)} -m papilla {{}} {closed}"
+    for arguments, code in (("--version", 0), ("dance", 2)):
+        done = subprocess.run(["sh", "-c", line.format(arguments)], capture_output=True, text=True)
+        assert done.returncode == code, done.stderr
+        assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="streams of a POSIX shell")
+def test_a_closed_stdout_does_not_lead_into_a_file(tmp_path):
+    """The first file that is opened would get the number of stdout, and what is printed would go into it."""
+    code = "import os; from papilla.cli.main import _open_what_is_closed as mend; mend(); print('x', flush=True)\n"
+    code += "opened = os.open('first', os.O_CREAT | os.O_WRONLY); assert opened > 2; os.write(1, b'stray')"
+    subprocess.run(["sh", "-c", f'{shlex.quote(sys.executable)} -c "{code}" >&-'], cwd=tmp_path, check=True)
+    assert (tmp_path / "first").read_bytes() == b""
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii", "utf-8"])
+def test_what_an_encoding_lacks_is_written_as_an_escape(encoding):
+    code = "from papilla.cli import main, output\nmain._open_what_is_closed()\n"
+    code += "output.print_table([('µε', '1', '²')]); output.print_json({'name': 'µε \\x9b \\udcff'})"
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    *_, line = done.stdout.decode(encoding).splitlines()
+    assert json.loads(line)["name"] == "µε \x9b \udcff" and "\x9b" not in line
+
+
+def test_control_characters_do_not_reach_the_terminal(capsys):
+    from papilla.cli import output
+
+    hostile = "a\x1b[31m\x9b2J\u202e[bold]b[/]  c\r\nd"
+    output.say(hostile)
+    output.tell(hostile)
+    output.print_table([(hostile, "1", "")])
+    shown = capsys.readouterr()
+    for text in (shown.err, *shown.out.splitlines()):
+        assert all(sign.isprintable() or sign == "\n" for sign in text)
+    assert shown.err == "a\\x1b[31m\\x9b2J\\u202e[bold]b[/]  c d\n" == shown.out.splitlines(keepends=True)[0]
+    assert "[bold]b[/]" in shown.out.splitlines()[1 if "[bold]" in shown.out.splitlines()[1] else 2]
+
+
+def test_a_narrow_terminal_elides_no_digit(capsys, monkeypatch):
+    from papilla.cli import output
+
+    monkeypatch.setenv("COLUMNS", "20")
+    rows = [("a quantity with a long name", "1.23456789e-05 ± 1.2e-07", "10³ µε/mm"), ("b", "-2", "")]
+    output.print_table(rows)
+    shown = capsys.readouterr().out
+    assert "1.23456789e-05 ± 1.2e-07" in shown and "10³ µε/mm" in shown and "…" not in shown
+
+
+def test_a_nul_in_an_argument_is_one_line(refused):
+    assert "NUL" in refused("press", "--modulus", 1, "--force", 1, "--finger", "a\0b")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes of a POSIX shell")

@@ -24,9 +24,18 @@ def test_strain_is_the_default_and_names_its_file(papilla, tmp_path):
     assert (tmp_path / "strain.png").read_bytes().startswith(PNG)
 
 
+@pytest.mark.parametrize("ending, begin", [("pdf", b"%PDF-"), ("svg", b"<?xml"), ("PNG", PNG)])
+def test_the_ending_of_the_name_says_what_is_written(papilla, tmp_path, ending, begin):
+    answer = papilla("view", "contact", "--screenshot", f"v.{ending}")
+    assert answer.code == 0, answer.err
+    assert (tmp_path / f"v.{ending}").read_bytes().startswith(begin)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("contact", "--screenshot", "v.gif"), "v.gif: pictures are written as .png, .pdf, .svg, not as gif"),
+        (("contact", "--screenshot", "v"), "v: pictures are written as .png, .pdf, .svg, not as a name without"),
         (("skin",), "'skin' is not one of"),
         (("strain", "--gauge", "g1"), "--gauge goes with a receptive field, not with strain"),
         (("receptive", "--force", "1"), "a receptive field has no press"),

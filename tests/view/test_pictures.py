@@ -64,15 +64,15 @@ def test_the_cached_picture_needs_no_model(scene, tmp_path, monkeypatch):
     view.strain(path, scene.finger, scene.reduced, scene.press, scene.specimen)
     assert path.read_bytes().startswith(b"\x89PNG")
     monkeypatch.setattr(pictures, "build", None)
-    assert view.strain_png(scene.finger, scene.reduced, scene.press, scene.specimen) == path.read_bytes()
+    assert view.strain_picture(scene.finger, scene.reduced, scene.press, scene.specimen) == path.read_bytes()
     assert sorted(item.name for item in tmp_path.iterdir()) == ["strain.png"]
 
 
 def test_other_presses_get_other_pictures(scene, monkeypatch):
-    first = view.strain_png(scene.finger, scene.reduced, scene.press, scene.specimen)
+    first = view.strain_picture(scene.finger, scene.reduced, scene.press, scene.specimen)
     softer = Block(0.05, 10)
     press = fem.press(scene.reduced, softer, force=0.588)
-    assert view.strain_png(scene.finger, scene.reduced, press, softer) != first
+    assert view.strain_picture(scene.finger, scene.reduced, press, softer) != first
 
 
 def test_the_contact_map_is_written_with_its_figures(scene, tmp_path):
@@ -91,7 +91,7 @@ def test_bad_requests_are_refused_in_one_line(scene, tmp_path):
         view.contact(tmp_path / "missing" / "contact.png", scene.reduced, scene.press)
     with pytest.raises(InputError, match="not made from this design"):
         other = replace(scene.finger, name="other")
-        view.strain_png(other, scene.reduced, scene.press, scene.specimen)
+        view.strain_picture(other, scene.reduced, scene.press, scene.specimen)
     assert not list(tmp_path.iterdir())
 
 

@@ -119,7 +119,7 @@ def _strain_picture(done: Calibrated, finger: Finger, progress: Callable[[str], 
     assert done.reduced is not None
     specimen = default_specimen(SHOWN_MODULUS_MPA)
     press = fem.press(done.reduced, specimen, force=SHOWN_FORCE_N, fidelity="contact")
-    content = view.strain_png(finger, done.reduced, press, specimen, progress=progress)
+    content = view.strain_picture(finger, done.reduced, press, specimen, progress=progress)
     caption = (
         "The finger cut open in the plane of its gauges (yellow). Pressing bends the hard outer layer into the soft "
         "inner one: "

@@ -1,0 +1,36 @@
+"""A command's inputs stay what they are: an output that is one of them is refused before any work."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.finger import Finger
+
+
+def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
+    """Refuse an output that is an input under whatever name: through links, other spellings, a second hard link."""
+    given = [Path(name) for name in inputs if name is not None]
+    for output in outputs:
+        for name in given:
+            if _same(name, output):
+                raise InputError(f"{output} would overwrite the input {name}: choose another name")
+
+
+def design_files(finger: Path | None, design: "Finger") -> list[Path | str | None]:
+    """The files of a design: its own, and those of its surfaces."""
+    from papilla.finger import Surfaces
+
+    return [finger, *(vars(design.shape).values() if isinstance(design.shape, Surfaces) else ())]
+
+
+def _same(one: Path, other: Path) -> bool:
+    if os.path.realpath(one) == os.path.realpath(other):
+        return True
+    try:
+        return os.path.samefile(one, other)
+    except OSError:
+        return False

@@ -1,0 +1,72 @@
+"""No command overwrites what it reads, under whatever name it is given."""
+
+import os
+
+import pytest
+
+from papilla.cli.paths import keep_inputs
+from papilla.errors import InputError
+from papilla.finger import DEFAULT_FINGER
+
+LOG = "t_s,g1\n0,1\n0.001,2\n0.002,3\n"
+PRESSES = "force_N,modulus_MPa,g1\n1,1,1\n2,1,2\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with an input of each kind."""
+    (tmp_path / "in.csv").write_text(LOG)
+    (tmp_path / "sweep.csv").write_text(PRESSES)
+    (tmp_path / "c.json").write_text("{}")
+    text = DEFAULT_FINGER.read_text(encoding="utf-8")
+    (tmp_path / "f.png").write_text(text, encoding="utf-8")
+    scanned = 'kind = "surfaces"\nouter_file = "s.png"\ninterface_file = "b.stl"\nbone_file = "c.stl"\n\n'
+    begin, end = text.index('kind = "dome"'), text.index("[outer]")
+    scan = text[:begin] + scanned + text[end:]
+    for site in ("-40.0", "-20.0", "0.0", "20.0", "40.0"):
+        scan = scan.replace(f"angle_deg = {site}\n", f"x_mm = {float(site) / 4}\n")
+    (tmp_path / "scan.toml").write_text(scan, encoding="utf-8")
+    for name in ("s.png", "b.stl", "c.stl"):
+        (tmp_path / name).write_text("")
+    os.link(tmp_path / "in.csv", tmp_path / "hard.csv")
+    (tmp_path / "soft.csv").symlink_to("in.csv")
+    (tmp_path / "speed_against_error.png").write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links of a POSIX file system")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["estimate", "in.csv", "--out", "in.csv"],
+        ["estimate", "in.csv", "--out", "sub/../in.csv"],
+        ["estimate", "in.csv", "--out", "hard.csv"],
+        ["estimate", "in.csv", "--out", "soft.csv"],
+        ["estimate", "soft.csv", "--out", "in.csv"],
+        ["estimate", "in.csv", "--calibration", "c.json", "--out", "c.json"],
+        ["view", "--finger", "f.png", "--screenshot", "f.png"],
+        ["view", "contact", "--finger", "scan.toml", "--screenshot", "s.png"],
+        ["calibrate", "--bench", "sweep.csv", "--out", "."],
+        ["bench", "--short", "--finger", "speed_against_error.png", "--out", "."],
+    ],
+    ids=lambda arguments: " ".join(arguments),
+)
+def test_an_input_is_never_overwritten(folder, refused, arguments):
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert "would overwrite the input" in refused(*arguments)
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+def test_other_names_are_free(tmp_path):
+    (tmp_path / "in.csv").write_text("")
+    keep_inputs([tmp_path / "in.csv", None], [tmp_path / "out.csv", tmp_path / "in.csv.csv"])
+    with pytest.raises(InputError, match="would overwrite the input"):
+        keep_inputs([tmp_path / "no.csv"], [tmp_path / "no.csv"])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links of a POSIX file system")
+def test_a_loop_of_links_is_one_line(folder, refused):
+    (folder / "loop.csv").symlink_to("loop.csv")
+    assert "loop of symbolic links" in refused("estimate", "in.csv", "--out", "loop.csv")
+    (folder / "calibration").symlink_to("calibration")
+    assert "cannot write to folder calibration" in refused("calibrate")
