@@ -12,7 +12,7 @@ PACKAGE = ROOT / "papilla"
 MODULES = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
 
 TOP = frozenset(path.stem for path in PACKAGE.glob("*.py") if not path.stem.startswith("__"))
-L0 = TOP | {"calibration", "references"}
+L0 = TOP | {"calibration", "logs", "references"}
 MAY_IMPORT = {
     **{name: L0 for name in L0},
     "mesh": L0 | {"mesh"},

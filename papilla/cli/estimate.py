@@ -1,22 +1,24 @@
 """`papilla estimate`: the estimators over a log, one row of answers per row of the log."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.output import print_json, progress, say
+from papilla.cli.output import Progress, print_json, progress, say
+from papilla.cli.paths import keep_inputs
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
     from papilla.estimators import Pipeline
-    from papilla.logs import TimeLog
+    from papilla.logs import TimeLogFile
 
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 """Noise (microstrain, N) that is assumed where a log shows less: a computed log has none."""
-BLOCK = 2000
-"""Rows between two steps of the progress bar."""
+SILENT_ROWS = 100_000
+"""Rows that are read before a word is said of it."""
 
 
 def estimate(
@@ -34,30 +36,43 @@ def estimate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
-    from papilla.cli.estimate_output import print_summary, summary_of
+    from papilla.cli.estimate_output import Summary, print_summary
+    from papilla.estimators.pipeline.answer import COLUMNS
     from papilla.files import check_writable
-    from papilla.logs import read_time_log
-    from papilla.tables import write_table
+    from papilla.logs import TimeLogFile
+    from papilla.tables import table_writer
 
+    keep_inputs([log, calibration], [out])
     wavelengths = _checked_range(wavelength_range)
-    recorded = read_time_log(log)
-    record = _load(calibration, recorded, log) if calibration else None
-    noise = _noise(recorded)
-    pipeline = _pipeline(recorded, record, noise, wavelengths, saturation)
-    check_writable(out.parent)
-    columns = _run(pipeline, recorded)
-    write_table(out, {"t_s": recorded.t_s, **columns})
-
-    summary = summary_of(recorded, columns, pipeline.messages, wavelengths)
+    with progress() as bar, TimeLogFile(log, lambda rows: _show_reading(bar, rows)) as recorded:
+        record = _load(calibration, recorded, log) if calibration else None
+        noise = _noise(recorded)
+        pipeline = _pipeline(recorded, record, noise, wavelengths, saturation)
+        summary = Summary(recorded)
+        check_writable(out.parent)
+        with table_writer(out, ("t_s", *COLUMNS)) as write:
+            bar.line(_first_stage(pipeline, recorded.sample_rate_Hz))
+            for block in recorded.blocks():
+                answer = pipeline.process(block)
+                write([block[:, 0], *answer])
+                summary.add(block, answer)
+                bar.line("estimating")
+                bar.steps(summary.rows, recorded.report.rows)
+        found = summary.finish(pipeline.messages, wavelengths)
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
-    summary |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
-    for message in summary["messages"]:
+    found |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
+    for message in found["messages"]:
         say(message)
     if as_json:
-        print_json(summary)
+        print_json(found)
     else:
-        print_summary(summary)
+        print_summary(found)
+
+
+def _show_reading(bar: Progress, rows: int) -> None:
+    if rows > SILENT_ROWS:
+        bar.line(f"reading the log, {rows:,} rows")
 
 
 def _checked_range(wavelength_range: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -71,32 +86,32 @@ def _checked_range(wavelength_range: tuple[float, float] | None) -> tuple[float,
     return low, high
 
 
-def _load(path: Path, recorded: "TimeLog", log: Path) -> "Calibration":
-    """The calibration, of as many gauges as the log has."""
+def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
+    """The calibration, of the gauges that the log has."""
     from papilla.calibration import Calibration
 
     record = Calibration.load(path)
-    if len(record.gauges) != len(recorded.gauge_names):
-        count = len(recorded.gauge_names)
-        raise InputError(f"{log} has {count} gauges, the calibration {path} was made for {len(record.gauges)}")
+    own, made_for = recorded.gauge_names, tuple(gauge.name for gauge in record.gauges)
+    if len(made_for) != len(own):
+        raise InputError(f"{log} has {len(own)} gauges, the calibration {path} was made for {len(made_for)}")
+    # A design may call its gauges what it likes; numbers like those of a log must be the log's.
+    if made_for != own and all(re.fullmatch(r"g[1-9][0-9]*", name) for name in made_for):
+        raise InputError(f"{log} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}")
     return record
 
 
-def _noise(recorded: "TimeLog") -> dict[str, float | None]:
+def _noise(recorded: "TimeLogFile") -> dict[str, float]:
     """Noise of the worst gauge and of the force, as the log shows it."""
-    from papilla.logs import white_noise
-
-    gauges = [noise for noise in map(white_noise, recorded.readings.T) if noise == noise]
-    force = float("nan") if recorded.force_N is None else white_noise(recorded.force_N)
+    gauges = [recorded.noise[name] for name in recorded.gauge_names]
+    force = recorded.noise.get("force_N", float("nan"))
     return {
-        "gauge_sigma": max([*gauges, GAUGE_NOISE_FLOOR]),
+        "gauge_sigma": max([*(noise for noise in gauges if noise == noise), GAUGE_NOISE_FLOOR]),
         "force_sigma_N": max(force, FORCE_NOISE_FLOOR_N) if force == force else FORCE_NOISE_FLOOR_N,
     }
 
 
-def _pipeline(recorded: "TimeLog", record, noise, wavelengths, saturation) -> "Pipeline":
+def _pipeline(recorded: "TimeLogFile", record, noise, wavelengths, saturation) -> "Pipeline":
     from papilla.estimators import Pipeline
-    from papilla.logs import TIME_OPTIONAL
 
     options = {} if wavelengths is None else {"wavelength_range_mm": wavelengths}
     if saturation is not None:
@@ -104,7 +119,7 @@ def _pipeline(recorded: "TimeLog", record, noise, wavelengths, saturation) -> "P
     return Pipeline(
         record,
         gauges=recorded.gauge_names,
-        columns=tuple(name for name in TIME_OPTIONAL if getattr(recorded, name) is not None),
+        columns=recorded.optional,
         sample_rate_Hz=recorded.sample_rate_Hz,
         **noise,
         **options,
@@ -120,21 +135,3 @@ def _first_stage(pipeline: "Pipeline", rate_Hz: float) -> str:
     if rate_Hz < TRACKER_RATE_HZ or not compiled.numba_available() or compiled.kernel_cache(kernels).exists():
         return "estimating"
     return "compiling the trackers; this is kept for the next time"
-
-
-def _run(pipeline: "Pipeline", recorded: "TimeLog") -> dict:
-    """The columns of the pipeline's answers to the whole log."""
-    import numpy as np
-
-    given = pipeline.columns[1 + len(recorded.gauge_names) :]
-    table = np.column_stack([recorded.t_s, recorded.readings, *(getattr(recorded, name) for name in given)])
-    answers = []
-    with progress() as bar:
-        bar.line(_first_stage(pipeline, recorded.sample_rate_Hz))
-        for begin in range(0, len(table), BLOCK):
-            answers.append(pipeline.process(table[begin : begin + BLOCK]))
-            bar.line("estimating")
-            bar.steps(min(begin + BLOCK, len(table)), len(table))
-    names = answers[0]._fields
-    columns = {name: np.concatenate([getattr(answer, name) for answer in answers]) for name in names[:-1]}
-    return columns | {"status": [sentence for answer in answers for sentence in answer.status]}

@@ -1,13 +1,16 @@
 """The summary of `papilla estimate`: spectral lines of the whole log, last answers, what became of the rows."""
 
-from collections import Counter
+from collections import Counter, deque
 from typing import TYPE_CHECKING
 
 from papilla.cli.output import print_table, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
-    from papilla.logs import TimeLog
+    import numpy as np
+
+    from papilla.estimators import PipelineEstimate
+    from papilla.logs import TimeLogFile
 
 LAST = {
     "last_answer": ("modulus_MPa", "modulus_sigma_MPa"),
@@ -17,7 +20,8 @@ LAST = {
 }
 """Keys of the last answers: each is the last row with a value in the first of its columns."""
 
-
+LONGEST_ROWS = 2**20
+"""Rows that spectral lines are looked for in at once: 17 minutes at 1 kHz."""
 MOST_STATUSES = 12
 """Statuses in the table; the JSON has all."""
 _ANSWERS = (
@@ -28,27 +32,108 @@ _ANSWERS = (
 )
 
 
-def summary_of(recorded: "TimeLog", columns: dict, messages: tuple[str, ...], wavelengths) -> dict:
-    """What is printed of the estimates: JSON keys and their values, `messages` among them."""
-    report = recorded.report
-    told = [*messages, *report.notes]
-    lines, searched = _lines(recorded, wavelengths, told)
-    if wavelengths is None and lines:
-        told += _beyond_rows(lines[0]["wavelength_mm"])
-    return {
-        "rows": report.rows,
-        "answered_rows": {names[0]: int((columns[names[0]] == columns[names[0]]).sum()) for names in LAST.values()},
-        "status": dict(Counter(columns["status"]).most_common()),
-        **{key: _last(recorded, columns, names) for key, names in LAST.items()},
-        "lines": lines,
-        "searched_mm": searched,
-        "nan_rows": report.nan_rows,
-        "nan_cells": report.nan_cells,
-        "gaps": report.gaps,
-        "duplicates": report.duplicates,
-        "sample_rate_Hz": recorded.sample_rate_Hz,
-        "messages": told,
-    }
+class Summary:
+    """What is told of a log and its estimates, gathered block by block in bounded memory.
+
+    Of the rows the lines are looked for in, the latest `LONGEST_ROWS` are kept.
+    """
+
+    def __init__(self, recorded: "TimeLogFile"):
+        from papilla.estimators.pipeline.clock import Clock
+
+        self._log, self._columns = recorded, ("t_s", *recorded.gauge_names, *recorded.optional)
+        self._clock = Clock(recorded.sample_rate_Hz)
+        self._tail: deque[tuple[np.ndarray, np.ndarray]] = deque()
+        self._statuses: Counter[str] = Counter()
+        self._answered = {names[0]: 0 for names in LAST.values()}
+        self._last: dict[str, dict | None] = dict.fromkeys(LAST)
+        self.rows = self._kept = 0
+
+    def add(self, block: "np.ndarray", answer: "PipelineEstimate") -> None:
+        """Take in the next rows of the log and their answers."""
+        self.rows += len(block)
+        self._statuses.update(answer.status)
+        for key, names in LAST.items():
+            values = getattr(answer, names[0])
+            answered = (values == values).nonzero()[0]
+            self._answered[names[0]] += len(answered)
+            if answered.size:
+                row = answered[-1]
+                last = {name: float(getattr(answer, name)[row]) for name in names}
+                self._last[key] = {"t_s": float(block[row, 0])} | last
+        if {"velocity_mm_s", "position_mm"} & {*self._columns}:
+            self._keep(block)
+
+    def _keep(self, block: "np.ndarray") -> None:
+        """Keep the rows and where they are on the path, as long as they may be needed."""
+        import numpy as np
+
+        from papilla.estimators.pipeline import path
+
+        velocity, position = (
+            block[:, self._columns.index(name)].tolist() if name in self._columns else None
+            for name in ("velocity_mm_s", "position_mm")
+        )
+        self._tail.append((block, np.array(path(self._clock, block[:, 0].tolist(), velocity, position))))
+        self._kept += len(block)
+        while self._kept - len(self._tail[0][0]) >= LONGEST_ROWS:
+            self._kept -= len(self._tail.popleft()[0])
+
+    def finish(self, messages: tuple[str, ...], wavelengths: tuple[float, float] | None) -> dict:
+        """What is printed: JSON keys and their values, `messages` among them."""
+        report = self._log.report
+        told = [*messages, *report.notes]
+        lines, searched = self._lines(wavelengths, told)
+        if wavelengths is None and lines:
+            told += _beyond_rows(lines[0]["wavelength_mm"])
+        return {
+            "rows": report.rows,
+            "answered_rows": self._answered,
+            "status": dict(self._statuses.most_common()),
+            **self._last,
+            "lines": lines,
+            "searched_mm": searched,
+            "nan_rows": report.nan_rows,
+            "nan_cells": report.nan_cells,
+            "gaps": report.gaps,
+            "duplicates": report.duplicates,
+            "sample_rate_Hz": self._log.sample_rate_Hz,
+            "messages": told,
+        }
+
+    def _lines(self, wavelengths: tuple[float, float] | None, told: list[str]) -> tuple[list[dict], list[float] | None]:
+        """Significant lines of the kept rows, strongest first, and the wavelengths (mm) that were searched."""
+        if not self._tail:
+            return [], None
+        import numpy as np
+
+        from papilla.estimators.lines import find_lines, latest_stretch
+
+        names = self._log.gauge_names
+        rows, place = (np.concatenate(parts)[-LONGEST_ROWS:] for parts in zip(*self._tail, strict=True))
+        self._tail.clear()
+        try:
+            first = latest_stretch(place, wavelengths)
+            found = find_lines(place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths)
+        except InputError as error:
+            told.append(f"no lines: {error}")
+            return [], None
+        if first or len(rows) < self.rows:
+            told.append(f"lines: of the log from {rows[first, 0]:.6g} s on; a longer path is not searched at once")
+        lines = [
+            {
+                "wavelength_mm": line.wavelength_mm,
+                "wavelength_sigma_mm": line.sigma_mm,
+                "strength": line.amplitude,
+                "power_over_background": line.ratio,
+                "chance": line.chance,
+                "harmonic": line.harmonic,
+                "fundamental_mm": line.fundamental_mm,
+                "gauges": [names[number] for number in line.channels],
+            }
+            for line in found.lines
+        ]
+        return lines, list(found.searched_mm)
 
 
 def _beyond_rows(strongest_mm: float) -> list[str]:
@@ -62,50 +147,6 @@ def _beyond_rows(strongest_mm: float) -> list[str]:
         f"the strongest line, {strongest_mm:.3g} mm, is outside the {low:g} to {high:g} mm of the rows: give "
         "--wavelength-range, or, if it cannot be, look at the units of t_s, velocity_mm_s and position_mm"
     ]
-
-
-def _last(recorded: "TimeLog", columns: dict, names: tuple[str, ...]) -> dict | None:
-    """The last row with a value in the first column, or None."""
-    rows = (columns[names[0]] == columns[names[0]]).nonzero()[0]
-    if not rows.size:
-        return None
-    row = rows[-1]
-    return {"t_s": float(recorded.t_s[row])} | {name: float(columns[name][row]) for name in names}
-
-
-def _lines(recorded: "TimeLog", wavelengths, told: list[str]) -> tuple[list[dict], list[float] | None]:
-    """Significant lines of the whole log, strongest first, and the wavelengths (mm) that were searched."""
-    if recorded.velocity_mm_s is None and recorded.position_mm is None:
-        return [], None
-    import numpy as np
-
-    from papilla.estimators.lines import find_lines, latest_stretch
-    from papilla.estimators.pipeline import path
-
-    place = np.array(path(recorded.sample_rate_Hz, recorded.t_s.tolist(), recorded.velocity_mm_s, recorded.position_mm))
-    try:
-        first = latest_stretch(place, wavelengths)
-        found = find_lines(place[first:], recorded.readings[first:], wavelength_range_mm=wavelengths)
-    except InputError as error:
-        told.append(f"no lines: {error}")
-        return [], None
-    if first:
-        told.append(f"lines: of the log from {recorded.t_s[first]:.6g} s on; a longer path is not searched at once")
-    names = recorded.gauge_names
-    lines = [
-        {
-            "wavelength_mm": line.wavelength_mm,
-            "wavelength_sigma_mm": line.sigma_mm,
-            "strength": line.amplitude,
-            "power_over_background": line.ratio,
-            "chance": line.chance,
-            "harmonic": line.harmonic,
-            "fundamental_mm": line.fundamental_mm,
-            "gauges": [names[number] for number in line.channels],
-        }
-        for line in found.lines
-    ]
-    return lines, list(found.searched_mm)
 
 
 def print_summary(summary: dict) -> None:

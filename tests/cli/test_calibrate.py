@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from papilla.logs import read_bench, write_table
+from papilla.logs import read_bench
+from papilla.tables import write_table
 
 
 def bench_columns(seed=5):

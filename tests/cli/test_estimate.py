@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import fit_bench
-from papilla.logs import BenchLog, white_noise, write_table
+from papilla.logs import BenchLog, white_noise
+from papilla.tables import write_table
 
 COLUMNS = "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_static status"
 PATTERN = np.array([-0.4, -0.8, 1.5, -0.8, -0.4])

@@ -21,7 +21,7 @@ def test_the_path_is_the_integral_over_the_time_that_passed():
     rng = np.random.default_rng(1)
     time = 36_000 + np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 4000))
     velocity = 100 * np.sin(7 * time)
-    found = np.array(path(1000.0, time.tolist(), velocity.tolist(), None))
+    found = np.array(path(Clock(1000.0), time.tolist(), velocity.tolist(), None))
     expected = np.concatenate([[0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))])
     np.testing.assert_allclose(found, expected, atol=1e-9)
 

@@ -185,12 +185,11 @@ class Clock:
         return position + self._offset
 
 
-def path(rate_Hz: float, t_s, velocity_mm_s, position_mm) -> list[float]:
-    """Position in mm along the path of each of n samples, NaN where it is not known or the sample is left out.
+def path(clock: Clock, t_s, velocity_mm_s, position_mm) -> list[float]:
+    """Position in mm along the path of each of the next n samples of `clock`; NaN where unknown or left out.
 
     Arguments are n numbers each, or None where there is no such column.
     """
     nothing = [_NONE] * len(t_s)
-    clock = Clock(rate_Hz)
     columns = (nothing if column is None else column for column in (velocity_mm_s, position_mm))
     return [clock.tick(*sample).place_mm for sample in zip(t_s, *columns, strict=True)]

@@ -1,0 +1,62 @@
+"""Columns that every log of a finger shares: gauges `g1`, `g2` ... in microstrain, and known names with their units."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from papilla.errors import FileFormatError
+from papilla.tables import Table, TableReader, closest
+
+GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
+MOST_NAMED = 40
+"""Columns that a message lists."""
+
+
+def open_log(
+    path: str | Path, needed: tuple[str, ...], optional: tuple[str, ...]
+) -> tuple[TableReader, tuple[str, ...]]:
+    """A reader of the known columns, and the gauges; refuses missing columns and probable slips of known names."""
+    known = (*needed, *optional)
+    reader = TableReader(path, lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None)
+    try:
+        return reader, _gauges(reader, needed, known)
+    except BaseException:
+        reader.__exit__()
+        raise
+
+
+def _gauges(reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
+    found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
+    absent = [name for name in known if name not in reader.names]
+    for name in reader.ignored:
+        folded = re.sub("[ _]", "", name.lower())
+        meant = folded if GAUGE_COLUMN.fullmatch(folded) else closest(name, absent)
+        if meant:
+            raise FileFormatError(f"{reader.path}, line 1: unknown column {name}; did you mean {meant}?")
+    for name in needed:
+        if name in absent:
+            raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found})")
+    gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
+    if not gauges:
+        raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {found})")
+    return gauges
+
+
+def notes_of(ignored: tuple[str, ...], ends_open: bool) -> tuple[str, ...]:
+    """What a person should be told of a log, a sentence each."""
+    notes = [f"ignored columns: {', '.join(ignored)}"] if ignored else []
+    if ends_open:
+        notes.append("the last line has no line end: if the file was cut off, its last number may be too short")
+    return tuple(notes)
+
+
+def check_finite(table: Table, names: Iterable[str]) -> None:
+    """Refuse the first row in which a column holds no finite number."""
+    names = tuple(names)
+    bad = ~np.isfinite(np.column_stack([table.columns[name] for name in names]))
+    if bad.any():
+        row, column = divmod(int(np.argmax(bad)), len(names))
+        name = names[column]
+        raise table.fault(row, name, f"expected a finite number, got {table.columns[name][row]}")

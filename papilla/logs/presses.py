@@ -1,0 +1,105 @@
+"""Logs of presses on specimens of known modulus, a row a press."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from papilla.errors import FileFormatError
+from papilla.logs.columns import check_finite, notes_of, open_log
+from papilla.tables import Table, write_table
+
+BENCH_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain")
+SD_TOLERANCE = 0.01
+"""A stated S_d may differ from that of the gauges by rounding, this fraction of it; ddof 1 would differ by 12 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class BenchLog:
+    """Presses on specimens of known modulus, a row a press.
+
+    Parameters
+    ----------
+    force_N, modulus_MPa : (n,), > 0.
+    readings : (n, g) in microstrain, all finite.
+    gauge_names : the g column names, by their number.
+    indentation_mm : (n,) > 0, or None.
+    x_mm, y_mm : (n,) touch-down points, or None.
+    ignored : names of columns that papilla does not know.
+    ends_open : the last line has no line end, as in a file that was cut off.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    readings: np.ndarray
+    gauge_names: tuple[str, ...]
+    indentation_mm: np.ndarray | None = None
+    x_mm: np.ndarray | None = None
+    y_mm: np.ndarray | None = None
+    ignored: tuple[str, ...] = ()
+    ends_open: bool = False
+
+    def __len__(self) -> int:
+        return len(self.force_N)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should be told of the file, a sentence each."""
+        return notes_of(self.ignored, self.ends_open)
+
+    @cached_property
+    def sd_microstrain(self) -> np.ndarray:
+        """(n,) population standard deviation (ddof 0) of the gauge readings of each press."""
+        return self.readings.std(axis=1)
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the presses in the form that `read_bench` reads, with their S_d; raises `FileAccessError`."""
+        columns = {"force_N": self.force_N, "modulus_MPa": self.modulus_MPa}
+        columns |= dict(zip(self.gauge_names, self.readings.T, strict=True))
+        for name in BENCH_OPTIONAL:
+            if (column := getattr(self, name)) is not None:
+                columns[name] = column
+        write_table(path, columns)
+
+
+def read_bench(path: str | Path) -> BenchLog:
+    """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain`.
+
+    Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.read_table` refuses, a missing or misspelt
+    column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
+    positive, an `sd_microstrain` that is not the population standard deviation of the gauges.
+    """
+    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), BENCH_OPTIONAL)
+    with reader:
+        table = reader.whole()
+    if len(table) < 2:
+        raise FileFormatError(f"{table.path} has one row: one press is too few to fit anything")
+    check_finite(table, tuple(table.columns))
+    for name in ("force_N", "modulus_MPa", "indentation_mm"):
+        if name in table.columns and (table.columns[name] <= 0).any():
+            row = int(np.argmax(table.columns[name] <= 0))
+            raise table.fault(row, name, f"must be greater than 0, got {table.columns[name][row]:g}")
+    log = BenchLog(
+        force_N=table.columns["force_N"],
+        modulus_MPa=table.columns["modulus_MPa"],
+        readings=np.column_stack([table.columns[name] for name in gauges]),
+        gauge_names=gauges,
+        indentation_mm=table.columns.get("indentation_mm"),
+        x_mm=table.columns.get("x_mm"),
+        y_mm=table.columns.get("y_mm"),
+        ignored=table.ignored,
+        ends_open=table.ends_open,
+    )
+    if "sd_microstrain" in table.columns:
+        _check_sd(table, log.sd_microstrain)
+    return log
+
+
+def _check_sd(table: Table, sd: np.ndarray) -> None:
+    stated = table.columns["sd_microstrain"]
+    wrong = np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        problem = f"{stated[row]:g} is not the population standard deviation of the gauges, {sd[row]:g}"
+        raise table.fault(row, "sd_microstrain", problem)

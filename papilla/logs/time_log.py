@@ -1,0 +1,185 @@
+"""Logs of gauge readings over time: read as a whole, or block by block in bounded memory."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from papilla.errors import FileFormatError
+from papilla.logs.columns import check_finite, notes_of, open_log
+from papilla.logs.spread import Magnitudes, Noise
+from papilla.tables import Table, TableReader
+
+TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
+GAP_STEPS = 1.5
+"""A step of time longer than this many median steps is a gap."""
+
+
+@dataclass(frozen=True)
+class LogReport:
+    """What a reader of a time log has to know: counts, never silently dropped rows.
+
+    `gaps` counts steps over 1.5 median steps, `duplicates` rows that repeat the time before them, `nan_rows` rows where
+    any used column holds no finite number, `ignored` names the columns that papilla does not know, `ends_open` says
+    that the last line has no line end, as in a file that was cut off.
+    """
+
+    rows: int
+    gaps: int
+    duplicates: int
+    nan_cells: int
+    nan_rows: int
+    ignored: tuple[str, ...]
+    ends_open: bool
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should be told of the file, a sentence each."""
+        return notes_of(self.ignored, self.ends_open)
+
+
+@dataclass(frozen=True, eq=False)
+class TimeLog:
+    """Gauge readings over time.
+
+    Parameters
+    ----------
+    t_s : (n,) times in s, not decreasing, n >= 2.
+    readings : (n, g) in microstrain; cells without a number are NaN.
+    gauge_names : the g column names, by their number.
+    force_N, velocity_mm_s, position_mm, tangential_N : (n,) or None where the log has no such column.
+    sample_rate_Hz : mean rate over the steps that are neither gaps nor duplicates.
+    report : what was counted while reading.
+    """
+
+    t_s: np.ndarray
+    readings: np.ndarray
+    gauge_names: tuple[str, ...]
+    force_N: np.ndarray | None
+    velocity_mm_s: np.ndarray | None
+    position_mm: np.ndarray | None
+    tangential_N: np.ndarray | None
+    sample_rate_Hz: float
+    report: LogReport
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+
+class _Scan:
+    """What has to be known of a time log before its rows are used, from one look at its blocks."""
+
+    def __init__(self, reader: TableReader, gauges: tuple[str, ...]):
+        self._reader, self._steps = reader, Magnitudes()
+        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in reader.names))
+        self.noise = Noise()
+        self.rows = self.duplicates = self.nan_cells = self.nan_rows = 0
+        self._last = math.nan
+
+    def add(self, block: Table) -> None:
+        """Check and count the rows of the next block."""
+        check_finite(block, ("t_s",))
+        time = block.columns["t_s"]
+        with_last = np.concatenate([[self._last], time])[math.isnan(self._last) :]
+        steps = np.diff(with_last)
+        if (steps < 0).any():
+            at = int(np.argmax(steps < 0))
+            problem = f"time goes back from {with_last[at]:g} to {with_last[at + 1]:g} s; sort the log by time"
+            raise block.fault(at + 1 + len(time) - len(with_last), "t_s", problem)
+        self._last = time[-1]
+        self._steps.add(steps[steps > 0])
+        self.duplicates += int((steps == 0).sum())
+        rows = np.column_stack([block.columns[name] for name in self.used])
+        bad = ~np.isfinite(rows)
+        self.nan_cells += int(bad.sum())
+        self.nan_rows += int(bad.any(axis=1).sum())
+        self.rows += len(rows)
+        self.noise.add(rows)
+
+    def finish(self) -> tuple[float, LogReport]:
+        """Sampling rate in Hz and what was counted; raises `FileFormatError` where there is no rate."""
+        if self.rows < 2:
+            raise FileFormatError(
+                f"{self._reader.path} has one row: a time log needs two at least to have a sampling rate"
+            )
+        longest = GAP_STEPS * self._steps.median()
+        if math.isnan(longest):
+            raise FileFormatError(
+                f"{self._reader.path}: all rows have the time {self._last:g} s, so there is no sampling rate"
+            )
+        report = LogReport(
+            rows=self.rows,
+            gaps=self._steps.above(longest),
+            duplicates=self.duplicates,
+            nan_cells=self.nan_cells,
+            nan_rows=self.nan_rows,
+            ignored=self._reader.ignored,
+            ends_open=self._reader.ends_open,
+        )
+        return 1 / self._steps.mean_up_to(longest), report
+
+
+class TimeLogFile:
+    """A time log that is read block by block: checked and counted as a whole when it is opened, then as often as asked.
+
+    Use it as a context manager. gauge_names : by their number; optional : the columns of `TIME_OPTIONAL` that there
+    are; sample_rate_Hz, report : as in `TimeLog`; noise : standard deviation of the white noise of each of these
+    columns by its name, NaN where it cannot be told.
+
+    Raises what `read_time_log` raises; progress is called with the number of rows seen so far.
+    """
+
+    def __init__(self, path: str | Path, progress: Callable[[int], None] = lambda rows: None):
+        self._reader, self.gauge_names = open_log(path, ("t_s",), TIME_OPTIONAL)
+        try:
+            scan = _Scan(self._reader, self.gauge_names)
+            for block in self._reader.blocks():
+                scan.add(block)
+                progress(scan.rows)
+            self.sample_rate_Hz, self.report = scan.finish()
+        except BaseException:
+            self._reader.__exit__()
+            raise
+        self.optional = scan.used[len(self.gauge_names) :]
+        self.noise = dict(zip(scan.used, scan.noise.sigma, strict=True))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._reader.__exit__()
+
+    def blocks(self) -> Iterator[np.ndarray]:
+        """Blocks (n, 1 + gauges + optional columns) of the rows that were counted: time, readings, optional columns."""
+        left = self.report.rows
+        for block in self._reader.blocks():
+            names = ("t_s", *self.gauge_names, *self.optional)
+            yield np.column_stack([block.columns[name] for name in names])[:left]
+            left -= len(block)
+            if left <= 0:
+                return
+
+
+def read_time_log(path: str | Path) -> TimeLog:
+    """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`.
+
+    Cells without a finite number are kept as they are and counted: they are answered row by row. Raises
+    `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt column,
+    fewer than two rows, a time that is no number or earlier than the one before, all times equal.
+    """
+    with TimeLogFile(path) as file:
+        rows = np.concatenate(list(file.blocks()))
+    gauges = len(file.gauge_names)
+    optional: dict[str, np.ndarray | None] = dict.fromkeys(TIME_OPTIONAL)
+    optional |= zip(file.optional, rows.T[1 + gauges :], strict=True)
+    return TimeLog(
+        t_s=rows[:, 0],
+        readings=rows[:, 1 : 1 + gauges],
+        gauge_names=file.gauge_names,
+        **optional,
+        sample_rate_Hz=file.sample_rate_Hz,
+        report=file.report,
+    )
