@@ -1,10 +1,15 @@
 """Reading time logs and bench logs: what comes out, and one clear line for each bad file."""
 
+import os
+import re
+import threading
+
 import numpy as np
 import pytest
 
+from papilla import tables
 from papilla.errors import FileAccessError, FileFormatError
-from papilla.logs import read_bench, read_time_log
+from papilla.logs import TimeLogFile, read_bench, read_time_log, spread, white_noise
 from papilla.tables import write_table
 
 TIME = "t_s,g1,g2,force_N\n0.000,1,2,0.1\n0.001,3,4,0.2\n0.002,5,6,0.3\n"
@@ -108,6 +113,10 @@ def test_bench_log_checks_a_stated_standard_deviation(log):
         ("t_s,g1,g1\n0,1,1\n1,1,1\n", "column g1 occurs twice"),
         ("t_s,g1,\n0,1,1\n1,1,1\n", "column 3 has no name"),
         ("t_s;g1\n0;1\n1;1\n", "columns must be separated by commas"),
+        ("t_s,g1\n0,1\n1,1_000\n", "line 3, column g1: expected a number, got '1_000'"),
+        ("t_s,g1\n0,1\n1,\uff11\uff12\n", "line 3, column g1: expected a number, got '\uff11\uff12'"),
+        ("t_s," + ",".join(f"g{k}" for k in range(1, 1001)) + "\n0\n", "1001 columns; no table of papilla has more"),
+        ("t_s" * 2**19, "line 1: longer than 1048576 characters"),
         ("t_s,g1\n0,1\n1,abc\n", "line 3, column g1: expected a number, got 'abc'"),
         ("t_s,g1\n0,1\n1,1,1\n", "line 3: 3 cells where the header has 2 columns"),
         ("t_s,g1\n0,1\n\n1\n", "line 4: 1 cells where the header has 2 columns"),
@@ -151,6 +160,88 @@ def test_missing_file_and_folder(read, tmp_path):
         read(tmp_path / "nowhere.csv")
     with pytest.raises(FileAccessError, match="cannot read"):
         read(tmp_path)
+
+
+def test_medians_in_bounded_memory_are_exact_up_to_a_limit_and_near_beyond(monkeypatch):
+    rng = np.random.default_rng(3)
+    values = np.concatenate([rng.lognormal(0, 0.5, 300_000), np.full(900, 0.25), np.zeros(100)])
+    exact, grouped = spread.Magnitudes(), spread.Magnitudes()
+    exact.add(values)
+    assert exact.median() == np.median(values)
+    assert exact.mean_up_to(2.0) == values[values <= 2].mean()
+    monkeypatch.setattr(spread, "KEPT", 100_000)
+    for part in np.array_split(values, 50):
+        grouped.add(part)
+    assert len(grouped._all()[0]) < 100_000, "grouped"
+    assert grouped.median() == pytest.approx(np.median(values), rel=1e-4)
+    assert grouped.mean_up_to(2.0) == pytest.approx(values[values <= 2].mean(), rel=1e-3)
+    assert grouped.above(2.0) == pytest.approx((values > 2).sum(), rel=1e-3)
+    assert np.isnan(spread.Magnitudes().median())
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Tables are read three rows at a time."""
+    blocks = tables.TableReader.blocks
+    monkeypatch.setattr(tables.TableReader, "blocks", lambda reader: blocks(reader, 3))
+
+
+LONG = "t_s,force_N,g2,g1\n" + "".join(f"{k / 100},{k % 7},{k * k % 11},{k}\n\n" for k in range(100))
+
+
+def test_blocks_change_nothing(log, monkeypatch, small_blocks):
+    text = re.sub("\n0.5,.*", "", LONG).replace("\n0.2,", "\n0.19,").replace(",3,", ",,", 1)
+    pieces = read_time_log(log(text))
+    monkeypatch.undo()
+    whole = read_time_log(log(text))
+    assert pieces.report == whole.report and whole.report.gaps == 2 and whole.report.duplicates == 1
+    assert pieces.sample_rate_Hz == whole.sample_rate_Hz
+    assert np.array_equal(pieces.readings, whole.readings) and np.array_equal(pieces.t_s, whole.t_s)
+    assert np.array_equal(pieces.force_N, whole.force_N, equal_nan=True)
+    with TimeLogFile(log(text)) as file:
+        assert file.noise["g2"] == white_noise(whole.readings[:, 1])
+        assert file.noise["force_N"] == white_noise(whole.force_N)
+
+
+@pytest.mark.parametrize("row", range(6, 13))
+def test_faults_are_found_in_every_place_of_a_block(log, small_blocks, row):
+    lines = LONG.splitlines()
+    faults = {f"{row / 100 - 0.05}": "time goes back", "nan": "finite number", "x": "expected a number"}
+    for cell, message in faults.items():
+        rows = [*lines[: 2 * row + 1], f"{cell},1,1,1", *lines[2 * row + 2 :]]
+        with pytest.raises(FileFormatError, match=f"line {2 * row + 2}, column t_s: .*{message}"):
+            read_time_log(log("\n".join(rows)))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_stream_that_can_be_read_once_is_read_like_a_file(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    writer = threading.Thread(target=(tmp_path / "pipe").write_text, args=[TIME])
+    writer.start()
+    assert read_time_log(tmp_path / "pipe").readings.tolist() == [[1, 2], [3, 4], [5, 6]]
+    writer.join()
+
+
+def test_rows_that_come_while_a_log_is_read_are_left_for_the_next_time(log):
+    with TimeLogFile(log(TIME)) as file:
+        with open(file._reader.path, "a") as stream:
+            stream.write("0.003,7,8,0.4\n")
+        assert sum(len(block) for block in file.blocks()) == file.report.rows == 3
+
+
+def test_a_table_that_fails_half_way_leaves_no_file(tmp_path):
+    def write():
+        with tables.table_writer(tmp_path / "out.csv", ["a"]) as rows:
+            rows([[1.0, float("nan")]])
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(FileAccessError, match="NUL"):
+        write_table("a\0b", {"a": [1.0]})
+    with pytest.raises(FileAccessError, match="cannot read"):
+        read_time_log("a\0b")
 
 
 def test_bench_log_written_and_read_again(log, tmp_path):

@@ -192,6 +192,7 @@ def test_real_boards_at_the_speed_they_were_slid_at(papilla, tmp_path, path):
         (["log.csv", "--calibration", "cut.json"], "cut.json is not a calibration, or was cut short"),
         (["log.csv", "--calibration", "other.json"], "other.json: the schema is 'papilla.calibration/9'"),
         (["two.csv", "--calibration", "c.json"], "two.csv has 2 gauges, the calibration c.json was made for 5"),
+        (["others.csv", "--calibration", "c.json"], "others.csv is of g2, g3, g4, g5, g6, the calibration c.json was"),
         (["log.csv", "--wavelength-range", "8", "1"], "--wavelength-range must rise from LO to HI, got 8 and 1 mm"),
         (["log.csv", "--wavelength-range", "2", "2"], "--wavelength-range must rise from LO to HI, got 2 and 2 mm"),
         (["log.csv", "--wavelength-range", "-1", "2"], "--wavelength-range (mm) must be greater than 0, got -1"),
@@ -206,6 +207,8 @@ def test_unusable_input(refused, tmp_path, log, calibrated, options, message):
     (tmp_path / "cut.json").write_text(text[: len(text) // 2])
     (tmp_path / "other.json").write_text(text.replace("papilla.calibration/1", "papilla.calibration/9"))
     write_table(tmp_path / "two.csv", {"t_s": [0.0, 1.0], "g1": [1.0, 1.0], "g2": [1.0, 1.0], "force_N": [1.0, 1.0]})
+    others = {f"g{number}": [1.0, 1.0] for number in range(2, 7)}
+    write_table(tmp_path / "others.csv", {"t_s": [0.0, 1.0], **others, "force_N": [1.0, 1.0]})
     write_table(tmp_path / "unsorted.csv", {"t_s": [1.0, 0.0], "g1": [1.0, 1.0]})
     assert message in refused("estimate", *options, "--out", "est.csv")
 
@@ -227,3 +230,45 @@ def test_a_gauge_is_called_by_the_name_that_the_header_gives_it(papilla, tmp_pat
     write_table(tmp_path / "four.csv", {"t_s": np.arange(400) / 1000, **gauges})
     assert papilla("estimate", "four.csv", "--out", "est.csv").code == 0
     assert {row["status"].split(";")[0] for row in rows_of(tmp_path / "est.csv")} == {"g4 missing"}
+
+
+def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sliding, monkeypatch):
+    from papilla.tables import TableReader
+
+    told = [papilla("estimate", sliding, "--out", "whole.csv", "--json").out]
+    blocks = TableReader.blocks
+    monkeypatch.setattr(TableReader, "blocks", lambda reader: blocks(reader, 701))
+    told.append(papilla("estimate", sliding, "--out", "pieces.csv", "--json").out.replace("pieces", "whole"))
+    assert (tmp_path / "pieces.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    assert told[0] == told[1]
+
+
+def test_lines_of_a_long_log_are_those_of_its_latest_rows(papilla, tmp_path, sliding, monkeypatch):
+    from papilla.cli import estimate_output
+    from papilla.tables import TableReader
+
+    blocks = TableReader.blocks
+    monkeypatch.setattr(TableReader, "blocks", lambda reader: blocks(reader, 300))
+    monkeypatch.setattr(estimate_output, "LONGEST_ROWS", 1000)
+    answer = papilla("estimate", sliding, "--out", "est.csv", "--wavelength-range", 0.5, 5, "--json")
+    assert "lines: of the log from 2 s on; a longer path is not searched at once" in answer.err
+    assert json.loads(answer.out)["lines"][0]["wavelength_mm"] == pytest.approx(1.5, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_log(tmp_path):
+    """Peak memory of a log five times as long is the same: rows are not kept."""
+    import subprocess
+    import sys
+
+    rng = np.random.default_rng(0)
+    peaks = []
+    for rows in (20_000, 100_000):
+        t = np.arange(rows) / 1000
+        write_table(tmp_path / "log.csv", {"t_s": t, **{f"g{k}": rng.normal(size=rows) for k in range(1, 6)}})
+        code = "import resource, sys; from papilla.cli.main import run\ntry: run(sys.argv[1:])\nexcept SystemExit: "
+        code += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        arguments = ["estimate", "log.csv", "--out", "est.csv", "--json"]
+        done = subprocess.run([sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True)
+        peaks.append(int(done.stdout.split()[-1]))
+    assert peaks[1] - peaks[0] < 30 * 1024, f"{peaks} KiB"
