@@ -16,7 +16,7 @@ from typing import IO, Any, Self
 import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import replacing
+from papilla.files import reason, replacing
 
 BLOCK = 8192
 """Rows that are read at once."""
@@ -216,7 +216,7 @@ def _opened(path: Path) -> IO[bytes]:
                 stream = tempfile.TemporaryFile()  # noqa: SIM115
                 shutil.copyfileobj(once, stream)
     except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from error
+        raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
     return stream
 
 

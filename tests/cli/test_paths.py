@@ -67,6 +67,6 @@ def test_other_names_are_free(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="links of a POSIX file system")
 def test_a_loop_of_links_is_one_line(folder, refused):
     (folder / "loop.csv").symlink_to("loop.csv")
-    assert "loop of symbolic links" in refused("estimate", "in.csv", "--out", "loop.csv")
+    assert "cannot write loop.csv" in refused("estimate", "in.csv", "--out", "loop.csv")
     (folder / "calibration").symlink_to("calibration")
     assert "cannot write to folder calibration" in refused("calibrate")
