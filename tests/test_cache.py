@@ -96,14 +96,14 @@ def copy_of_package(tmp_path, monkeypatch):
     forget()
 
 
-SWEEP, REDUCED, MESH = "papilla.calibrate.press_table", "papilla.fem.reduction.prepare", "papilla.mesh.builder"
+SWEEP, REDUCED, MESH = "papilla.calibrate.press_table", "papilla.fem.reduction.finger_model", "papilla.mesh.builder"
 PICTURE, PRICES, POSITIONS = "papilla.view.pictures", "papilla.fem.pressing.pricing", "papilla.calibrate.beside_apex"
 BELOW = {
     SWEEP: ("calibrate/press_table.py", "specimen.py", "references/layer.py", "fem/pressing/contact.py"),
     REDUCED: ("fem/reduction/finger_model.py", "fem/discrete/assembly.py", "mesh/surfaces.py", "finger.py"),
     MESH: ("mesh/snapping.py", "mesh/worker.py", "mesh/surface_files.py", "mesh/triangle_surface.py"),
     PICTURE: ("view/strain_field.py", "fem/fields.py", "mesh/layered.py"),
-    PRICES: ("fem/finite/pressing.py", "fem/pressing/hertz_table.py", "specimen.py"),
+    PRICES: ("fem/finite/pressing.py", "fem/pressing/hertz.py", "specimen.py"),
     POSITIONS: ("fem/reduction/transported.py", "calibrate/surface_fit.py", "calibration/surface.py"),
 }
 

@@ -46,7 +46,7 @@ def press(
         finite(f"--at {axis} (mm)", value)
 
     from papilla import fem
-    from papilla.fem.reduction.prepare import prepare
+    from papilla.fem.reduction.finger_model import prepare
     from papilla.finger import Finger
     from papilla.mesh import build
 

@@ -4,8 +4,7 @@ from papilla.fem.fields import Field, ReceptiveFields, receptive_fields, recover
 from papilla.fem.finite import press_finite
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
-from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.prepare import prepare
+from papilla.fem.reduction.finger_model import FingerModel, prepare
 from papilla.fem.reduction.reduced import ReducedFinger
 
 __all__ = [

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.discrete.space import Space, parity_signs
+from papilla.fem.discrete.elements import Space, parity_signs
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel, image_of
 from papilla.fem.reduction.reduced import ReducedFinger

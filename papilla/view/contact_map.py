@@ -9,8 +9,8 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 
 from papilla.errors import InputError
+from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press
-from papilla.fem.pressing.profile import contact_shape
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.view.style import INK, MUTED, SEQUENTIAL, nice_limit, styled
 

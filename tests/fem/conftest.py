@@ -8,7 +8,7 @@ import pytest
 from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 
 from papilla.fem import FingerModel, ReducedFinger
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
 from papilla.finger import Dome, Finger

@@ -6,8 +6,7 @@ from scipy.optimize import nnls
 
 from papilla.errors import SolverError
 from papilla.fem.pressing import contact as complementarity
-from papilla.fem.pressing.contact import solve_contact
-from papilla.fem.pressing.profile import contact_shape
+from papilla.fem.pressing.contact import contact_shape, solve_contact
 from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance
 from papilla.references import BondedLayerKernel, bonded_layer_sphere, hertz_ellipse_at, hertz_sphere
 

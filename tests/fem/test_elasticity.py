@@ -6,10 +6,9 @@ import scipy.sparse as sp
 from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector
 from skfem.helpers import ddot, div, sym_grad
 
-from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
 from papilla.fem.discrete.solver import factorise
-from papilla.fem.discrete.space import SYMMETRIC, parity_signs
-from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.finger import Layer
 from papilla.mesh.layered import INNER, OUTER
 from papilla.references import boussinesq_displacement

@@ -10,9 +10,8 @@ from skfem.helpers import ddot, div, sym_grad
 
 from papilla.errors import InputError
 from papilla.fem import FingerModel, ReducedFinger, press, receptive_fields, recover
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.elements import ELEMENTS
-from papilla.fem.discrete.pure_displacement import P1, P2
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import ELEMENTS, P1, P2
 from papilla.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
 from papilla.specimen import Block

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.fem.discrete.space import SYMMETRIC
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
 from papilla.fem.reduction.patch import Frame, build_patch, gap_of
 from papilla.mesh.surfaces import Ellipsoid
 

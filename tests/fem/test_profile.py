@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import jv
 
-from papilla.fem.pressing.profile import (
+from papilla.fem.pressing.hertz import (
     FLATTEST,
     FOURTH,
     HALF_SPACE_ENERGY,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.body import Body, Card
 from papilla.finger import Layer
 from papilla.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh, principal_pair

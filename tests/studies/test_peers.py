@@ -8,7 +8,7 @@ import pytest
 
 from papilla.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.elements import TaylorHood
 from papilla.finger import Finger
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces

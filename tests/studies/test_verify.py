@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from papilla.cli.verify import verify as command
 from papilla.errors import InputError, SolverError
-from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
 from papilla.mesh.topology import volumes
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere

@@ -1,10 +1,325 @@
-"""The elements of the linear rungs, by name."""
+"""The elements of the linear fidelities, by name: displacement nodes on the cell of a mesh, mirror planes, matrices.
+
+Displacement unknowns are numbered 3 * node + component; pressures, where an element has any, follow.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import ClassVar
+
+import numpy as np
+import scipy.sparse as sp
+from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet
 
 from papilla.errors import InputError
-from papilla.fem.discrete.pure_displacement import P1, P2
-from papilla.fem.discrete.space import Space
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.assembly import Couplings, Layout, lame, shear_blocks, volumetric_blocks
+from papilla.finger import Layer
 from papilla.mesh.layered import LayeredMesh
+
+QUADRATURE_ORDER = 2
+"""Exact for products of two P2 gradients or of two P1 functions on straight tetrahedra."""
+
+SYMMETRIC = (1, 1)
+"""The parity of fields that both mirrors leave alone."""
+
+
+def parity_signs(parity: tuple[int, int], image: tuple[int, int]) -> np.ndarray:
+    """Factors (3,) that turn the displacement at a point of the cell into that at its mirror image.
+
+    `parity` holds +1 (symmetric) or -1 (antisymmetric) for the mirrors in x = 0 and y = 0; `image` says, by -1,
+    which of them lead from the cell to the image.
+    """
+    signs = np.ones(3)
+    for axis in (0, 1):
+        if image[axis] < 0:
+            signs *= parity[axis]
+            signs[axis] *= -1
+    return signs
+
+
+@dataclass(frozen=True, eq=False)
+class Space(ABC):
+    """Displacements in a scalar element for each component, on the cell of a mesh. Matrices are lower triangles."""
+
+    mesh: LayeredMesh
+
+    name: ClassVar[str]
+    """What the element is called."""
+
+    scalar_element: ClassVar[Element]
+
+    @property
+    @abstractmethod
+    def pressures(self) -> int:
+        """Number of pressure unknowns."""
+
+    @abstractmethod
+    def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
+        """Lower triangle of the matrix for the given layers, in N/mm (displacement block).
+
+        A combination of parts that are assembled once: what other moduli cost is one pass over the entries.
+        """
+
+    @abstractmethod
+    def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
+        """One part of the matrix, in its place: "shear" of a layer, and what else the space is made of."""
+
+    @cached_property
+    def skmesh(self) -> MeshTet:
+        """The same tetrahedra as scikit-fem sees them (vertex numbers are kept)."""
+        return MeshTet(self.mesh.points.T.copy(), self.mesh.tets.T.copy(), sort_t=False)
+
+    @cached_property
+    def displacement(self) -> Basis:
+        """Scalar basis; each component uses it."""
+        return Basis(self.skmesh, self.scalar_element, intorder=QUADRATURE_ORDER)
+
+    @property
+    def nodes(self) -> int:
+        """Number of displacement nodes."""
+        return int(self.displacement.N)
+
+    @property
+    def unknowns(self) -> int:
+        """All unknowns, boundary conditions not yet removed."""
+        return 3 * self.nodes + self.pressures
+
+    @cached_property
+    def layer_numbers(self) -> list[int]:
+        """The layers that occur in the mesh."""
+        return [int(number) for number in np.unique(self.mesh.layer)]
+
+    def free(self, parity: tuple[int, int], mirrors: tuple[str, ...]) -> np.ndarray:
+        """Mask (unknowns,) of what the clamped base and the mirror planes leave free for fields of one parity."""
+        free = np.ones(self.unknowns, dtype=bool)
+        base = self.nodes_on(self.mesh.boundaries["base"])
+        for component in range(3):
+            free[3 * base + component] = False
+        for axis in ("xyz".index(name) for name in mirrors):
+            on_plane = np.flatnonzero(self.displacement.doflocs[axis] == 0)
+            for component in range(3):
+                if (component == axis) == (parity[axis] > 0):
+                    free[3 * on_plane + component] = False
+        return free
+
+    def nodes_on(self, triangles: np.ndarray) -> np.ndarray:
+        """Numbers of the displacement nodes on the given (k, 3) vertex triangles."""
+        return self.displacement.get_dofs(self.facets(triangles)).flatten()
+
+    def facets(self, triangles: np.ndarray) -> np.ndarray:
+        """Facet numbers (k,) of vertex triangles (k, 3)."""
+        n = len(self.mesh.points)
+        weights = np.array([n * n, n, 1])
+        known = weights @ np.sort(self.skmesh.facets, axis=0)
+        order = np.argsort(known)
+        return order[np.searchsorted(known[order], np.sort(triangles, axis=1) @ weights)]
+
+    @cached_property
+    def shear(self) -> dict[int, np.ndarray]:
+        """Layer -> blocks (pairs of nodes, 9) of the form 2 eps(u) : eps(v) over its cells; goes with mu."""
+        return self._by_layer(shear_blocks)
+
+    @cached_property
+    def _ascending(self) -> np.ndarray:
+        """(m, a) order in which each cell's node numbers ascend: the lower triangle is then that of every cell."""
+        return np.argsort(self.displacement.element_dofs.T, axis=1)
+
+    @cached_property
+    def _cell_nodes(self) -> np.ndarray:
+        """(m, a) node numbers of each cell, ascending."""
+        return np.take_along_axis(self.displacement.element_dofs.T.astype(np.int64), self._ascending, axis=1)
+
+    @cached_property
+    def _coupled_nodes(self) -> Couplings:
+        return Couplings.lower(self._cell_nodes)
+
+    def _gradients(self, cells: np.ndarray) -> np.ndarray:
+        """Gradients (cells, a, 3, q) of the basis functions, in the order of `_cell_nodes`."""
+        gradients = np.stack([f[0].grad[:, cells] for f in self.displacement.basis]).transpose(2, 0, 1, 3)
+        return np.take_along_axis(gradients, self._ascending[cells][:, :, None, None], axis=1)
+
+    def _by_layer(self, blocks) -> dict[int, np.ndarray]:
+        """Layer -> sums (pairs of nodes, 9) of element blocks over its cells."""
+        coupled, found = self._coupled_nodes, {}
+        for number in self.layer_numbers:
+            cells = self.mesh.layer == number
+            values = blocks(self._gradients(cells), self.displacement.dx[cells], coupled.local)
+            found[number] = coupled.total(values, cells)
+        return found
+
+    def _layout_with(self, *others: tuple[np.ndarray, np.ndarray]) -> Layout:
+        """Structure of the displacement block and of other entries, each given by their rows and columns."""
+        entries = [self._coupled_nodes.entries(3, 3), *others]
+        rows, columns = (np.concatenate([part[axis].ravel() for part in entries]) for axis in (0, 1))
+        return Layout.of(rows, columns, self.unknowns)
+
+
+class TaylorHood(Space):
+    """P2 displacement and layer-wise P1 pressure on the cell of a mesh: the element of all default results.
+
+    The stress is sigma = 2 mu eps(u) - p I with p = -lambda div u, so that nu -> 0.5 is harmless. The pressure is
+    continuous inside a layer and jumps across the interface, as the true one does: a pressure that is continuous there
+    smears the strain exactly where the gauges sit (docs/adr/0004).
+    """
+
+    name: ClassVar[str] = "Taylor-Hood"
+    scalar_element: ClassVar[Element] = ElementTetP2()
+
+    @cached_property
+    def pressure_dofs(self) -> np.ndarray:
+        """(m, 4) pressure numbers of each cell: one for each pair of vertex and layer."""
+        key = self.mesh.tets * 4 + self.mesh.layer[:, None]
+        return np.unique(key, return_inverse=True)[1].reshape(key.shape)
+
+    @cached_property
+    def pressures(self) -> int:
+        """Number of pressure unknowns."""
+        return int(self.pressure_dofs.max()) + 1
+
+    def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
+        """Lower triangle of the saddle-point matrix for the given layers, in N/mm (displacement block)."""
+        constants = {number: lame(layers[number]) for number in self.layer_numbers}
+        shear = reduce(np.add, (mu * self.shear[number] for number, (mu, _) in constants.items()))
+        mass = reduce(np.add, (-ratio * self.mass[number] for number, (_, ratio) in constants.items()))
+        return self._filled(shear=shear, divergence=self.divergence, mass=mass)
+
+    def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
+        """One part of the matrix, in its place: "shear" or "mass" of a layer, or "divergence" of all."""
+        part = self._filled(**{name: getattr(self, name) if layer is None else getattr(self, name)[layer]})
+        part.eliminate_zeros()
+        return part
+
+    def free(self, parity: tuple[int, int], mirrors: tuple[str, ...]) -> np.ndarray:
+        """Mask (unknowns,) of what the clamped base and the mirror planes leave free for fields of one parity."""
+        free = super().free(parity, mirrors)
+        for axis in ("xyz".index(name) for name in mirrors):
+            if parity[axis] < 0:
+                # A pressure that changes sign in the plane and is continuous there vanishes there
+                on_plane = self.mesh.points[self.mesh.tets, axis] == 0
+                free[3 * self.nodes + self.pressure_dofs[on_plane]] = False
+        return free
+
+    @cached_property
+    def divergence(self) -> np.ndarray:
+        """Blocks (pairs of pressure and node, 3) of the form -q div u."""
+        cells = np.ones(len(self.mesh.tets), dtype=bool)
+        gradients = self._gradients(cells)
+        weighted = self._hats * self.displacement.dx[:, None, :]
+        blocks = -np.matmul(weighted, gradients.reshape(len(cells), -1, gradients.shape[-1]).transpose(0, 2, 1))
+        return self._mixed.total(blocks.reshape(len(cells), -1, 3), cells)
+
+    @cached_property
+    def mass(self) -> dict[int, np.ndarray]:
+        """Layer -> blocks (pairs of pressures, 1) of the form p q over its cells; goes with -1/lambda."""
+        coupled, found = self._coupled_pressures, {}
+        for number in self.layer_numbers:
+            cells = self.mesh.layer == number
+            hats = self._hats[cells]
+            blocks = np.matmul(hats * self.displacement.dx[cells][:, None, :], hats.transpose(0, 2, 1))
+            found[number] = coupled.total(blocks[:, coupled.local[0], coupled.local[1], None], cells)
+        return found
+
+    @cached_property
+    def _pressure_order(self) -> np.ndarray:
+        """(m, 4) order in which each cell's pressure numbers ascend."""
+        return np.argsort(self.pressure_dofs, axis=1)
+
+    @cached_property
+    def _cell_pressures(self) -> np.ndarray:
+        """(m, 4) pressure numbers of each cell, ascending."""
+        return np.take_along_axis(self.pressure_dofs, self._pressure_order, axis=1)
+
+    @cached_property
+    def _hats(self) -> np.ndarray:
+        """Values (m, 4, q) of the pressure's basis functions, in the order of `_cell_pressures`."""
+        basis = Basis(self.skmesh, ElementTetP1(), intorder=QUADRATURE_ORDER)
+        # They are those of the reference cell, the same for all
+        return np.stack([np.asarray(f[0])[0] for f in basis.basis])[self._pressure_order]
+
+    @cached_property
+    def _mixed(self) -> Couplings:
+        return Couplings.between(self._cell_pressures, self._cell_nodes)
+
+    @cached_property
+    def _coupled_pressures(self) -> Couplings:
+        return Couplings.lower(self._cell_pressures)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        size = 3 * self.nodes
+        (mixed_rows, mixed_columns), (rows, columns) = self._mixed.entries(1, 3), self._coupled_pressures.entries(1, 1)
+        return self._layout_with((size + mixed_rows, mixed_columns), (size + rows, size + columns))
+
+    def _filled(self, **blocks: np.ndarray) -> sp.csc_matrix:
+        """The matrix of some of the blocks "shear", "divergence" and "mass", zero elsewhere."""
+        couplings = {
+            "shear": (self._coupled_nodes, 9),
+            "divergence": (self._mixed, 3),
+            "mass": (self._coupled_pressures, 1),
+        }
+        sizes = {name: len(coupled.rows) * entries for name, (coupled, entries) in couplings.items()}
+        values = [np.ravel(blocks[name]) if name in blocks else np.zeros(size) for name, size in sizes.items()]
+        return self._layout.matrix(np.concatenate(values))
+
+
+class PureDisplacement(Space):
+    """Displacements without a pressure, the volumetric energy integrated exactly; locks as nu approaches 0.5.
+
+    A cell that may not change its volume leaves the nodes too few ways to deform, and the finger comes out too stiff
+    (P2 loses 5 % of its compliance between nu 0.49 and 0.49999, P1 most of it): to be priced, not to be trusted.
+    """
+
+    @property
+    def pressures(self) -> int:
+        """There are none."""
+        return 0
+
+    def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
+        """Lower triangle of the stiffness matrix for the given layers, in N/mm.
+
+        Raises `InputError` where nu is 0.5 and lambda infinite.
+        """
+        constants = {number: lame(layers[number]) for number in self.layer_numbers}
+        for number, (_, compressibility) in constants.items():
+            if compressibility == 0:
+                raise InputError(
+                    f"element {self.name} needs nu below 0.5 in every layer, got {layers[number].nu:g}: use Taylor-Hood"
+                )
+        blocks = (
+            mu * self.shear[number] + self.volumetric[number] / compressibility
+            for number, (mu, compressibility) in constants.items()
+        )
+        return self._layout.matrix(np.ravel(reduce(np.add, blocks)))
+
+    def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
+        """One part of the matrix: "shear" or "volumetric" of a layer."""
+        return self._layout.matrix(np.ravel(getattr(self, name)[layer]))
+
+    @cached_property
+    def volumetric(self) -> dict[int, np.ndarray]:
+        """Layer -> blocks (pairs of nodes, 9) of the form div u div v over its cells; goes with lambda."""
+        return self._by_layer(volumetric_blocks)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        return self._layout_with()
+
+
+class P2(PureDisplacement):
+    """Quadratic displacement; locks mildly near nu = 0.5."""
+
+    name: ClassVar[str] = "P2"
+    scalar_element: ClassVar[Element] = ElementTetP2()
+
+
+class P1(PureDisplacement):
+    """Linear displacement, constant strain; locks badly near nu = 0.5."""
+
+    name: ClassVar[str] = "P1"
+    scalar_element: ClassVar[Element] = ElementTetP1()
+
 
 ELEMENTS: dict[str, type[Space]] = {space.name: space for space in (TaylorHood, P2, P1)}
 

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.discrete.space import Space
+from papilla.fem.discrete.elements import Space
 
 CANDIDATES = 80
 """Cells looked at for each point, nearest centroids first."""

@@ -1,6 +1,6 @@
 """The finger's body at finite strain: internal forces and tangent of its Taylor-Hood cell, by batched products.
 
-Unknowns are those of `papilla.fem.discrete.taylor_hood`: displacement 3 * node + component, then layer-wise pressures.
+Unknowns are those of `discrete.elements.TaylorHood`: displacement 3 * node + component, then layer-wise pressures.
 The reference configuration is the mesh; nothing loops over cells.
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, ElementTetP1, ElementTetP2
 
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.constitutive import Kinematics, energy, response
 from papilla.finger import Layer
 from papilla.materials import Material

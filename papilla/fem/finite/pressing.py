@@ -8,16 +8,16 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.space import SYMMETRIC
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
+from papilla.fem.discrete.locate import interpolation
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, State, solve_level
-from papilla.fem.finite.readout import gauge_values
 from papilla.fem.finite.touching import Touching
+from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_detail, refuse_rim, too_coarse
-from papilla.fem.pressing.profile import contact_shape
-from papilla.fem.reduction.gauges import gauge_weights
+from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
@@ -191,3 +191,27 @@ def _result(scene: Scene, state: State, force: float | None, sentence: str, bega
         pressure=state.contact,
         active=state.active,
     )
+
+
+def gauge_values(
+    finger: Finger, interface: Surface, space: TaylorHood, mirrors: tuple[str, ...], displacement: np.ndarray
+) -> np.ndarray:
+    """What gauges feel (q, g) at a displacement (nodes of the cell, 3) that mirrors repeat: `gauges.QUANTITIES`.
+
+    Raises `InputError` for a gauge off the mesh.
+    """
+    functionals = gauge_functionals(finger, interface)
+    finite = [quantity.finite for quantity in QUANTITIES.values() for _ in finger.gauges]
+    values = [
+        value(functional, values_at(space, mirrors, displacement, functional.points))
+        for value, functional in zip(finite, functionals, strict=True)
+    ]
+    return np.reshape(values, (len(QUANTITIES), -1))
+
+
+def values_at(space: TaylorHood, mirrors: tuple[str, ...], displacement: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Displacement (k, 3) at points (k, 3) of the whole finger, from that (nodes, 3) of a mirror-symmetric cell."""
+    images = image_of(points, mirrors)
+    folded = points * np.column_stack([images, np.ones(len(points), dtype=int)])
+    signs = np.stack([parity_signs(SYMMETRIC, (int(x), int(y))) for x, y in images])
+    return signs * (interpolation(space, folded) @ displacement)

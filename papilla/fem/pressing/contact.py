@@ -13,10 +13,21 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
 from papilla.errors import ContactRangeError, SolverError
-from papilla.fem.pressing.hertz import HertzScene, hertz_scene, hertz_table
+from papilla.fem.pressing.hertz import (
+    FLATTEST,
+    FOURTH,
+    SECOND,
+    SHARPEST,
+    SIXTH,
+    HertzScene,
+    hertz_scene,
+    hertz_table,
+    mean_square,
+    peak_over_mean,
+)
 from papilla.fem.pressing.press import Press, linear_press, refuse_detail, too_coarse
-from papilla.fem.pressing.profile import ContactShape, contact_shape
-from papilla.fem.reduction.compliance import weak_gap
+from papilla.fem.reduction.compliance import quadrature, weak_gap
+from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
@@ -32,9 +43,31 @@ for: two meshes differ by up to 4.6 % there (`papilla verify --only places`)."""
 SAME_ELLIPSE = 0.1
 """Difference of area from that of the Hertz fidelity, up to which its layer term is taken for that of the contact."""
 
+TRUSTED = 0.05
+"""Mismatch of the sixth moment above which the contact is no such ellipse (a slab's line contact, say)."""
+
+CUT_OFF = 0.01
+"""Share of the peak pressure that, at the patch's outline, means that the contact is cut off there."""
+
+TELLING_ELEMENTS, RESOLVING_ELEMENTS = 4.0, 8.0
+"""Elements across the contact radius from which the moments tell q better than Hertz's 0, and than the energy's q."""
+
+EDGE_BAND = 0.5
+"""Elements around the edge by which the active nodes of a true ellipse may differ from it (0.36 was measured at most; a
+slab's line contact, whose low moments an ellipse can match, gives 0.8)."""
+
 
 class NoContactError(ContactRangeError):
     """The indentation is less than the gap at the first node of the mesh."""
+
+
+@dataclass(frozen=True)
+class ContactShape:
+    """Area (mm2) and peak pressure (MPa); `elliptic` tells whether the moments fit, else nodes were counted."""
+
+    area: float
+    peak_pressure: float
+    elliptic: bool
 
 
 def contact_press(
@@ -181,3 +214,54 @@ def _solve_active(compliance, mass, gap, active, force, indentation) -> tuple[np
     depth = indentation if force is None else (force + mass[index] @ offset) / (mass[index] @ per_depth)
     pressure[index] = depth * per_depth - offset
     return pressure, float(depth)
+
+
+def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None = None) -> ContactShape:
+    """Area and peak of a nodal pressure (n,) in MPa on a patch with all its images.
+
+    `expected_q` is the profile's layer term as the energy has it, for contacts too small for their moments to tell.
+    """
+    points, weights, hats = quadrature(patch)
+    load = weights * (hats @ pressure)
+    total = float(load.sum())
+    share = load / total
+    mirrored = (patch.images < 0).any(axis=0)
+    x, y = (points - np.where(mirrored, 0.0, share @ points)).T
+    xx, yy = float(share @ x**2), float(share @ y**2)
+    xy = 0.0 if mirrored.any() else float(share @ (x * y))
+    determinant = xx * yy - xy**2
+    counted = ContactShape(len(patch.images) * float(patch.mass[pressure > 0].sum()), float(pressure.max()), False)
+    # Cut off by the skin's own edge, as on a slab, it is no ellipse either
+    cut_off = pressure[patch.outline].max() > CUT_OFF * pressure.max()
+    if cut_off or determinant <= 0:
+        return counted
+    square = (yy * x**2 - 2 * xy * x * y + xx * y**2) / (2 * determinant)
+    q = _layer_term(float(share @ square**2))
+    if q is None:
+        return counted
+    sixth = ((1 - q) * SIXTH[0] + q * SIXTH[1]) / mean_square(q) ** 3
+    if abs(sixth / float(share @ square**3) - 1) > TRUSTED:
+        return counted
+    # By Hertz alone the radius is nearly right already: enough to count the elements across it
+    edge = patch.edge_length[pressure > 0].mean()
+    spread = float(np.sqrt(determinant))
+    elements = float(np.sqrt(2 * spread / SECOND[0]) / edge)
+    known, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
+    q = known + (q - known) / (1 + (needed / elements) ** 6)
+    area = 2 * np.pi * spread / mean_square(q)
+    if abs(area - counted.area) > EDGE_BAND * edge * 2 * np.sqrt(np.pi * area):
+        return counted
+    mean = len(patch.images) * total / area
+    return ContactShape(area, mean * peak_over_mean(q), True)
+
+
+def _layer_term(fourth: float) -> float | None:
+    """q from the mean of the squared normalised radius; None where the family has no such member."""
+    d1, d2 = SECOND[0] - SECOND[1], FOURTH[0] - FOURTH[1]
+    square, linear = fourth * d1**2, d2 - 2 * SECOND[0] * d1 * fourth
+    constant = SECOND[0] ** 2 * fourth - FOURTH[0]
+    discriminant = linear**2 - 4 * square * constant
+    if discriminant < 0:
+        return None
+    q = -2 * constant / (linear + np.copysign(np.sqrt(discriminant), linear))
+    return float(q) if FLATTEST <= q <= SHARPEST else None

@@ -1,6 +1,8 @@
 """The `hertz` fidelity: a press is a look-up in tables of the pressure ellipses of least energy of finger and specimen.
 
-The pressure is Hertz's with one term more for layers (`profile`). With q = 0 and a force F on surfaces of
+The pressure is Hertz's with one term more for layers: p = F / (pi a b) [(1 - q) 3/2 t + q 5/2 t^3] with
+t = sqrt(1 - u), u = (x/a)^2 + (y/b)^2. A hard layer over a soft one makes it flatter (q < 0), a thin soft layer on hard
+ground more pointed (q > 0). With q = 0 and a force F on surfaces of
 gap x^2/(2 Rx) + y^2/(2 Ry), the energy is F^2 c / 2 + F (a^2/Rx + b^2/Ry) / 10; with the c of a half-space, which is
 3 / (5 a E*) for a circle, its minimum is Hertz's own result. Here E* of finger and specimen is measured on their
 compliance under such ellipses, for each pair of terms, so that layers, bone and a thin specimen count; towards a = 0 it
@@ -18,20 +20,23 @@ from scipy.special import ellipk
 
 from papilla.errors import ContactRangeError
 from papilla.fem.pressing.press import Press, linear_press
-from papilla.fem.pressing.profile import (
-    FLATTEST,
-    HALF_SPACE_ENERGY,
-    SECOND,
-    SHARPEST,
-    layer_factor,
-    mean_square,
-    peak_over_mean,
-)
 from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.references import hertz_ellipse
 from papilla.references.hertz import MAX_RADIUS_RATIO
 from papilla.specimen import Specimen
+
+SECOND = (2 / 5, 2 / 7)
+FOURTH = (8 / 35, 8 / 63)
+SIXTH = (16 / 105, 16 / 231)
+"""Moments of u, u^2 and u^3 under the two terms, per unit force."""
+
+HALF_SPACE_ENERGY = (1.0, 15 / 14, 25 / 21)
+"""Energy of the pairs of terms (Hertz with itself, with the other, the other with itself) on a half-space, in Hertz's:
+integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""
+
+FLATTEST, SHARPEST = -1.5, 1.0
+"""Bounds of q, beyond which the pressure is negative in the middle or at the edge."""
 
 SMALLEST = 2.0
 """Smallest radius, in patch edge lengths, at which E* is measured; below, it goes to its known limit at a = 0."""
@@ -66,6 +71,26 @@ LAYERED = 0.01
 
 GAP = 1.5
 """Ratio of neighbouring radii of the tables from which ellipses in between have no least energy, and the tables end."""
+
+
+def layer_factor(t, q):
+    """Pressure over mean pressure at t = sqrt(1 - u), for t in [0, 1]."""
+    return 1.5 * (1 - q) * t + 2.5 * q * t**3
+
+
+def mean_square(q):
+    """Mean of u under the profile."""
+    return SECOND[0] - (SECOND[0] - SECOND[1]) * q
+
+
+def peak_over_mean(q: float) -> float:
+    """Largest pressure over mean pressure."""
+    values = [layer_factor(1.0, q)]
+    if q < 0:
+        t = np.sqrt((1 - q) / (-5 * q))
+        if t < 1:
+            values.append(layer_factor(t, q))
+    return float(max(values))
 
 
 @dataclass(frozen=True, eq=False)

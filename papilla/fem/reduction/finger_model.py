@@ -5,25 +5,25 @@ each solved on the quarter cell. A press at the apex needs the symmetric ones al
 and still costs a quarter of the whole mesh.
 """
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
-from papilla import checks
+from papilla import cache, checks
 from papilla.errors import InputError
-from papilla.fem.discrete.assembly import restricted, scaled
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT, space_of
+from papilla.fem.discrete.assembly import lame, restricted, scaled
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, parity_signs, space_of
 from papilla.fem.discrete.locate import interpolation
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
-from papilla.fem.discrete.space import SYMMETRIC, parity_signs
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
+from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import surfaces_of
 from papilla.mesh.triangle_surface import TriangleSurface
@@ -230,6 +230,30 @@ class FingerModel:
         edges, turns = (part - np.roll(part, 1, axis=1) for part in (corners, normals))
         curvature = (edges * turns).sum(axis=(1, 2)) / (edges**2).sum(axis=(1, 2))
         return float(np.mean((edges**2).sum(axis=(1, 2)) / 9 * np.abs(curvature) / 2))
+
+
+def prepare(
+    finger: Finger,
+    *,
+    size_mm: float = DEFAULT_SIZE_MM,
+    at: tuple[float, float] = (0.0, 0.0),
+    variant: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> ReducedFinger:
+    """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
+
+    Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
+    """
+    mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
+    x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+    key = cache.key(__name__, finger.sha256, mesh.sha256, x, y)
+
+    def make():
+        if progress is not None:
+            progress("factorising and reducing the finger")
+        return FingerModel(finger, mesh).reduce((x, y)).to_arrays()
+
+    return ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
 
 
 def _crossing(down: np.ndarray, level: np.ndarray) -> float:

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from skfem import BilinearForm, ElementTetP1, FacetBasis, LinearForm
 
 from papilla.errors import InputError
-from papilla.fem.discrete.space import Space, parity_signs
+from papilla.fem.discrete.elements import Space, parity_signs
 from papilla.mesh.layered import LayeredMesh
 from papilla.mesh.surfaces import Surface
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.fem.discrete.elements import parity_signs
 from papilla.fem.discrete.locate import interpolation
-from papilla.fem.discrete.space import parity_signs
 from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.finger_model import FingerModel, image_of
 from papilla.fem.reduction.patch import Frame, Patch, gap_of

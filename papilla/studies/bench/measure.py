@@ -16,8 +16,6 @@ from papilla.errors import PapillaError
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT
 from papilla.fem.discrete.solver import BATCH
-from papilla.fem.discrete.space import SYMMETRIC
-from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.finger import Finger
 from papilla.studies.bench.limits import factor_flops
 from papilla.studies.bench.row import ANSWERED, BenchRow

@@ -8,10 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, FacetBasis, LinearForm
 
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.elements import space_of
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import Space, space_of
 from papilla.fem.discrete.solver import factorise
-from papilla.fem.discrete.space import Space
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 from papilla.finger import Layer
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh

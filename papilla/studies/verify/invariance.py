@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.fem import FingerModel, ReducedFinger, press
-from papilla.fem.discrete.elasticity import lame
-from papilla.fem.discrete.space import SYMMETRIC
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer

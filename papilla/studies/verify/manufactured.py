@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
 from papilla.mesh.layered import LayeredMesh
 from papilla.studies.verify.case import Check

@@ -4,10 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import ELEMENTS
 from papilla.fem.discrete.locate import interpolation
-from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build

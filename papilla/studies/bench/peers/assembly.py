@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from papilla.errors import MissingExtraError
-from papilla.fem.discrete.taylor_hood import TaylorHood
+from papilla.fem.discrete.elements import TaylorHood
 from papilla.finger import Finger
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.studies.bench.peers.installed import INSTALL

@@ -9,10 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from papilla.fem.discrete.elasticity import lame
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
 from papilla.fem.discrete.locate import interpolation
-from papilla.fem.discrete.space import SYMMETRIC, parity_signs
-from papilla.fem.discrete.taylor_hood import TaylorHood
 from papilla.fem.reduction.finger_model import image_of
 from papilla.fem.reduction.gauges import PointFunctional, curvature_functional, gauge_frame, strain_functional
 from papilla.fem.reduction.patch import STEEPEST, Frame, gap_of
