@@ -14,7 +14,7 @@ import numpy as np
 from papilla import mesh as meshes
 from papilla.errors import PapillaError
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
 from papilla.fem.discrete.solver import BATCH
 from papilla.finger import Finger
 from papilla.studies.bench.limits import factor_flops

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import ELEMENTS
+from papilla.fem.discrete.elements import ELEMENTS, TaylorHood
 from papilla.fem.discrete.locate import interpolation
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
