@@ -2,13 +2,15 @@
 
 import json
 import math
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus, Uncertainty
-from papilla.calibration.document import SCHEMA, to_document
+from papilla.calibration.document import SCHEMA, checksum, to_document
 from papilla.calibration.quadratic import Quadratic
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
@@ -201,6 +203,9 @@ def put(document, value, *keys):
     inner[keys[-1]] = value
 
 
+OF_SD = ("softness", "surface", "uncertainty")
+
+
 @pytest.mark.parametrize(
     "spoil, message",
     [
@@ -209,30 +214,54 @@ def put(document, value, *keys):
         (lambda d: drop(d, "softness", "inverse", "shift"), "key softness.inverse.shift is missing"),
         (
             lambda d: put(d, "high", "softness", "forward", "rms"),
-            "softness.forward.rms must be a finite number, got 'high'",
+            "softness.forward.rms must be a valid number, got 'high'",
         ),
         (
             lambda d: put(d, math.nan, "softness", "forward", "rms"),
             "softness.forward.rms must be a finite number, got nan",
         ),
-        (lambda d: put(d, True, "softness", "forward", "max"), "must be a finite number, got True"),
-        (lambda d: put(d, 10**400, "softness", "forward", "max"), "too large"),
+        (lambda d: put(d, True, "softness", "forward", "max"), "must be a valid number, got True"),
+        (lambda d: put(d, 10**400, "softness", "forward", "max"), "softness.forward.max must be a valid number"),
         (lambda d: put(d, [1, 2], "softness", "inverse", "coefficients"), "coefficients must be a list of 4 finite"),
         (lambda d: put(d, ["E"], "softness", "forward", "terms"), "softness.forward.terms must be"),
-        (lambda d: put(d, 0, "softness", "inverse", "branch"), "branch must be 1 or -1, got 0"),
+        (lambda d: put(d, 0, "softness", "inverse", "branch"), "softness.inverse.branch must be -1 or 1, got 0"),
         (lambda d: put(d, [1, 0.1], "softness", "surface", "force_N"), "force_N must be a rising range"),
         (lambda d: put(d, [5, 12], "softness", "surface", "cells"), "coefficients must be a list of 8 x 15"),
         (lambda d: put(d, [[0, 99]] * 6, "softness", "surface", "usable_nodes"), "whole numbers from 0 to 12"),
-        (lambda d: put(d, None, "softness", "surface", "coefficients", 0, 0), "coefficients must be a list of 9 x 15"),
+        (
+            lambda d: put(d, None, "softness", "surface", "coefficients", 0, 0),
+            "surface.coefficients must be a list of n",
+        ),
         (lambda d: put(d, [[1], [2, 3]], "softness", "surface", "coefficients"), "coefficients must be a list"),
         (
             lambda d: put(d, [2, 1], "softness", "gauges", 0, "uncertainty", "scatter_force_N"),
             "gauges\\[0\\].* must rise",
         ),
-        (lambda d: put(d, {}, "softness", "gauges"), "softness.gauges must be a list"),
+        (lambda d: put(d, {}, "softness", "gauges"), "softness.gauges must be a valid list"),
         (lambda d: put(d, [0.05, 2.0], "domain", "force_N"), "domain differs"),
-        (lambda d: put(d, 3, "finger"), "finger must be an object, got 3"),
-        (lambda d: put(d, [1], "notes"), "notes must be a list of texts"),
+        (
+            lambda d: put(d, -1e-4, *OF_SD, "fit_rms"),
+            "fit_rms must be greater than or eq",
+        ),
+        (
+            lambda d: put(d, [-0.1, 0.1], *OF_SD, "scatter"),
+            "scatter must not be negative",
+        ),
+        (lambda d: put(d, -1, *OF_SD, "scatter_factor"), "scatter_factor must be great"),
+        (lambda d: put(d, 0.9, *OF_SD, "level"), "level must be 0.95, got 0.9"),
+        (
+            lambda d: put(d, "sd_microstrain", "softness", "surface", "quantity"),
+            "quantity must be 'ln\\(sd_micr",
+        ),
+        (
+            lambda d: put(d, "reading", "softness", "gauges", 1, "quantity"),
+            r"\[1\].quantity must be 'reading_mic",
+        ),
+        (lambda d: put(d, "B-spline", "softness", "gauges", 0, "form"), r"gauges\[0\].form must be 'uniform bicubic"),
+        (lambda d: put(d, [-1, 1, 1, 1, 1], "softness", "forward", "stderr"), "stderr must not be negative"),
+        (lambda d: put(d, {"f": "N"}, "softness", "forward", "units"), "softness.forward.units must be {'f': 'gf'"),
+        (lambda d: put(d, 3, "finger"), "finger must be a valid dictionary, got 3"),
+        (lambda d: put(d, [1], "notes"), r"notes\[0\] must be a valid string, got 1"),
     ],
 )
 def test_a_broken_file_is_refused_with_file_and_key(tmp_path, spoil, message):
@@ -243,6 +272,62 @@ def test_a_broken_file_is_refused_with_file_and_key(tmp_path, spoil, message):
     with pytest.raises(FileFormatError, match=message) as caught:
         Calibration.load(path)
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def changed(path, *keys, by=1e-9):
+    """The same file with one number changed by that fraction."""
+    document = json.loads(path.read_text())
+    inner = document
+    for key in keys[:-1]:
+        inner = inner[key]
+    inner[keys[-1]] *= 1 + by
+    path.write_text(json.dumps(document))
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        ("softness", "surface", "coefficients", 3, 4),
+        ("softness", "gauges", 0, "coefficients", 0, 0),
+        (*OF_SD, "fit_rms"),
+        ("softness", "forward", "coefficients", 0),
+    ],
+)
+def test_a_file_that_was_changed_loads_with_a_remark(tmp_path, keys):
+    path = tmp_path / "c.json"
+    record().save(path)
+    changed(path, *keys)
+    with pytest.warns(UserWarning, match=r"c.json: the file was changed after papilla wrote it: its checksum"):
+        loaded = Calibration.load(path)
+    assert loaded.remark.startswith("the file was changed after papilla wrote it")
+    loaded.save(path)
+    assert Calibration.load(path).notes == (*loaded.notes, loaded.remark), "saved again, it still says so"
+
+
+def test_a_file_without_checksum_loads_with_a_remark(tmp_path):
+    """Files of older versions have none."""
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(to_document(record())))
+    with pytest.warns(UserWarning, match="the file has no checksum: nothing tells whether it is as papilla wrote it"):
+        assert Calibration.load(path).notes == record().notes
+
+
+def test_the_checksum_is_of_the_values_not_of_the_layout(tmp_path):
+    path = tmp_path / "c.json"
+    record().save(path)
+    document = json.loads(path.read_text())
+    assert document["content_sha256"] == checksum(to_document(record())) and len(document["content_sha256"]) == 64
+    path.write_text(json.dumps(dict(reversed(document.items())), indent=4))
+    assert Calibration.load(path).notes == record().notes
+
+
+def test_estimators_do_without_the_library_of_files():
+    code = "import sys, papilla.calibration; print('pydantic' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "False"
+
+
+def test_the_repr_is_short():
+    assert repr(record()) == "<Calibration of f: 2 gauges, 0.05-1 N, 0.02-5 MPa, 1 notes>"
 
 
 def test_truncated_foreign_and_missing_files_are_refused(tmp_path):
@@ -332,7 +417,7 @@ def test_a_change_is_one_smooth_spline_over_its_cells():
     [
         (lambda p: p.pop("error"), "key softness.position.error is missing"),
         (lambda p: p.update(form="cubic"), "softness.position.form must be"),
-        (lambda p: p.update(cells=[2, 3, 7]), "softness.position.coefficients must be a list of 2 x 5 x 6 x 10"),
+        (lambda p: p.update(cells=[2, 3, 7]), "softness.position: coefficients must be a list of 2 x 5 x 6 x 10"),
         (lambda p: p.update(reach_mm=0.0), "reach of contact positions .* greater than 0, got 0"),
         (lambda p: p["error"][0].__setitem__(0, -1.0), "contact positions need 2 x 9 errors of at least 0"),
         (lambda p: p.update(gauges=1, coefficients=p["coefficients"][:1], error=p["error"][:1]), "must hold 2 gauges"),

@@ -1,10 +1,17 @@
-"""The calibration record (NumPy only): `papilla.calibrate` makes it, estimators use it, files keep it."""
+"""The calibration record (NumPy; pydantic to load a file): `papilla.calibrate` makes it, estimators use it."""
 
 from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import Quadratic, QuadraticInverse
-from papilla.calibration.readouts import LEVEL, NORMAL_FACTOR, GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration.readouts import (
+    IDENTIFIABLE,
+    LEVEL,
+    NORMAL_FACTOR,
+    GaugeSurface,
+    SdSurface,
+    SoftnessStatus,
+    Uncertainty,
+)
 from papilla.calibration.record import Calibration, Inversion
-from papilla.calibration.status import IDENTIFIABLE, SoftnessStatus
 from papilla.calibration.surface import Surface
 
 __all__ = [

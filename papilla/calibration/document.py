@@ -1,38 +1,60 @@
-"""calibration.json: the calibration record as text, and back, bit for bit; no pickle, no extra library."""
+"""calibration.json: the calibration record as text, and back, bit for bit; no pickle.
 
+The models below are the file's format: what is written and what is accepted. A checksum over the content tells a file
+that was edited after papilla wrote it.
+"""
+
+import hashlib
 import json
 import math
 import re
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    ValidationError,
+    model_validator,
+)
 
-from papilla.calibration.data import CalibrationData
-from papilla.calibration.json_table import JsonTable
 from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
 from papilla.calibration.readouts import LEVEL, GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration.record import Calibration
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import write_text
 
 SCHEMA = "papilla.calibration/1"
 SPLINE = "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"
-POSITION_SPLINE = "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm"
-POSITION_QUANTITY = "(reading_microstrain - that at the apex) / force_N"
 UNITS = {"f": "gf", "E": "MPa", "sd": "microstrain"}
+CHECKSUM = "content_sha256"
+NO_CHECKSUM = "the file has no checksum: nothing tells whether it is as papilla wrote it"
+EDITED = "the file was changed after papilla wrote it: its checksum does not match, so nothing vouches for its answers"
 
 
-def write_calibration(calibration: CalibrationData, path: Path) -> None:
-    """Write a calibration, whole or not at all; raises `FileAccessError`."""
-    text = json.dumps(to_document(calibration), indent=1, allow_nan=False, ensure_ascii=False)
+def write_calibration(calibration: Calibration, path: Path) -> None:
+    """Write a calibration with its checksum, whole or not at all; raises `FileAccessError`."""
+    document = to_document(calibration)
+    text = json.dumps(document | {CHECKSUM: checksum(document)}, indent=1, allow_nan=False, ensure_ascii=False)
     # Innermost lists of numbers on one line each: a row of coefficients is a line.
     text = re.sub(r"\[\s+([^\[\]{}\"]*?)\s+\]", lambda match: "[" + " ".join(match[1].split()) + "]", text)
     write_text(path, text + "\n")
 
 
-def read_calibration(path: Path) -> CalibrationData:
-    """Read a calibration; raises `FileAccessError` or `FileFormatError` (file and key named)."""
+def read_calibration(path: Path) -> Calibration:
+    """The calibration of a file, with a remark where the file is not as papilla wrote it.
+
+    Raises `FileAccessError` or `FileFormatError` (file and key named).
+    """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -43,207 +65,281 @@ def read_calibration(path: Path) -> CalibrationData:
     if schema != SCHEMA:
         raise FileFormatError(f"{path}: the schema is {schema!r}, this version of papilla reads {SCHEMA!r}")
     try:
-        return from_document(document)
+        calibration = from_document(document)
     except (InputError, OverflowError) as error:
         raise FileFormatError(f"{path}: {error}") from error
+    stated = document.pop(CHECKSUM, None)
+    if stated == checksum(document):
+        return calibration
+    return replace(calibration, remark=NO_CHECKSUM if stated is None else EDITED)
 
 
-def to_document(calibration: CalibrationData) -> dict:
-    """The calibration as plain values under the documented keys."""
-    forward, inverse, sd = calibration.forward, calibration.inverse, calibration.surface
-    return {
-        "schema": SCHEMA,
-        "finger": calibration.finger,
-        "mesh": calibration.mesh,
-        "softness": {
-            "forward": {
-                "form": "quadratic",
-                "terms": list(FORWARD_TERMS),
-                "units": UNITS,
-                "coefficients": forward.coefficients.tolist(),
-                "stderr": _nulls(forward.stderr),
-                "covariance": [_nulls(row) for row in forward.covariance],
-                "rms": forward.rms,
-                "max": forward.max,
-                "modulus_MPa": list(forward.modulus_MPa),
-                "condition": forward.condition,
-                "notes": list(forward.notes),
-            },
-            "inverse": {
-                "form": "E = branch * sqrt(terms) - shift",
-                "terms": list(INVERSE_TERMS),
-                "coefficients": inverse.coefficients.tolist(),
-                "shift": inverse.shift,
-                "branch": inverse.branch,
-                "modulus_MPa": None if inverse.modulus_MPa is None else list(inverse.modulus_MPa),
-            },
-            "surface": {
-                "quantity": "ln(sd_microstrain)",
-                **_surface_table(sd.surface),
-                "usable_nodes": sd.usable.tolist(),
-                "twofold": [_nulls(row) for row in sd.twofold],
-                "uncertainty": _uncertainty_table(sd.uncertainty),
-            },
-            "gauges": [
-                {
-                    "name": gauge.name,
-                    "quantity": "reading_microstrain / force_N",
-                    **_surface_table(gauge.surface),
-                    "uncertainty": _uncertainty_table(gauge.uncertainty),
-                }
-                for gauge in calibration.gauges
-            ],
-            **_position_table(calibration.position),
-        },
-        "domain": {key: list(limits) for key, limits in calibration.domain.items()},
-        "provenance": calibration.provenance,
-        "notes": list(calibration.notes),
+def checksum(document: dict) -> str:
+    """SHA-256 of a document's values, whatever the spaces and the order of its keys."""
+    text = json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def to_document(calibration: Calibration) -> dict:
+    """The calibration as plain values under the documented keys, without a checksum."""
+    one = calibration
+    softness = {
+        "forward": one.forward,
+        "inverse": one.inverse,
+        "surface": _splines(one.surface) | {"usable_nodes": one.surface.usable, "twofold": one.surface.twofold},
+        "gauges": [_splines(gauge) | {"name": gauge.name} for gauge in one.gauges],
+        "position": one.position
+        and {name: getattr(one.position, name) for name in _Position.model_fields if hasattr(one.position, name)}
+        | {"gauges": len(one.position.coefficients)},
     }
+    parts = {name: getattr(one, name) for name in ("finger", "mesh", "domain", "provenance")}
+    parts["notes"] = (*one.notes, one.remark) if one.remark else one.notes
+    # Readers that do not know the optional part pass it over, so the schema is the same with and without it.
+    absent = {"softness": {"position"}} if one.position is None else None
+    return _File.model_validate(parts | {"softness": softness}).model_dump(mode="json", by_alias=True, exclude=absent)
 
 
-def from_document(document: dict) -> CalibrationData:
+def from_document(document: dict) -> Calibration:
     """The calibration of plain values; raises `InputError` naming the key."""
-    root = JsonTable(document, "")
-    softness = root.table("softness")
-    calibration = CalibrationData(
-        finger=root.table("finger").values,
-        mesh=root.table("mesh").values,
-        forward=_forward(softness.table("forward")),
-        inverse=_inverse(softness.table("inverse")),
-        surface=_sd_surface(softness.table("surface")),
-        gauges=tuple(_gauge(table) for table in softness.tables("gauges")),
-        provenance=root.table("provenance").values,
-        notes=root.texts("notes"),
-        position=_position(softness.table("position")) if "position" in softness.values else None,
+    try:
+        return _File.model_validate(document).calibration
+    except ValidationError as error:
+        raise InputError(_first_problem(error)) from error
+
+
+def _first_problem(error: ValidationError) -> str:
+    """The first problem of a validation as one line: key, what is wrong, value."""
+    problem = error.errors()[0]
+    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem["loc"])[1:]
+    if problem["type"] == "missing":
+        return f"key {key} is missing"
+    said = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    said = f"{key} {said}" if said.startswith("must") else f"{key}: {said}" if key else said
+    if problem["type"] == "value_error":
+        return said
+    shown = repr(problem["input"])
+    return f"{said}, got {shown if len(shown) <= 60 else shown[:57] + '...'}"
+
+
+def _splines(part: SdSurface | GaugeSurface) -> dict:
+    surface = part.surface
+    table = {name: getattr(surface, name) for name in ("force_N", "modulus_MPa", "cells", "coefficients")}
+    return table | {"uncertainty": part.uncertainty}
+
+
+# ---- Types of the fields
+
+
+def _same(expected, value):
+    if value != expected:
+        raise ValueError(f"must be {expected!r}, got {value!r}")
+    return value
+
+
+def _array(gaps: bool, values) -> np.ndarray:
+    """Nested lists of numbers as an array; with `gaps`, null stands for NaN, which JSON has not."""
+    if isinstance(values, np.ndarray):
+        return values
+    found = np.array(values, dtype=object)
+    flat = [math.nan if value is None and gaps else value for value in found.ravel().tolist()]
+    if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
+        raise ValueError("must be a list of numbers, each row as long as the others")
+    numbers = np.array(flat, dtype=float).reshape(found.shape)
+    if not (gaps or np.isfinite(numbers).all()) or np.isinf(numbers).any():
+        raise ValueError("must hold finite numbers alone")
+    return numbers
+
+
+def _lists(array: np.ndarray):
+    return [_lists(row) if row.ndim else None if np.isnan(row) else row.item() for row in array]
+
+
+Numbers = Annotated[np.ndarray, BeforeValidator(partial(_array, False)), PlainSerializer(_lists)]
+Gaps = Annotated[np.ndarray, BeforeValidator(partial(_array, True)), PlainSerializer(_lists)]
+Interval = Annotated[tuple[float, float], Field(strict=False)]
+Texts = Annotated[tuple[str, ...], Field(strict=False)]
+AtLeast0 = Annotated[float, Field(ge=0)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, allow_inf_nan=False, from_attributes=True, arbitrary_types_allowed=True)
+
+    def _check(self, name: str, *shape: int) -> np.ndarray:
+        """The numbers of a field; `ValueError` where they have another shape."""
+        if (array := getattr(self, name)).shape != shape:
+            raise ValueError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers")
+        return array
+
+    def _kept(self, *left_out: str) -> dict:
+        return {name: getattr(self, name) for name in type(self).model_fields if name not in left_out}
+
+
+# ---- The parts of the file, in their order
+
+
+class _Forward(_Part):
+    form: Literal["quadratic"] = "quadratic"
+    terms: Annotated[list, AfterValidator(partial(_same, list(FORWARD_TERMS)))] = list(FORWARD_TERMS)
+    units: Annotated[dict, AfterValidator(partial(_same, UNITS))] = UNITS
+    coefficients: Numbers
+    stderr: Gaps
+    covariance: Gaps
+    rms: AtLeast0
+    max: AtLeast0
+    modulus_MPa: Interval
+    condition: AtLeast0
+    notes: Texts
+
+    @model_validator(mode="after")
+    def _shapes(self):
+        for name, shape in (("coefficients", (5,)), ("stderr", (5,)), ("covariance", (5, 5))):
+            self._check(name, *shape)
+        if (self.stderr < 0).any():
+            raise ValueError("stderr must not be negative")
+        return self
+
+
+class _Inverse(_Part):
+    form: str = "E = branch * sqrt(terms) - shift"
+    terms: Annotated[list, AfterValidator(partial(_same, list(INVERSE_TERMS)))] = list(INVERSE_TERMS)
+    coefficients: Numbers
+    shift: float
+    branch: Literal[-1, 1]
+    modulus_MPa: Interval | None
+
+    @model_validator(mode="after")
+    def _shapes(self):
+        self._check("coefficients", 4)
+        return self
+
+
+class _Uncertainty(_Part):
+    level: Annotated[float, AfterValidator(partial(_same, LEVEL))] = LEVEL
+    fit_rms: AtLeast0
+    fit_factor: AtLeast0
+    fit_max: AtLeast0
+    scatter_force_N: Numbers
+    scatter: Numbers
+    scatter_factor: AtLeast0
+    meshes: Annotated[int, Field(ge=0)]
+
+    @model_validator(mode="after")
+    def _shapes(self):
+        forces = self._check("scatter_force_N", self.scatter_force_N.size)
+        if not len(forces) or (forces <= 0).any() or (np.diff(forces) <= 0).any():
+            raise ValueError("scatter_force_N must rise and be above 0")
+        if (self._check("scatter", len(forces)) < 0).any():
+            raise ValueError("scatter must not be negative")
+        return self
+
+    @property
+    def uncertainty(self) -> Uncertainty:
+        return Uncertainty(**self._kept("level"))
+
+
+class _Surface(_Part):
+    form: Annotated[str, AfterValidator(partial(_same, SPLINE))] = SPLINE
+    force_N: Interval
+    modulus_MPa: Interval
+    cells: Annotated[tuple[int, int], Field(strict=False)]
+    coefficients: Numbers
+    uncertainty: _Uncertainty
+
+    @model_validator(mode="after")
+    def _shapes(self):
+        _ = self.surface
+        return self
+
+    @property
+    def surface(self) -> Surface:
+        coefficients = self._check("coefficients", self.cells[0] + 3, self.cells[1] + 3)
+        return Surface(self.force_N, self.modulus_MPa, coefficients)
+
+
+class _Sd(_Surface):
+    quantity: Literal["ln(sd_microstrain)"] = "ln(sd_microstrain)"
+    usable_nodes: Numbers
+    twofold: Gaps
+
+    @model_validator(mode="after")
+    def _nodes(self):
+        nodes, last = self._check("usable_nodes", self.cells[0], 2), self.cells[1]
+        if ((nodes < 0) | (nodes > last) | (nodes != nodes.round())).any():
+            raise ValueError(f"usable_nodes must hold whole numbers from 0 to {last}")
+        self._check("twofold", self.cells[0], 2)
+        return self
+
+
+class _Gauge(_Surface):
+    name: str
+    quantity: Literal["reading_microstrain / force_N"] = "reading_microstrain / force_N"
+
+
+class _Position(_Part):
+    quantity: Literal["(reading_microstrain - that at the apex) / force_N"] = (
+        "(reading_microstrain - that at the apex) / force_N"
     )
-    if calibration.position is not None and len(calibration.position.coefficients) != len(calibration.gauges):
-        raise InputError(f"softness.position must hold {len(calibration.gauges)} gauges")
-    domain = root.table("domain")
-    if any(domain.interval(key) != limits for key, limits in calibration.domain.items()):
-        raise InputError("domain differs from that of softness.surface")
-    return calibration
-
-
-def _forward(table: JsonTable) -> Quadratic:
-    table.require("form", "quadratic")
-    table.require("terms", list(FORWARD_TERMS))
-    table.require("units", UNITS)
-    return Quadratic(
-        coefficients=table.array("coefficients", (5,)),
-        stderr=table.array("stderr", (5,), nulls=True),
-        covariance=table.array("covariance", (5, 5), nulls=True),
-        rms=table.number("rms"),
-        max=table.number("max"),
-        modulus_MPa=table.interval("modulus_MPa"),
-        condition=table.number("condition"),
-        notes=table.texts("notes"),
+    form: Literal["uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm"] = (
+        "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm"
     )
+    gauges: int
+    force_N: Interval
+    modulus_MPa: Interval
+    reach_mm: float
+    cells: Annotated[tuple[int, int, int], Field(strict=False)]
+    coefficients: Numbers
+    error: Numbers
+
+    @model_validator(mode="after")
+    def _shapes(self):
+        _ = self.terms
+        return self
+
+    @property
+    def terms(self) -> PositionTerms:
+        self._check("coefficients", self.gauges, *(cells + 3 for cells in self.cells))
+        return PositionTerms(**self._kept("quantity", "form", "gauges", "cells"))
 
 
-def _inverse(table: JsonTable) -> QuadraticInverse:
-    table.require("terms", list(INVERSE_TERMS))
-    branch = table.number("branch")
-    if branch not in (-1, 1):
-        raise InputError(f"{table.name('branch')} must be 1 or -1, got {branch:g}")
-    return QuadraticInverse(
-        coefficients=table.array("coefficients", (4,)),
-        shift=table.number("shift"),
-        branch=int(branch),
-        modulus_MPa=None if table.get("modulus_MPa") is None else table.interval("modulus_MPa"),
-    )
+class _Softness(_Part):
+    forward: _Forward
+    inverse: _Inverse
+    surface: _Sd
+    gauges: list[_Gauge]
+    position: _Position | None = None
 
 
-def _sd_surface(table: JsonTable) -> SdSurface:
-    surface = _surface(table)
-    m, n = surface.cells
-    usable = table.array("usable_nodes", (m, 2))
-    if ((usable < 0) | (usable > n) | (usable != usable.round())).any():
-        raise InputError(f"{table.name('usable_nodes')} must hold whole numbers from 0 to {n}")
-    twofold = table.array("twofold", (m, 2), nulls=True)
-    return SdSurface(surface, usable.astype(int), twofold, _uncertainty(table.table("uncertainty")))
+class _Domain(_Part):
+    force_N: Interval
+    modulus_MPa: Interval
 
 
-def _gauge(table: JsonTable) -> GaugeSurface:
-    return GaugeSurface(table.text("name"), _surface(table), _uncertainty(table.table("uncertainty")))
+class _File(_Part):
+    schema_: Annotated[str, AfterValidator(partial(_same, SCHEMA))] = Field(SCHEMA, alias="schema")
+    finger: dict[str, Any]
+    mesh: dict[str, Any]
+    softness: _Softness
+    domain: _Domain
+    provenance: dict[str, Any]
+    notes: Texts
 
+    @model_validator(mode="after")
+    def _agree(self):
+        position, surface, gauges = self.softness.position, self.softness.surface, len(self.softness.gauges)
+        if position is not None and position.gauges != gauges:
+            raise ValueError(f"softness.position must hold {gauges} gauges")
+        if (self.domain.force_N, self.domain.modulus_MPa) != (surface.force_N, surface.modulus_MPa):
+            raise ValueError("domain differs from that of softness.surface")
+        return self
 
-def _surface(table: JsonTable) -> Surface:
-    table.require("form", SPLINE)
-    cells = table.array("cells", (2,))
-    coefficients = table.array("coefficients", (int(cells[0]) + 3, int(cells[1]) + 3))
-    return Surface(table.interval("force_N"), table.interval("modulus_MPa"), coefficients)
-
-
-def _position(table: JsonTable) -> PositionTerms:
-    table.require("quantity", POSITION_QUANTITY)
-    table.require("form", POSITION_SPLINE)
-    gauges, (m, n, k) = int(table.number("gauges")), table.array("cells", (3,)).astype(int)
-    return PositionTerms(
-        table.interval("force_N"),
-        table.interval("modulus_MPa"),
-        table.number("reach_mm"),
-        table.array("coefficients", (gauges, int(m) + 3, int(n) + 3, int(k) + 3)),
-        table.array("error", (gauges, int(k) + 1)),
-    )
-
-
-def _uncertainty(table: JsonTable) -> Uncertainty:
-    forces = table.array("scatter_force_N", None)
-    if (forces <= 0).any() or (np.diff(forces) <= 0).any():
-        raise InputError(f"{table.name('scatter_force_N')} must rise and be above 0")
-    return Uncertainty(
-        fit_rms=table.number("fit_rms"),
-        fit_factor=table.number("fit_factor"),
-        fit_max=table.number("fit_max"),
-        scatter_force_N=forces,
-        scatter=table.array("scatter", forces.shape),
-        scatter_factor=table.number("scatter_factor"),
-        meshes=int(table.number("meshes")),
-    )
-
-
-def _surface_table(surface: Surface) -> dict:
-    return {
-        "form": SPLINE,
-        "force_N": list(surface.force_N),
-        "modulus_MPa": list(surface.modulus_MPa),
-        "cells": list(surface.cells),
-        "coefficients": surface.coefficients.tolist(),
-    }
-
-
-def _position_table(known: PositionTerms | None) -> dict:
-    """The optional part of the file: readers that do not know it pass it over, so the schema is the same."""
-    if known is None:
-        return {}
-    return {
-        "position": {
-            "quantity": POSITION_QUANTITY,
-            "form": POSITION_SPLINE,
-            "gauges": len(known.coefficients),
-            "force_N": list(known.force_N),
-            "modulus_MPa": list(known.modulus_MPa),
-            "reach_mm": known.reach_mm,
-            "cells": list(known.cells),
-            "coefficients": known.coefficients.tolist(),
-            "error": known.error.tolist(),
-        }
-    }
-
-
-def _uncertainty_table(known: Uncertainty) -> dict:
-    return {
-        "level": LEVEL,
-        "fit_rms": known.fit_rms,
-        "fit_factor": known.fit_factor,
-        "fit_max": known.fit_max,
-        "scatter_force_N": known.scatter_force_N.tolist(),
-        "scatter": known.scatter.tolist(),
-        "scatter_factor": known.scatter_factor,
-        "meshes": known.meshes,
-    }
-
-
-def _nulls(row) -> list:
-    """Numbers with null for NaN, which JSON has not."""
-    return [None if math.isnan(value) else value for value in row.tolist()]
+    @property
+    def calibration(self) -> Calibration:
+        softness, sd = self.softness, self.softness.surface
+        return Calibration(
+            **self._kept("schema_", "softness", "domain"),
+            forward=Quadratic(**softness.forward._kept("form", "terms", "units")),
+            inverse=QuadraticInverse(**softness.inverse._kept("form", "terms")),
+            surface=SdSurface(sd.surface, sd.usable_nodes.astype(int), sd.twofold, sd.uncertainty.uncertainty),
+            gauges=tuple(GaugeSurface(one.name, one.surface, one.uncertainty.uncertainty) for one in softness.gauges),
+            position=None if softness.position is None else softness.position.terms,
+        )

@@ -5,16 +5,18 @@ published quadratic is kept beside it for comparison.
 """
 
 import math
+import warnings
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
+from typing import cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from papilla.calibration.data import CalibrationData
-from papilla.calibration.document import read_calibration, write_calibration
 from papilla.calibration.position import PositionTerms
-from papilla.calibration.readouts import NORMAL_FACTOR
-from papilla.calibration.status import IDENTIFIABLE, SoftnessStatus
+from papilla.calibration.quadratic import Quadratic, QuadraticInverse
+from papilla.calibration.readouts import IDENTIFIABLE, NORMAL_FACTOR, GaugeSurface, SdSurface, SoftnessStatus
 from papilla.errors import InputError
 
 
@@ -32,15 +34,15 @@ class Inversion:
     sigma_MPa: float | np.ndarray
     lower_MPa: float | np.ndarray
     upper_MPa: float | np.ndarray
-    status: "SoftnessStatus | np.ndarray"
+    status: SoftnessStatus | np.ndarray
 
     @property
-    def interval(self) -> tuple:
+    def interval(self) -> tuple[float | np.ndarray, float | np.ndarray]:
         """(lower, upper) in MPa."""
         return self.lower_MPa, self.upper_MPa
 
     @property
-    def sentence(self):
+    def sentence(self) -> str | np.ndarray:
         """The status in words: a string, or an array of strings."""
         if isinstance(self.status, SoftnessStatus):
             return self.status.sentence
@@ -48,28 +50,70 @@ class Inversion:
         return np.array(words).reshape(self.status.shape)
 
 
-@dataclass(frozen=True, eq=False)
-class Calibration(CalibrationData):
-    """A finger's calibration (its fields: `CalibrationData`): predicts S_d and inverts it."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration:
+    """A finger's calibration: predicts S_d and inverts it.
+
+    Parameters
+    ----------
+    finger : {"name", "sha256"}; mesh : what the sweep was computed on (empty for a bench calibration).
+    forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
+    surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
+    provenance : versions, hashes, when; notes : what a user has to doubt, a sentence each.
+    position : what contacts beside the apex change; None where it is not known.
+    remark : what the file that it was loaded from is to be doubted for; empty where that is as papilla wrote it.
+    """
+
+    finger: dict
+    mesh: dict
+    forward: Quadratic
+    inverse: QuadraticInverse
+    surface: SdSurface
+    gauges: tuple[GaugeSurface, ...]
+    provenance: dict
+    notes: tuple[str, ...] = ()
+    position: PositionTerms | None = None
+    remark: str = ""
+
+    @property
+    def domain(self) -> dict[str, tuple[float, float]]:
+        """{"force_N", "modulus_MPa"}: the ranges that were calibrated."""
+        return {"force_N": self.surface.surface.force_N, "modulus_MPa": self.surface.surface.modulus_MPa}
+
+    def __repr__(self) -> str:
+        force, modulus = ("-".join(f"{limit:g}" for limit in self.domain[key]) for key in ("force_N", "modulus_MPa"))
+        name, count = self.finger.get("name") or "a measured finger", len(self.gauges)
+        return f"<Calibration of {name}: {count} gauges, {force} N, {modulus} MPa, {len(self.notes)} notes>"
 
     @classmethod
-    def load(cls, path) -> "Calibration":
+    def load(cls, path: str | PathLike) -> "Calibration":
         """Read a calibration file.
 
-        Raises `FileAccessError` where it cannot be read, `FileFormatError` where it is truncated, of an unknown schema
-        or holds something else than it should; the message names the file and the key.
+        A file that was changed after papilla wrote it, or that has no checksum, comes with a `remark` and a
+        `UserWarning`. Raises `FileAccessError` where it cannot be read, `FileFormatError` where it is
+        truncated, of an unknown schema or holds something else than it should; the message names the file and the key.
         """
-        return cls(**vars(read_calibration(Path(path))))
+        # Lazily: pydantic is slow to import, and an estimator that is handed a calibration does without it.
+        from papilla.calibration.document import read_calibration
 
-    def save(self, path) -> None:
+        calibration = read_calibration(Path(path))
+        if calibration.remark:
+            warnings.warn(f"{path}: {calibration.remark}", stacklevel=2)
+        return calibration
+
+    def save(self, path: str | PathLike) -> None:
         """Write the calibration as JSON, whole or not at all; raises `FileAccessError`."""
+        from papilla.calibration.document import write_calibration
+
         write_calibration(self, Path(path))
 
-    def predict(self, force_N, modulus_MPa):
+    def predict(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """S_d in microstrain at forces (N) and moduli (MPa) that broadcast; NaN outside the domain."""
         return np.exp(self.surface.surface(force_N, modulus_MPa))
 
-    def predict_readings(self, force_N, modulus_MPa, position_mm=None) -> np.ndarray:
+    def predict_readings(
+        self, force_N: ArrayLike, modulus_MPa: ArrayLike, position_mm: ArrayLike | None = None
+    ) -> np.ndarray:
         """(..., g) gauge readings in microstrain at forces and moduli that broadcast; NaN outside the domain.
 
         position_mm : x of the contact along the finger, at the apex where it is None; broadcasts too. Raises
@@ -91,7 +135,14 @@ class Calibration(CalibrationData):
             )
         return self.position
 
-    def invert(self, sd_microstrain, force_N, *, sd_sigma=0.0, force_sigma=0.0) -> Inversion:
+    def invert(
+        self,
+        sd_microstrain: ArrayLike,
+        force_N: ArrayLike,
+        *,
+        sd_sigma: ArrayLike = 0.0,
+        force_sigma: ArrayLike = 0.0,
+    ) -> Inversion:
         """The modulus behind S_d at a force; scalars, or arrays that broadcast.
 
         Parameters
@@ -105,7 +156,7 @@ class Calibration(CalibrationData):
         """
         arguments = (sd_microstrain, force_N, sd_sigma, force_sigma)
         if all(np.ndim(value) == 0 for value in arguments):
-            return self._invert_one(*map(float, arguments))
+            return self._invert_one(*map(float, cast(tuple[float, ...], arguments)))
         rows = np.broadcast_arrays(*(np.asarray(value, float) for value in arguments))
         answers = [self._invert_one(*row) for row in zip(*(row.ravel().tolist() for row in rows), strict=True)]
         names = ("modulus_MPa", "sigma_MPa", "lower_MPa", "upper_MPa", "status")

@@ -1,6 +1,7 @@
 """`papilla estimate`: the estimators over a log, one row of answers per row of the log."""
 
 import re
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -90,7 +91,10 @@ def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
     """The calibration, of the gauges that the log has."""
     from papilla.calibration import Calibration
 
-    record = Calibration.load(path)
+    with warnings.catch_warnings():
+        # The pipeline's messages say it.
+        warnings.simplefilter("ignore", UserWarning)
+        record = Calibration.load(path)
     own, made_for = recorded.gauge_names, tuple(gauge.name for gauge in record.gauges)
     if len(made_for) != len(own):
         raise InputError(f"{log} has {len(own)} gauges, the calibration {path} was made for {len(made_for)}")

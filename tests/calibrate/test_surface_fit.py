@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
-from papilla.calibration.point_surface import PointSurface, solve_cubic
-from papilla.calibration.surface import Axis, Surface
+from papilla.calibration.surface import Axis, PointSurface, Surface, solve_cubic
 from papilla.errors import InputError
 
 RNG = np.random.default_rng(11)

@@ -114,6 +114,17 @@ def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log,
     assert [row["modulus_MPa"] for row in rows] == ["", ""]
 
 
+def test_answers_of_a_changed_calibration_come_with_a_remark(papilla, tmp_path, log, calibrated):
+    document = json.loads((tmp_path / calibrated).read_text())
+    document["softness"]["surface"]["coefficients"][2][2] += 0.1
+    (tmp_path / "changed.json").write_text(json.dumps(document))
+    answer = papilla("estimate", log, "--calibration", "changed.json", "--out", "est.csv", "--json")
+    assert answer.code == 0
+    remark = "modulus: the calibration is in doubt: the file was changed after papilla wrote it"
+    assert [message for message in json.loads(answer.out)["messages"] if message.startswith(remark)]
+    assert remark in answer.err and "UserWarning" not in answer.err
+
+
 def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_path, sliding):
     answer = papilla("estimate", sliding, "--out", "est.csv", "--wavelength-range", 0.5, 5, "--json")
     assert answer.code == 0, answer.err

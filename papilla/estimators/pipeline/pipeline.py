@@ -127,6 +127,8 @@ class Pipeline:
         if "force_N" not in self.columns:
             self.off["modulus"] = "no column force_N"
             return
+        if calibration.remark:
+            self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
         for place in dict.fromkeys((position_sigma_mm, None)):
             try:
                 self._parts["modulus"] = GaugesPart(calibration, self._names, rate, place, **noise)

@@ -9,8 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from papilla.calibration import Calibration
-from papilla.calibration.point_surface import Curve
-from papilla.calibration.surface import Surface
+from papilla.calibration.surface import Curve, Surface
 from papilla.errors import InputError
 
 LEVELS = 128
