@@ -132,7 +132,7 @@ def _splines(part: SdSurface | GaugeSurface) -> dict:
 
 def _same(expected, value):
     if value != expected:
-        raise ValueError(f"must be {expected!r}, got {value!r}")
+        raise InputError(f"must be {expected!r}, got {value!r}")
     return value
 
 
@@ -143,10 +143,10 @@ def _array(gaps: bool, values) -> np.ndarray:
     found = np.array(values, dtype=object)
     flat = [math.nan if value is None and gaps else value for value in found.ravel().tolist()]
     if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
-        raise ValueError("must be a list of numbers, each row as long as the others")
+        raise InputError("must be a list of numbers, each row as long as the others")
     numbers = np.array(flat, dtype=float).reshape(found.shape)
     if not (gaps or np.isfinite(numbers).all()) or np.isinf(numbers).any():
-        raise ValueError("must hold finite numbers alone")
+        raise InputError("must hold finite numbers alone")
     return numbers
 
 
@@ -165,9 +165,9 @@ class _Part(BaseModel):
     model_config = ConfigDict(strict=True, allow_inf_nan=False, from_attributes=True, arbitrary_types_allowed=True)
 
     def _check(self, name: str, *shape: int) -> np.ndarray:
-        """The numbers of a field; `ValueError` where they have another shape."""
+        """The numbers of a field; `InputError` where they have another shape."""
         if (array := getattr(self, name)).shape != shape:
-            raise ValueError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers")
+            raise InputError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers")
         return array
 
     def _kept(self, *left_out: str) -> dict:
@@ -195,7 +195,7 @@ class _Forward(_Part):
         for name, shape in (("coefficients", (5,)), ("stderr", (5,)), ("covariance", (5, 5))):
             self._check(name, *shape)
         if (self.stderr < 0).any():
-            raise ValueError("stderr must not be negative")
+            raise InputError("stderr must not be negative")
         return self
 
 
@@ -227,9 +227,9 @@ class _Uncertainty(_Part):
     def _shapes(self):
         forces = self._check("scatter_force_N", self.scatter_force_N.size)
         if not len(forces) or (forces <= 0).any() or (np.diff(forces) <= 0).any():
-            raise ValueError("scatter_force_N must rise and be above 0")
+            raise InputError("scatter_force_N must rise and be above 0")
         if (self._check("scatter", len(forces)) < 0).any():
-            raise ValueError("scatter must not be negative")
+            raise InputError("scatter must not be negative")
         return self
 
     @property
@@ -265,7 +265,7 @@ class _Sd(_Surface):
     def _nodes(self):
         nodes, last = self._check("usable_nodes", self.cells[0], 2), self.cells[1]
         if ((nodes < 0) | (nodes > last) | (nodes != nodes.round())).any():
-            raise ValueError(f"usable_nodes must hold whole numbers from 0 to {last}")
+            raise InputError(f"usable_nodes must hold whole numbers from 0 to {last}")
         self._check("twofold", self.cells[0], 2)
         return self
 
@@ -327,9 +327,9 @@ class _File(_Part):
     def _agree(self):
         position, surface, gauges = self.softness.position, self.softness.surface, len(self.softness.gauges)
         if position is not None and position.gauges != gauges:
-            raise ValueError(f"softness.position must hold {gauges} gauges")
+            raise InputError(f"softness.position must hold {gauges} gauges")
         if (self.domain.force_N, self.domain.modulus_MPa) != (surface.force_N, surface.modulus_MPa):
-            raise ValueError("domain differs from that of softness.surface")
+            raise InputError("domain differs from that of softness.surface")
         return self
 
     @property
