@@ -6,13 +6,13 @@ lists every assumption. Axes: origin in the middle of the base plane, z out of t
 """
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from papilla import checks
-from papilla.errors import FileFormatError, InputError
+from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.materials import Material
@@ -35,7 +35,7 @@ class Layer:
     nu: float = 0.4999
     material: "Material | None" = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checks.positive("layer modulus (MPa)", self.modulus)
         checks.poisson("layer nu", self.nu)
         if self.material is not None:
@@ -60,7 +60,7 @@ class Dome:
     interface: tuple[float, float, float]
     bone: tuple[float, float, float]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check_nested(self, ("x", "y", "z"))
 
 
@@ -73,7 +73,7 @@ class Slab:
     bone: tuple[float, float]
     depth: float = 10.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checks.positive("slab depth (mm)", self.depth)
         _check_nested(self, ("x", "z"))
 
@@ -85,6 +85,11 @@ class Surfaces:
     outer: str
     interface: str
     bone: str
+
+    def __post_init__(self) -> None:
+        for name in (self.outer, self.interface, self.bone):
+            if "\0" in str(name):
+                raise InputError(f"the name of surface file {str(name)!r} holds a NUL character")
 
 
 Shape = Dome | Slab | Surfaces
@@ -116,7 +121,7 @@ class Gauge:
     membrane_gain: float = 1.0
     lever_mm: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         where = f"gauge {self.name}"
         if (self.angle_deg is None) == (self.x_mm is None):
             raise InputError(f"{where}: give exactly one of angle_deg and x_mm")
@@ -141,7 +146,7 @@ class Ridges:
     width: float
     height: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key in ("pitch", "width", "height"):
             checks.positive(f"ridge {key} (mm)", getattr(self, key))
         if self.width >= self.pitch:
@@ -163,9 +168,9 @@ class Finger:
     gauges: tuple[Gauge, ...]
     bone: Layer | None = None
     patch_radius: float = 15.0
-    ridges: Ridges | None = field(default=None)
+    ridges: Ridges | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checks.positive("patch_radius (mm)", self.patch_radius)
         if not self.gauges:
             raise InputError("a finger needs at least one gauge")
@@ -181,7 +186,7 @@ class Finger:
         return cls.load(DEFAULT_FINGER)
 
     @classmethod
-    def load(cls, path) -> "Finger":
+    def load(cls, path: str | Path) -> "Finger":
         """A finger from its TOML design file.
 
         Raises `FileAccessError` where the file cannot be read, `FileFormatError` where it is not a finger; the
@@ -189,21 +194,12 @@ class Finger:
         """
         from papilla.finger_file import read_design
 
-        path = Path(path)
-        design = read_design(path)
-        try:
-            return cls(
-                name=design["name"],
-                shape=_shape(design["shape"], path.parent),
-                outer=_layer("outer", design["outer"]),
-                inner=_layer("inner", design["inner"]),
-                bone=_layer("bone", design["bone"]) if design["bone"] else None,
-                patch_radius=design["patch_radius_mm"],
-                ridges=_ridges(design["ridges"]) if design["ridges"] else None,
-                gauges=tuple(Gauge(**gauge) for gauge in design["gauges"]),
-            )
-        except InputError as error:
-            raise FileFormatError(f"{path}: {error}") from error
+        return read_design(Path(path))
+
+    def __repr__(self) -> str:
+        """Name, shape, layers and number of gauges: the whole design is in `describe()`."""
+        layers = f"{self.outer.modulus:g} over {self.inner.modulus:g} MPa"
+        return f"Finger({self.name!r}, {type(self.shape).__name__.lower()}, {layers}, {len(self.gauges)} gauges)"
 
     def describe(self) -> dict:
         """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
@@ -226,32 +222,6 @@ class Finger:
         return {"kind": "surfaces", **{key: _file_digest(path) for key, path in asdict(self.shape).items()}}
 
 
-def _shape(table: dict, folder: Path) -> Shape:
-    """The shape of a design file's table; surface files are found relative to the file."""
-    if table["kind"] == "surfaces":
-        return Surfaces(*(str(folder / table[f"{name}_file"]) for name in ("outer", "interface", "bone")))
-    sections = (table["outer_mm"], table["interface_mm"], table["bone_mm"])
-    return Dome(*sections) if table["kind"] == "dome" else Slab(*sections, depth=table["depth_mm"])
-
-
-def _layer(name: str, table: dict) -> Layer:
-    modulus, nu = table["modulus_MPa"], table["nu"]
-    if modulus is None and table["material"] is None:
-        raise InputError(f"key {name}.modulus_MPa is missing")
-    try:
-        card = None if table["material"] is None else _material(table["material"])
-        return Layer.of(card, nu) if card is not None and modulus is None else Layer(modulus, nu, card)
-    except InputError as error:
-        raise InputError(f"[{name}] {error}") from error
-
-
-def _material(table: dict) -> "Material":
-    from papilla.materials import material_class
-
-    card = material_class(table["model"])
-    return card(**{key.removesuffix("_MPa"): value for key, value in table.items() if key != "model"})
-
-
 def _small_strain_modulus(material: "Material", nu: float) -> float:
     from papilla.materials import NeoHookean, Ogden, Yeoh
 
@@ -266,10 +236,6 @@ def _describe(layer: Layer | None) -> dict | None:
         return None
     card = {} if layer.material is None else {"material": layer.material.describe()}
     return {"modulus": layer.modulus, "nu": layer.nu, **card}
-
-
-def _ridges(table: dict) -> Ridges:
-    return Ridges(table["pitch_mm"], table["width_mm"], table["height_mm"])
 
 
 def _digest(value: dict) -> str:

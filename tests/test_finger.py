@@ -247,7 +247,7 @@ def refusal(load, text: str) -> str:
         ("modulus_MPa = 0.136", "modulus_MPa = nan", "outer.modulus_MPa.*finite.*nan"),
         ("modulus_MPa = 0.136", "modulus_MPa = inf", "outer.modulus_MPa.*finite.*inf"),
         ("modulus_MPa = 0.136", 'modulus_MPa = "hard"', "outer.modulus_MPa.*number.*'hard'"),
-        ("modulus_MPa = 0.136\n", "", "key outer.modulus_MPa is missing"),
+        ("modulus_MPa = 0.136\n", "", r"\[outer\] key modulus_MPa is missing"),
         ("\nnu = 0.4999", "\nnu = 0.51", "outer.*nu must lie between 0 and 0.5, got 0.51"),
         ("\nnu = 0.4999", "\nnu = -0.1", "outer.*nu must lie between 0 and 0.5, got -0.1"),
         ("\nnu = 0.4999", "\nnu = nan", "outer.nu.*finite.*nan"),
@@ -336,8 +336,32 @@ def test_files_that_are_no_text_or_not_there(tmp_path):
     with pytest.raises(FileFormatError, match="finger.toml is not a text file in UTF-8"):
         Finger.load(path)
     path.write_bytes(b"\xef\xbb\xbf" + TEXT.encode())
-    with pytest.raises(FileFormatError, match="finger.toml is not valid TOML"):
-        Finger.load(path)
+    assert Finger.load(path) == Finger.default(), "a byte order mark is no fault"
+    with pytest.raises(FileAccessError, match="null byte"):
+        Finger.load("a\0b.toml")
+
+
+def test_brackets_without_end_and_names_that_no_file_has(load):
+    assert "nested too deeply" in refusal(load, "name = " + 5000 * "[" + 5000 * "]")
+    for depth in (50, 200, 500):
+        found = refusal(load, edit('name = "human', f"name = {depth * '['}{depth * ']'}\n#"))
+        assert "name: input should be a valid string" in found or "nested too deeply" in found
+        assert len(found) < 300
+    assert "holds a NUL character" in refusal(load, SURFACES.replace("skin.stl", "skin\\u0000.stl"))
+
+
+def test_every_key_without_a_value_has_the_default_of_its_class(load):
+    """The file's schema is made of the classes: what is left out is as if left out in Python."""
+    finger = load(SLAB.replace("depth_mm = 12.5\n", "").split("y_mm = 2")[0])
+    assert finger.shape == Slab((24, 20), (21, 17), (10, 6))
+    assert finger.gauges == (Gauge("left", x_mm=-3),)
+    bare = Finger("slab", finger.shape, Layer(0.2), Layer(0.05, 0.5), finger.gauges, Layer(3000, 0.35))
+    assert finger == bare
+
+
+def test_a_finger_shows_itself_in_a_line():
+    shown = repr(Finger.default())
+    assert shown == "Finger('human-finger-mimetic sensor', dome, 0.136 over 0.034 MPa, 5 gauges)"
 
 
 def test_a_finger_built_in_python_is_checked_alike():
