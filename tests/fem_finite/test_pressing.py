@@ -126,15 +126,34 @@ def _rescaled(finger: Finger, mesh, stress, length):
 def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
     finger, mesh = coarse
     direct = press_finite(finger, mesh, Block(0.51, 10), force=0.3)
-    lines = []
-    monkeypatch.setattr(newton, "MAX_STEPS", 3)
-    monkeypatch.setattr(newton, "TOLERANCE", 1e-7)
+    lines, tried = [], []
+
+    def stubborn(*scene, force, **options):
+        tried.append(force)
+        if len(tried) == 1:
+            raise newton.StepError("no equilibrium in 40 Newton steps")
+        return newton.solve_level(*scene, force=force, **options)
+
+    monkeypatch.setattr(pressing, "solve_level", stubborn)
     careful = press_finite(finger, mesh, Block(0.51, 10), force=0.3, progress=lines.append)
-    assert lines[0].startswith("load step cut to 50 % of the load: no equilibrium in 3 Newton steps")
+    assert tried == pytest.approx([0.075, 0.0375, 0.075])
+    assert lines[0] == "load step cut to 50 % of the load: no equilibrium in 40 Newton steps"
     assert lines[-1].startswith("100 % of the load in")
-    assert "load steps" in careful.status and "1 load step," in direct.status
+    assert "2 load steps" in careful.status and "1 load step," in direct.status
     assert careful.reading == pytest.approx(direct.reading, rel=1e-6)
     assert careful.indentation == pytest.approx(direct.indentation, rel=1e-7)
+
+
+def test_the_tangent_is_made_anew_where_steps_stay_slow(coarse, monkeypatch):
+    finger, mesh = coarse
+    direct = press_finite(finger, mesh, Block(0.51, 10), force=1.0)
+    made = []
+    original = newton.Linearisation.at.__func__
+    monkeypatch.setattr(newton.Linearisation, "at", classmethod(lambda *given: made.append(1) or original(*given)))
+    monkeypatch.setattr(newton, "SLOW", 0.0)
+    anew = press_finite(finger, mesh, Block(0.51, 10), force=1.0)
+    assert len(made) > 1
+    assert anew.reading == pytest.approx(direct.reading, rel=1e-6)
 
 
 def test_a_load_that_stays_out_of_reach_is_refused_with_how_far_it_came(coarse, monkeypatch):

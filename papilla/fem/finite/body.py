@@ -14,7 +14,7 @@ from skfem import Basis, ElementTetP1, ElementTetP2
 
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
-from papilla.fem.finite.constitutive import Kinematics, energy, response
+from papilla.fem.finite.constitutive import Kinematics, energy, response, stress
 from papilla.finger import Layer
 from papilla.materials import Material
 
@@ -37,17 +37,15 @@ class Card:
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluation:
+class Forces:
     """A state's internal forces on the free unknowns and what judges them.
 
-    force : (free,) in N (displacement), mm3 (pressure).
-    tangent : lower triangle (free, free) of its derivative.
+    force : (free,) in N (displacement), mm3 (pressure); NaN unless all cells keep a volume.
     volume_scale : size (mm3) of the volume change that the strains could make: what its error is measured by.
-    smallest_jacobian : smallest det F; forces and tangent are None unless it is positive.
+    smallest_jacobian : smallest det F.
     """
 
-    force: np.ndarray | None
-    tangent: sp.csc_matrix | None
+    force: np.ndarray
     volume_scale: float
     smallest_jacobian: float
 
@@ -74,26 +72,30 @@ class Body:
         """Number of pressure unknowns: the tangent of a stable state has as many negative eigenvalues."""
         return len(self._free_number) - self.free_displacements
 
-    def evaluate(self, displacement: np.ndarray, pressure: np.ndarray) -> Evaluation:
-        """Internal forces and tangent at a displacement (nodes, 3) in mm and pressures (k,) in MPa."""
-        kinematics = self._kinematics(displacement)
-        gradient, smallest = kinematics.gradient, float(kinematics.jacobian.min())
-        size = self._volume_scale(gradient)
+    def forces(self, displacement: np.ndarray, pressure: np.ndarray) -> Forces:
+        """Internal forces at a displacement (nodes, 3) in mm and pressures (k,) in MPa."""
+        kinematics, local = self._kinematics(displacement), pressure[self._pressures] @ self._hats.T
+        size, smallest = self._volume_scale(kinematics.gradient), float(kinematics.jacobian.min())
         if not smallest > 0:
-            return Evaluation(None, None, size, smallest)
-        local = pressure[self._pressures] @ self._hats.T
-        stress, tangent = np.empty_like(gradient), np.empty((*local.shape, 9, 9))
+            return Forces(np.full(len(self._free_number), np.nan), size, smallest)
+        first = np.empty_like(kinematics.gradient)
         for card, cells in self._parts():
-            stress[cells], tangent[cells] = response(card.material, kinematics[cells], local[cells])
-        stress *= self._weights[..., None, None]
-        tangent *= self._weights[..., None, None]
-        compressibility = self._compressibility()
-        volume = self._weights * (kinematics.volume_change + compressibility[:, None] * local)
+            first[cells] = stress(card.material, kinematics[cells], local[cells])
+        first *= self._weights[..., None, None]
+        volume = self._weights * (kinematics.volume_change + self._compressibility()[:, None] * local)
         forces = np.concatenate(
-            [(self._gradients @ stress.swapaxes(-1, -2)).sum(axis=1).reshape(-1, 30), -volume @ self._hats], axis=1
+            [(self._gradients @ first.swapaxes(-1, -2)).sum(axis=1).reshape(-1, 30), -volume @ self._hats], axis=1
         )
-        blocks = self._blocks(tangent, kinematics.cofactor, compressibility)
-        return Evaluation(self._gather(forces), self._assemble(blocks), size, smallest)
+        return Forces(self._gather(forces), size, smallest)
+
+    def tangent(self, displacement: np.ndarray, pressure: np.ndarray) -> sp.csc_matrix:
+        """Derivative of the forces: lower triangle (free, free)."""
+        kinematics, local = self._kinematics(displacement), pressure[self._pressures] @ self._hats.T
+        tangent = np.empty((*local.shape, 9, 9))
+        for card, cells in self._parts():
+            tangent[cells] = response(card.material, kinematics[cells], local[cells])[1]
+        tangent *= self._weights[..., None, None]
+        return self._assemble(self._blocks(tangent, kinematics.cofactor, self._compressibility()))
 
     def energy(self, displacement: np.ndarray, pressure: np.ndarray) -> float:
         """Energy (N mm) of the cell at a displacement (nodes, 3) in mm and pressures (k,) in MPa."""

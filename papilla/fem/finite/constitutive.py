@@ -48,20 +48,28 @@ class Kinematics:
         return 1 + self.volume_change
 
 
+def stress(material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+    """First Piola-Kirchhoff stress (..., 3, 3) in MPa. Every J must be positive."""
+    return isochoric_stress(material, kinematics) + _slope(material, kinematics, pressure) * kinematics.cofactor
+
+
 def response(material, kinematics: Kinematics, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First Piola-Kirchhoff stress (..., 3, 3) and its derivative by F (..., 9, 9), MPa, pressure (...) held fixed.
+    """Stress (..., 3, 3) and its derivative by F (..., 9, 9), MPa, pressure (...) held fixed.
 
     Index pairs are flattened as 3 * i + K for component i and reference direction K. Every J must be positive.
     """
-    stress, tangent = isochoric(material, kinematics)
-    cofactor = kinematics.cofactor
-    slope = 2 * material.shear_modulus / 3 * kinematics.volume_change - pressure
-    stress = stress + slope[..., None, None] * cofactor
+    tangent, cofactor = isochoric_tangent(material, kinematics), kinematics.cofactor
     inverse = cofactor / kinematics.jacobian[..., None, None]
     flat, inverse_flat = _flat(cofactor), _flat(inverse)
     # d cof F / dF = cof F (x) F^-T - swapped(cof F, F^-T)
-    tangent = tangent + slope[..., None, None] * (_dyad(flat, inverse_flat) - _swapped(cofactor, inverse))
-    return stress, tangent + 2 * material.shear_modulus / 3 * _dyad(flat, flat)
+    turned = _dyad(flat, inverse_flat) - _swapped(cofactor, inverse)
+    tangent = tangent + _slope(material, kinematics, pressure) * turned
+    return stress(material, kinematics, pressure), tangent + 2 * material.shear_modulus / 3 * _dyad(flat, flat)
+
+
+def _slope(material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+    """Derivative (..., 1, 1) of the volumetric energy by J, MPa."""
+    return (2 * material.shear_modulus / 3 * kinematics.volume_change - pressure)[..., None, None]
 
 
 def energy(material, kinematics: Kinematics, pressure: np.ndarray, compressibility: float) -> np.ndarray:
@@ -72,9 +80,15 @@ def energy(material, kinematics: Kinematics, pressure: np.ndarray, compressibili
 
 
 @singledispatch
-def isochoric(material, kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray]:
-    """dW_iso/dF (..., 3, 3) and d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
+def isochoric_stress(material, kinematics: Kinematics) -> np.ndarray:
+    """dW_iso/dF (..., 3, 3) of a material, MPa."""
     raise InputError(f"no stress is known for {type(material).__name__}")
+
+
+@singledispatch
+def isochoric_tangent(material, kinematics: Kinematics) -> np.ndarray:
+    """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
+    raise InputError(f"no tangent is known for {type(material).__name__}")
 
 
 @singledispatch
@@ -88,22 +102,32 @@ def _(material: FirstInvariantMaterial, kinematics):
     return material.energy((kinematics.deformation**2).sum(axis=(-2, -1)) * kinematics.jacobian ** (-2 / 3))
 
 
-@isochoric.register
+@isochoric_stress.register
 def _(material: FirstInvariantMaterial, kinematics):
-    """With I = J^(-2/3) F : F: dI/dF = J^(-2/3) (2 F - 2/3 (F : F) F^-T), and its derivative by the product rule."""
+    scale, square, direction, _ = _invariant(kinematics)
+    return material.slopes(scale * square)[0][..., None, None] * direction
+
+
+@isochoric_tangent.register
+def _(material: FirstInvariantMaterial, kinematics):
+    """The derivative of dI/dF by the product rule."""
+    scale, square, direction, inverse = _invariant(kinematics)
+    first, second = (slope[..., None, None] for slope in material.slopes(scale * square))
+    square, scale = square[..., None, None], scale[..., None, None]
+    f, g, d = _flat(kinematics.deformation), _flat(inverse), _flat(direction)
+    mixed = _dyad(f, g)
+    tangent = 4 / 9 * square * _dyad(g, g) - 4 / 3 * (mixed + mixed.swapaxes(-1, -2))
+    tangent += 2 / 3 * square * _swapped(inverse, inverse)
+    tangent[..., np.arange(9), np.arange(9)] += 2
+    return first * scale * tangent + second * _dyad(d, d)
+
+
+def _invariant(kinematics: Kinematics):
+    """J^(-2/3), F : F, dI/dF = J^(-2/3) (2 F - 2/3 (F : F) F^-T) for I = J^(-2/3) F : F, and F^-T."""
     F = kinematics.deformation
     inverse = kinematics.cofactor / kinematics.jacobian[..., None, None]
-    scale = kinematics.jacobian ** (-2 / 3)
-    square = (F**2).sum(axis=(-2, -1))
-    first, second = material.slopes(scale * square)
-    factor = lambda x: x[..., None, None]  # noqa: E731
-    direction = factor(scale) * (2 * F - factor(2 / 3 * square) * inverse)
-    f, g, d = _flat(F), _flat(inverse), _flat(direction)
-    mixed = _dyad(f, g)
-    tangent = factor(4 / 9 * square) * _dyad(g, g) - 4 / 3 * (mixed + mixed.swapaxes(-1, -2))
-    tangent += factor(2 / 3 * square) * _swapped(inverse, inverse)
-    tangent[..., np.arange(9), np.arange(9)] += 2
-    return factor(first) * direction, factor(first * scale) * tangent + factor(second) * _dyad(d, d)
+    scale, square = kinematics.jacobian ** (-2 / 3), (F**2).sum(axis=(-2, -1))
+    return scale, square, scale[..., None, None] * (2 * F - (2 / 3 * square)[..., None, None] * inverse), inverse
 
 
 @isochoric_energy.register
@@ -112,7 +136,14 @@ def _(material: Ogden, kinematics):
     return material.energy(stretches * kinematics.jacobian[..., None] ** (-1 / 3))
 
 
-@isochoric.register
+@isochoric_stress.register
+def _(material: Ogden, kinematics):
+    stretches, spatial, reference = principal(kinematics)
+    slope = _ogden_derivatives(material, stretches, kinematics.jacobian)[0]
+    return (spatial * slope[..., None, :]) @ reference.swapaxes(-1, -2)
+
+
+@isochoric_tangent.register
 def _(material: Ogden, kinematics):
     """In principal axes n (x) N the stress is diag(W_i) and the tangent couples ab with ab and ba alone.
 
@@ -131,8 +162,7 @@ def _(material: Ogden, kinematics):
     local = local.reshape(*stretches.shape[:-1], 9, 9)
     # Column 3 a + b of the rotation is n_a (x) N_b
     rotation = (spatial[..., :, None, :, None] * reference[..., None, :, None, :]).reshape(*stretches.shape[:-1], 9, 9)
-    stress = (spatial * slope[..., None, :]) @ reference.swapaxes(-1, -2)
-    return stress, rotation @ local @ rotation.swapaxes(-1, -2)
+    return rotation @ local @ rotation.swapaxes(-1, -2)
 
 
 def principal(kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -9,21 +9,20 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
-from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
 from papilla.fem.finite.body import Body, Card
-from papilla.fem.finite.newton import Balance, State, solve_level
+from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
+from papilla.fem.finite.readout import Readout
 from papilla.fem.finite.touching import Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_detail, refuse_rim, too_coarse
-from papilla.fem.reduction.finger_model import image_of
-from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals, gauge_weights
+from papilla.fem.reduction.gauges import gauge_weights
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 from papilla.memory import refuse_finite
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
-from papilla.mesh.surfaces import Surface, surfaces_of
+from papilla.mesh.surfaces import surfaces_of
 from papilla.specimen import Specimen
 
 SMALLEST_STEP = 1 / 64
@@ -67,19 +66,18 @@ def press_finite(
     scene = Scene.of(finger, mesh, specimen, materials or {}, at)
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
-    state, steps, balance = raise_load(scene, share, indentation, progress)
-    return _result(scene, state, force, _sentence(steps, balance), began)
+    state, steps, balance, _ = raise_load(scene, share, indentation, progress)
+    return result(scene, state, force, _sentence(steps, balance), began)
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and where its gauges are."""
+    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and what its gauges read."""
 
     finger: Finger
-    interface: Surface
-    mirrors: tuple[str, ...]
     body: Body
     touching: Touching
+    readout: Readout
 
     @classmethod
     def of(cls, finger: Finger, mesh: LayeredMesh, specimen: Specimen, materials, at) -> "Scene":
@@ -93,7 +91,8 @@ class Scene:
         loaded = build_patch(space, mesh, surfaces["skin"], frame, finger.patch_radius, bool(mesh.mirrors))
         refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
         body = Body(space, cards, space.free(SYMMETRIC, mesh.mirrors))
-        return cls(finger, surfaces["interface"], mesh.mirrors, body, Touching(loaded, specimen))
+        readout = Readout.of(finger, surfaces["interface"], space, mesh.mirrors)
+        return cls(finger, body, Touching(loaded, specimen), readout)
 
     @property
     def at_rest(self) -> State:
@@ -122,23 +121,36 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
 
 
 def raise_load(
-    scene: Scene, force: float | None, indentation: float | None, progress: Callable[[str], None] | None = None
-) -> tuple[State, list[int], Balance]:
+    scene: Scene,
+    force: float | None,
+    indentation: float | None,
+    progress: Callable[[str], None] | None = None,
+    *,
+    start: State | None = None,
+    held: Linearisation | None = None,
+    tolerance: float | None = None,
+) -> tuple[State, list[int], Balance, Linearisation]:
     """The state at a force on the patch (N) or an indentation (mm), the Newton steps of each load step, and residuals.
 
-    The load starts in one step; one that fails is halved, one that succeeds is followed by one twice as large. Raises
-    `SolverError` where `SMALLEST_STEP` fails, `ContactRangeError` where an indentation makes no contact.
+    The load goes in one step to its end; one that fails is halved, one that succeeds is followed by one twice as large.
+    `start` and `held` are those of another load, or of another specimen, on the same body; none: the state of rest.
+    The last linearisation is returned for the next. Raises `SolverError` where `SMALLEST_STEP` fails,
+    `ContactRangeError` where an indentation makes no contact.
     """
-    state, reached, step, steps = scene.at_rest, 0.0, 1.0, []
+    state, reached, step, steps = start or scene.at_rest, 0.0, 1.0, []
+    held = held or Linearisation.at(scene.body, scene.touching, scene.at_rest)
+    begins = float(scene.touching.patch.mass @ state.contact), state.indentation
     while reached < 1:
         target = min(1.0, reached + step)
         try:
-            state, count, balance = solve_level(
+            state, count, balance, held = solve_level(
                 scene.body,
                 scene.touching,
                 state,
-                force=None if force is None else target * force,
-                indentation=None if indentation is None else target * indentation,
+                held,
+                force=None if force is None else begins[0] + target * (force - begins[0]),
+                indentation=None if indentation is None else begins[1] + target * (indentation - begins[1]),
+                tolerance=tolerance,
             )
         except ContactRangeError:
             if target == 1:
@@ -158,7 +170,7 @@ def raise_load(
         step *= 2
         if progress is not None:
             progress(f"{100 * reached:.3g} % of the load in {count} Newton steps")
-    return state, steps, balance
+    return state, steps, balance, held
 
 
 def _sentence(steps: list[int], balance: Balance) -> str:
@@ -166,12 +178,14 @@ def _sentence(steps: list[int], balance: Balance) -> str:
     return f"finite: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
 
 
-def _result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
+def result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
+    """The press of a state, refused where it leaves what the model covers; `began` is when its clock started."""
     finger, touching = scene.finger, scene.touching
     patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(state.displacement)
     refuse_rim(patch, state.active)
     total = float(len(patch.images) * patch.mass @ state.contact)
     shape = contact_shape(current, state.contact * patch.mass / current.mass)
+    touching.follow(state.displacement)
     taken = touching.at(state.displacement).compliance @ state.contact / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
     coarse = too_coarse(shape.area, float(current.edge_length[state.active].mean()), scene.body.space.mesh.size_mm)
@@ -184,34 +198,10 @@ def _result(scene: Scene, state: State, force: float | None, sentence: str, bega
         indentation=state.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
-        values=gauge_values(finger, scene.interface, scene.body.space, scene.mirrors, state.displacement),
+        values=scene.readout(state.displacement),
         force_balance=0.0 if force is None else abs(total - force) / force,
         status=sentence if coarse is None else f"{sentence}; {coarse}",
         resolved=coarse is None,
         pressure=state.contact,
         active=state.active,
     )
-
-
-def gauge_values(
-    finger: Finger, interface: Surface, space: TaylorHood, mirrors: tuple[str, ...], displacement: np.ndarray
-) -> np.ndarray:
-    """What gauges feel (q, g) at a displacement (nodes of the cell, 3) that mirrors repeat: `gauges.QUANTITIES`.
-
-    Raises `InputError` for a gauge off the mesh.
-    """
-    functionals = gauge_functionals(finger, interface)
-    finite = [quantity.finite for quantity in QUANTITIES.values() for _ in finger.gauges]
-    values = [
-        value(functional, values_at(space, mirrors, displacement, functional.points))
-        for value, functional in zip(finite, functionals, strict=True)
-    ]
-    return np.reshape(values, (len(QUANTITIES), -1))
-
-
-def values_at(space: TaylorHood, mirrors: tuple[str, ...], displacement: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Displacement (k, 3) at points (k, 3) of the whole finger, from that (nodes, 3) of a mirror-symmetric cell."""
-    images = image_of(points, mirrors)
-    folded = points * np.column_stack([images, np.ones(len(points), dtype=int)])
-    signs = np.stack([parity_signs(SYMMETRIC, (int(x), int(y))) for x, y in images])
-    return signs * (interpolation(space, folded) @ displacement)

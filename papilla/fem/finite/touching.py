@@ -15,6 +15,10 @@ from papilla.fem.reduction.compliance import PatchSurface, half_space_compliance
 from papilla.fem.reduction.patch import LoadedPatch, Patch
 from papilla.specimen import Specimen
 
+LAG = 30.0
+"""Share of the way which the skin has moved along the specimen, per relative residual, that it may go on before the
+specimen's compliance is renewed: what a residual leaves to go is about the residual's share, and renewal is dear."""
+
 
 @dataclass(frozen=True, eq=False)
 class Touch:
@@ -30,12 +34,18 @@ class Touch:
     compliance: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Touching:
-    """Contact of a specimen with the patch of a cell that is not split into parities; n patch nodes."""
+    """Contact of a specimen with the patch of a cell that is not split into parities; n patch nodes.
+
+    The specimen's compliance is that of the places which `follow` last saw.
+    """
 
     loaded: LoadedPatch
     specimen: Specimen
+
+    def __post_init__(self):
+        self._place, self._compliance = self.patch.xy, self._compliance_at(self.patch)
 
     @property
     def patch(self) -> Patch:
@@ -55,6 +65,15 @@ class Touching:
         _, weights, hats = quadrature(moved)
         return replace(moved, mass=hats.T @ weights)
 
+    def follow(self, displacement: np.ndarray, residual: float = 0.0) -> bool:
+        """Renew the specimen's compliance if the skin has moved along it further than a relative residual allows."""
+        current = self.current_patch(displacement)
+        moved, far = (np.abs(current.xy - place).max() for place in (self._place, self.patch.xy))
+        if moved <= LAG * residual * far:
+            return False
+        self._place, self._compliance = current.xy, self._compliance_at(current)
+        return True
+
     def at(self, displacement: np.ndarray) -> Touch:
         """Contact with the skin where it is after a displacement (nodes, 3) in mm."""
         patch, current, frame, coupling = (
@@ -68,13 +87,13 @@ class Touching:
         direction = self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]
         order = np.arange(3 * coupling.shape[0]).reshape(3, -1).T.ravel()
         loads = sp.vstack([coupling @ sp.diags(component) for component in direction.T]).tocsr()[order]
-        return Touch(gap, loads, self._compliance(current))
+        return Touch(gap, loads, self._compliance)
 
     @property
     def _coupling(self) -> sp.csr_matrix:
         return self.loaded.couplings[(1, 1)]
 
-    def _compliance(self, current: Patch) -> np.ndarray:
+    def _compliance_at(self, current: Patch) -> np.ndarray:
         """The specimen's compliance: nodal pressures are spread over the current area, so both sides are scaled by
         reference over current mass."""
         surface = PatchSurface(current, half_space_compliance(current))

@@ -1,0 +1,46 @@
+"""What the gauges of a finitely deformed finger read: true elongation of the chord, curvature as the linear rungs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
+from papilla.fem.discrete.locate import interpolation
+from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals
+from papilla.finger import Finger
+from papilla.mesh.surfaces import Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Readout:
+    """Where the g gauges of a finger read the displacement of its cell, which mirrors repeat.
+
+    feel : q * g functions of a functional and of the displacement at its points; functionals: q * g of them.
+    rows : (p, nodes) values at the p points of all functionals, in the cell; signs (p, 3) bring them to the points.
+    """
+
+    feel: list[Callable]
+    functionals: list[PointFunctional]
+    rows: sp.csr_matrix
+    signs: np.ndarray
+
+    @classmethod
+    def of(cls, finger: Finger, interface: Surface, space: TaylorHood, mirrors: tuple[str, ...]) -> "Readout":
+        """That of a finger; raises `InputError` for a gauge off the mesh."""
+        functionals = gauge_functionals(finger, interface)
+        points = np.concatenate([functional.points for functional in functionals])
+        images = image_of(points, mirrors)
+        folded = points * np.column_stack([images, np.ones(len(points), dtype=int)])
+        signs = np.stack([parity_signs(SYMMETRIC, (int(x), int(y))) for x, y in images])
+        feel = [quantity.finite for quantity in QUANTITIES.values() for _ in finger.gauges]
+        return cls(feel, functionals, interpolation(space, folded), signs)
+
+    def __call__(self, displacement: np.ndarray) -> np.ndarray:
+        """What the gauges feel (q, g) at a displacement (nodes of the cell, 3): `gauges.QUANTITIES`."""
+        there = self.signs * (self.rows @ displacement)
+        parts = np.split(there, np.cumsum([len(functional.points) for functional in self.functionals])[:-1])
+        values = [feel(*pair) for feel, *pair in zip(self.feel, self.functionals, parts, strict=True)]
+        return np.reshape(values, (len(QUANTITIES), -1))
