@@ -68,7 +68,9 @@ class Bodies:
         key = self.mesh.t * 3 + self.layer
         self.pressure_dofs = np.unique(key, return_inverse=True)[1].reshape(key.shape)
         self.nodes, self.pressures = self.basis.N, int(self.pressure_dofs.max()) + 1
-        self._rest = self.forces(np.zeros(self.unknowns))[1] if linear else None
+        self._rest: sp.csc_matrix | None = None
+        if linear:
+            self._rest = self.forces(np.zeros(self.unknowns))[1]
 
     @property
     def unknowns(self) -> int:
@@ -103,7 +105,7 @@ class Bodies:
 
     def forces(self, unknowns: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
         """Internal forces (unknowns,) and tangent (lower triangle), divided by 2 pi."""
-        if self.linear and hasattr(self, "_rest"):
+        if self._rest is not None:
             whole = self._rest + sp.tril(self._rest, -1).T
             return whole @ unknowns, self._rest
         gradient = (self._strain @ unknowns[self._unknowns[:, None, :12, None]])[..., 0]

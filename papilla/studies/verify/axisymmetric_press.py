@@ -124,10 +124,15 @@ class Contact:
 
 
 def press_path(
-    bodies: Bodies, indentation: float, steps: int, stick: bool, gauges=(0.0, 20.0, 40.0), length=2.4
+    bodies: Bodies,
+    indentation: float,
+    steps: int,
+    stick: bool = False,
+    gauges: tuple[float, ...] = (0.0, 20.0, 40.0),
+    length: float = 2.4,
 ) -> Path:
-    """Press to an indentation (mm) in `steps` that grow linearly; gauges at ellipse parameters (degrees) of the
-    interface. Raises `SolverError` where a step does not converge."""
+    """Press to an indentation (mm) in `steps` that grow; gauges of `length` mm at ellipse parameters (degrees) of the
+    interface. Raises `SolverError` where steps of an eighth do not converge."""
     contact, state, rows = Contact(bodies, stick), np.zeros(bodies.unknowns), []
     depths = list(indentation * (np.arange(1, steps + 1) / steps) ** 1.5)
     before, reached = state, np.zeros(2)

@@ -1,0 +1,75 @@
+"""The axisymmetric reference: its tangents, its meshes, Hertz, and the 3-D press at finite strain on the same finger."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from papilla.fem import press, press_finite
+from papilla.fem.finite.body import Card
+from papilla.fem.reduction.finger_model import FingerModel
+from papilla.finger import Dome, Finger, Layer
+from papilla.materials import NeoHookean, Ogden
+from papilla.mesh import build
+from papilla.references import hertz_sphere_at
+from papilla.specimen import Block
+from papilla.studies.verify.axisymmetric import Bodies, Shape
+from papilla.studies.verify.axisymmetric_press import Contact, press_path
+
+COARSE = Shape(cells=(20, 3, 4, 5))
+
+
+def _card(modulus, nu=0.4999, alpha=None):
+    mu = modulus / (2 * (1 + nu))
+    return Card(NeoHookean(mu) if alpha is None else Ogden(mu, alpha), nu)
+
+
+def _bodies(shape, specimen=0.51, linear=False, alpha=None):
+    return Bodies(shape, [_card(0.136, alpha=alpha), _card(0.034, alpha=alpha), _card(specimen, 0.495)], linear)
+
+
+def test_tangents_are_derivatives_of_the_forces():
+    bodies = _bodies(COARSE)
+    contact, rng = Contact(bodies, stick=False), np.random.default_rng(4)
+    at, along = rng.normal(size=(2, bodies.unknowns)) * [[1e-4], [1.0]]
+    at[: 2 * bodies.nodes].reshape(-1, 2)[bodies.parameters[1] > 5, 1] -= 0.2
+    for part in (bodies.forces, contact.forces):
+        up, down = (part(at + sign * 1e-7 * along)[0] for sign in (1, -1))
+        matrix = part(at)[1].tocsr()
+        whole = matrix if part == contact.forces else matrix + sp.tril(matrix, -1).T
+        change = whole @ along
+        assert np.abs(change).max() > 0
+        assert (up - down) / 2e-7 == pytest.approx(change, abs=2e-6 * np.abs(change).max())
+
+
+def test_a_light_press_of_one_material_is_hertz():
+    """On 15 mm of soft tissue all round, a contact of 0.5 mm radius feels a half-space to 2 %."""
+    shape = Shape(bone=(6.0, 2.0), interface=(20.0, 16.0), cells=(40, 6, 6, 12), thickness=30.0)
+    bodies = Bodies(shape, [_card(0.1, 0.4), _card(0.1, 0.4), _card(1e4, 0.4)], linear=True)
+    path = press_path(bodies, 0.05, 3)
+    exact = hertz_sphere_at(0.05, 24.0**2 / 20.0, 0.1 / (1 - 0.4**2))
+    assert path.force[-1] == pytest.approx(exact.force, rel=0.03)
+
+
+def test_without_strain_large_strain_is_small_strain():
+    forces = [press_path(_bodies(COARSE, linear=linear), 1e-3, 1).force[-1] for linear in (True, False)]
+    assert forces[1] == pytest.approx(forces[0], rel=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [None, 6.0], ids=["neo-Hookean", "Ogden"])
+def test_the_press_at_finite_strain_changes_what_the_reference_says_it_changes(alpha):
+    """Both on a rigid flat; the ratio of finite to linear is free of what the meshes differ by."""
+    layers = {
+        name: Layer(modulus, 0.4999) if alpha is None else Layer.of(_card(modulus, alpha=alpha).material, 0.4999)
+        for name, modulus in (("outer", 0.136), ("inner", 0.034))
+    }
+    finger = dataclasses.replace(Finger.default(), shape=Dome((24, 24, 20), (21, 21, 17), (10, 10, 6)), **layers)
+    mesh, specimen = build(finger), Block(100.0, 10)
+    linear = press(FingerModel(finger, mesh).reduce(), specimen, force=0.6, fidelity="contact")
+    finite = press_finite(finger, mesh, specimen, force=0.6)
+    reference = [press_path(_bodies(Shape(), 100.0, one, alpha), 1.05, 14).at(0.6) for one in (True, False)]
+    change = reference[1] / reference[0] - 1
+    assert finite.indentation / linear.indentation - 1 == pytest.approx(change[0], abs=2e-3)
+    assert (finite.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=4e-3)
