@@ -1,4 +1,4 @@
-"""The axisymmetric reference: its tangents, its meshes, Hertz, and the 3-D press at finite strain on the same finger."""
+"""The axisymmetric reference: its tangents, its linear limit, and the 3-D presses on the same finger."""
 
 import dataclasses
 
@@ -12,7 +12,6 @@ from papilla.fem.reduction.finger_model import FingerModel
 from papilla.finger import Dome, Finger, Layer
 from papilla.materials import NeoHookean, Ogden
 from papilla.mesh import build
-from papilla.references import hertz_sphere_at
 from papilla.specimen import Block
 from papilla.studies.verify.axisymmetric import Bodies, Shape
 from papilla.studies.verify.axisymmetric_press import Contact, press_path
@@ -43,15 +42,6 @@ def test_tangents_are_derivatives_of_the_forces():
         assert (up - down) / 2e-7 == pytest.approx(change, abs=2e-6 * np.abs(change).max())
 
 
-def test_a_light_press_of_one_material_is_hertz():
-    """On 15 mm of soft tissue all round, a contact of 0.5 mm radius feels a half-space to 2 %."""
-    shape = Shape(bone=(6.0, 2.0), interface=(20.0, 16.0), cells=(40, 6, 6, 12), thickness=30.0)
-    bodies = Bodies(shape, [_card(0.1, 0.4), _card(0.1, 0.4), _card(1e4, 0.4)], linear=True)
-    path = press_path(bodies, 0.05, 3)
-    exact = hertz_sphere_at(0.05, 24.0**2 / 20.0, 0.1 / (1 - 0.4**2))
-    assert path.force[-1] == pytest.approx(exact.force, rel=0.03)
-
-
 def test_without_strain_large_strain_is_small_strain():
     forces = [press_path(_bodies(COARSE, linear=linear), 1e-3, 1).force[-1] for linear in (True, False)]
     assert forces[1] == pytest.approx(forces[0], rel=2e-3)
@@ -70,6 +60,8 @@ def test_the_press_at_finite_strain_changes_what_the_reference_says_it_changes(a
     linear = press(FingerModel(finger, mesh).reduce(), specimen, force=0.6, fidelity="contact")
     finite = press_finite(finger, mesh, specimen, force=0.6)
     reference = [press_path(_bodies(Shape(), 100.0, one, alpha), 1.05, 14).at(0.6) for one in (True, False)]
+    assert linear.indentation == pytest.approx(reference[0][0], rel=5e-3)
+    assert linear.strain[2:] == pytest.approx(reference[0][2:], rel=2e-2)
     change = reference[1] / reference[0] - 1
     assert finite.indentation / linear.indentation - 1 == pytest.approx(change[0], abs=2e-3)
     assert (finite.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=4e-3)
