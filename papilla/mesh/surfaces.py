@@ -111,6 +111,15 @@ def surfaces_of(finger: Finger) -> dict[str, Surface]:
     return _from_files(finger, shape)
 
 
+def facet_deviation(surface: Surface, around: np.ndarray, reach: float) -> float:
+    """How far (mm) the facets of a surface within `reach` of a point (3,) lie from the smooth body they stand for.
+
+    It is 0 for exact surfaces. A contact that is not much deeper feels the facets.
+    """
+    own = getattr(surface, "facet_deviation", None)
+    return 0.0 if own is None else float(own(around, reach))
+
+
 def _from_files(finger: Finger, shape: Surfaces) -> dict[str, Surface]:
     from papilla.mesh.surface_files import read_nested
 

@@ -2,8 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from pyvista import PolyData
 
 FEATURE_DEG = 30.0
 """Normals are smoothed across edges that bend less."""
@@ -27,7 +31,7 @@ class TriangleSurface:
     tolerance: float
 
     @cached_property
-    def _poly(self):
+    def _poly(self) -> "PolyData":
         """The surface for VTK, with normals split at sharp edges."""
         import pyvista
 
@@ -104,6 +108,20 @@ class TriangleSurface:
         )
         normals = np.einsum("nk,nki->ni", weights, np.asarray(self._poly.point_data["Normals"], dtype=float)[corners])
         return normals / np.linalg.norm(normals, axis=1)[:, None]
+
+    def facet_deviation(self, around: np.ndarray, reach: float) -> float:
+        """Largest distance (mm), over the facets within `reach` of a point (3,), to the smooth surface they stand for.
+
+        The quadratic surface through a facet's vertices v with normals n lies the mean of (v - c) . n / 2 above its
+        centre c (Boubekeur and Alexa 2008, doi:10.1145/1409060.1409094): h^2 / (6 R) for edges h on a sphere.
+        """
+        corner = self._poly.regular_faces
+        corners = np.asarray(self._poly.points, dtype=float)[corner]
+        arms = corners - corners.mean(axis=1, keepdims=True)
+        rise = np.einsum("mki,mki->m", arms, np.asarray(self._poly.point_data["Normals"], dtype=float)[corner]) / 6
+        size = np.linalg.norm(arms, axis=2).max(axis=1)
+        near = np.linalg.norm(corners.mean(axis=1) - around, axis=1) <= reach + size
+        return float(np.abs(rise[near]).max(initial=0.0))
 
     def _closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if len(points) == 0:

@@ -5,13 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError, InputError, PapillaError
+from papilla.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
 from papilla.finger import Gauge, Surfaces
-from papilla.mesh import INNER, OUTER, build
+from papilla.mesh import INNER, OUTER, build, surface_files
 from papilla.mesh.builder import mesh_finger
 from papilla.mesh.surface_files import read_closed, read_nested
-from papilla.mesh.surfaces import Ellipsoid, surfaces_of
+from papilla.mesh.surfaces import Ellipsoid, facet_deviation, surfaces_of
 from papilla.mesh.topology import volumes
+from papilla.mesh.triangle_surface import TriangleSurface
 
 AXES = {"outer": (24.0, 30.0, 20.0), "interface": (21.0, 27.0, 17.0), "bone": (10.0, 16.0, 6.0)}
 DIVISIONS = 14
@@ -67,6 +68,20 @@ def test_surface_answers_like_the_ellipsoid_it_copies(files):
         assert np.einsum("ki,ki->k", surface.normal(up), exact.normal(up)).min() > np.cos(np.radians(4))
 
 
+@pytest.mark.parametrize("divisions", [10, 20, 40])
+def test_facets_deviate_by_what_they_cut_off(divisions, half_ellipsoid):
+    vertices, triangles = half_ellipsoid(AXES["outer"], divisions)
+    surface = TriangleSurface(vertices, triangles, 0.0, 1e-5)
+    apex = np.array([0, 0, 20.0])
+    centres = vertices[triangles].mean(axis=1)
+    size = np.linalg.norm(vertices[triangles] - centres[:, None], axis=2).max(axis=1)
+    near = np.linalg.norm(centres - apex, axis=1) <= 8 + size
+    cut_off = -Ellipsoid(AXES["outer"]).level(centres[near]).min()
+    assert facet_deviation(surface, apex, 8.0) == pytest.approx(cut_off, rel=0.1)
+    assert facet_deviation(surface, np.array([0, 0, -5.0]), 1.0) == 0.0, "the base is flat"
+    assert facet_deviation(Ellipsoid(AXES["outer"]), apex, 8.0) == 0.0
+
+
 def test_height_has_no_gaps_on_edges_and_vertices(files):
     surface = read_nested(files())[0]
     upper = surface.vertices[surface.vertices[:, 2] > 0.1]
@@ -91,6 +106,58 @@ def test_folder_instead_of_file(tmp_path):
     (tmp_path / "folder.stl").mkdir()
     with pytest.raises(FileAccessError, match=re.escape("folder.stl")):
         read_closed(str(tmp_path / "folder.stl"))
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".vtp"])
+@pytest.mark.parametrize("kept", [0.999, 0.6, 0.1])
+def test_a_truncated_file_is_one_line(tmp_path, suffix, kept, half_ellipsoid, write_surface, capfd):
+    """VTK's readers of binary PLY and VTP end the process on some of these."""
+    path = tmp_path / f"cut{suffix}"
+    write_surface(path, *half_ellipsoid(AXES["outer"], 6))
+    content = path.read_bytes()
+    path.write_bytes(content[: int(kept * len(content))])
+    refused(str(path), r"holds no triangles|not a readable|is open|not finite|mm; a |another unit|not a manifold")
+    assert capfd.readouterr() == ("", "")
+
+
+HOSTILE_PLY = """ply
+format binary_little_endian 1.0
+element vertex {vertices}
+property float x
+property float y
+property float z
+element face {faces}
+property list uchar int vertex_indices
+end_header
+"""
+
+
+@pytest.mark.parametrize("vertices, faces", [(3, 1), (2_000_000_000, 1), (3, 2_000_000_000), (-5, 1), (3, -5)])
+@pytest.mark.parametrize("corner", [b"\x03" + b"\xff" * 12, b"\xff" + b"\x7f" * 12, b"\x03" + bytes([9, 9, 9, 9] * 3)])
+def test_a_hostile_file_is_one_line(tmp_path, vertices, faces, corner):
+    path = tmp_path / "hostile.ply"
+    path.write_bytes(HOSTILE_PLY.format(vertices=vertices, faces=faces).encode() + bytes(36) + corner)
+    refused(str(path), r"holds no triangles|not a readable \.ply file|not finite|is flat|is open")
+
+
+def test_a_reader_that_crashes_is_a_file_that_cannot_be_read(files, monkeypatch):
+    def crash(*_):
+        raise MeshError("the reader of surfaces failed (signal 11): it left no message")
+
+    monkeypatch.setattr(surface_files, "run", crash)
+    refused(files()[0], r"outer\.stl: not a readable \.stl file$")
+
+
+def test_a_file_is_read_once_for_its_content(files, monkeypatch):
+    first, path = read_closed(files()[0]), files()[0]
+    monkeypatch.setattr(surface_files, "run", lambda *_: pytest.fail("it was read again"))
+    again = read_closed(path)
+    assert np.array_equal(first[0], again[0]) and np.array_equal(first[1], again[1])
+
+
+def test_names_that_no_file_can_have():
+    with pytest.raises(FileAccessError, match=r"cannot read surface file 'a\\x00\.stl': embedded null"):
+        read_closed("a\0.stl")
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".vtp"])
