@@ -7,12 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from papilla.studies.bench.peers import PeerPress
+
 FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+PEER = PeerPress("a library", 2.0, 1.0, 1.0, 1.0, 0.0, 900.0, 900.0, 0.0, 10.0, 0.0, ((10.0, 1.0),), 1000, 3)
+"""In place of the peers themselves, whose presses tests/studies looks at."""
 
 SHORT = {
     "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
-    "peers": (["--size", "2"], {}, "one press takes"),
+    "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
     "recovered_modulus": ([], {"PRESSES": 10}, "unseen mesh: error of E"),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),

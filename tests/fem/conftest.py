@@ -2,12 +2,14 @@
 
 import dataclasses
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 
-from papilla.fem import FingerModel, ReducedFinger
+from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
@@ -29,16 +31,28 @@ def no_solver_choice():
 # ---- The reference finger
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def reference_model() -> FingerModel:
-    """The default finger on the mesh that ships with the package."""
+    """The default finger on the mesh that ships with the package; with the factors it keeps, not for all modules."""
     return FingerModel(Finger.default(), build(Finger.default()))
 
 
 @pytest.fixture(scope="session")
-def reference(reference_model) -> ReducedFinger:
+def reference() -> ReducedFinger:
     """The default finger condensed at its apex."""
-    return reference_model.reduce()
+    return prepare(Finger.default())
+
+
+@pytest.fixture(scope="session")
+def finest():
+    """Function: the default finger on a mesh of a fine size (mm), made once in a process of its own."""
+
+    def make(size_mm: float) -> ReducedFinger:
+        code = "import sys, papilla.fem; papilla.fem.prepare(papilla.Finger.default(), size_mm=float(sys.argv[1]))"
+        subprocess.run([sys.executable, "-c", code, str(size_mm)], check=True)
+        return prepare(Finger.default(), size_mm=size_mm)
+
+    return make
 
 
 # ---- Two-layer boxes

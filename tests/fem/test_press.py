@@ -291,11 +291,9 @@ def test_json_holds_the_documented_keys(reference):
 
 
 @pytest.mark.slow
-def test_sd_against_a_finer_mesh(reference, tmp_path, monkeypatch):
+def test_sd_against_a_finer_mesh(reference, finest):
     """Element size halved: S_d within 1 % (3 % at 5 gf), indentation 0.5 %, area and peak pressure 7 %."""
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
-    finger = Finger.default()
-    fine = FingerModel(finger, build(finger, size_mm=0.35)).reduce()
+    fine = finest(0.35)
     assert len(fine.patch.xy) > 2.5 * len(reference.patch.xy)
     for force_gf in (5, 10, 20, 30, 60, 100):
         for modulus in (0.089, 0.51):

@@ -41,12 +41,10 @@ def test_the_shipped_cost_of_small_strain_is_what_is_measured(shipped, presses, 
 
 
 @pytest.mark.slow
-def test_the_shipped_mesh_error_is_of_the_size_that_is_measured(shipped, presses):
+def test_the_shipped_mesh_error_is_of_the_size_that_is_measured(shipped, presses, finest):
     """The mesh of half the size is not shipped, and no two are alike: another one gives S_d within half a percent."""
-    from papilla.fem import prepare
-
-    finest = prepare(Finger.default(), size_mm=shipped.finest_size_mm)
-    again = loss(presses("contact"), [press(finest, SPECIMEN, force=force, fidelity="contact") for force in FORCES])
+    fine = finest(shipped.finest_size_mm)
+    again = loss(presses("contact"), [press(fine, SPECIMEN, force=force, fidelity="contact") for force in FORCES])
     assert again.sd == pytest.approx(shipped.mesh.sd, abs=0.005)
     assert again.indentation == pytest.approx(shipped.mesh.indentation, abs=0.003)
 

@@ -20,9 +20,16 @@ FORCES_GF = (5, 10, 30, 60, 100)
 
 @lru_cache(maxsize=1)
 def default_model() -> FingerModel:
-    """The default finger on its default mesh, with the factors that were made of it so far."""
+    """The default finger on its default mesh; for symmetric fields alone, since it keeps every factor it makes."""
     finger = Finger.default()
     return FingerModel(finger, build(finger))
+
+
+@lru_cache(maxsize=1)
+def default_adjoints() -> dict[tuple[int, int], np.ndarray]:
+    """Its gauges' adjoint displacements by parity, as `FingerModel.gauge_adjoints` has them."""
+    model = default_model()
+    return FingerModel(model.finger, model.mesh).gauge_adjoints()
 
 
 @lru_cache(maxsize=1)

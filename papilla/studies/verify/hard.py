@@ -18,7 +18,14 @@ from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, coated, compared, off
 from papilla.studies.verify.case import Check
-from papilla.studies.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, newton
+from papilla.studies.verify.finger import (
+    BLOCK,
+    contact_residuals,
+    default_adjoints,
+    default_model,
+    default_reduced,
+    newton,
+)
 from papilla.studies.verify.incompressible import residual
 from papilla.studies.verify.spectral import stack_sphere
 from papilla.units import to_microstrain
@@ -87,21 +94,33 @@ def loads() -> Iterator[Check]:
 def places() -> Iterator[Check]:
     """Presses off the middle up to the rim, each on two meshes; what is refused or warned of says so."""
     finger = replace(Finger.default(), patch_radius=6.0)
-    models = [FingerModel(finger, build(Finger.default(), variant=variant)) for variant in (0, 1)]
-    for at in PLACES:
+    one, two = (_pressed_at(FingerModel(finger, build(Finger.default(), variant=variant))) for variant in (0, 1))
+    for at, ours, theirs in zip(PLACES, one, two, strict=True):
         name = f"5 gf at ({at[0]:g}, {at[1]:g}) mm"
-        reduced = [model.reduce(at) for model in models]
-        try:
-            found, other = (press(one, BLOCK, force=newton(5), fidelity="contact") for one in reduced)
-        except ContactRangeError as error:
+        if isinstance(ours, ContactRangeError) or isinstance(theirs, ContactRangeError):
+            error = ours if isinstance(ours, ContactRangeError) else theirs
             yield Check(name, f"refused: {error}", 0.0, 0.0)
             continue
-        broken = max(*contact_residuals(reduced[0], BLOCK, found), found.force_balance)
+        (found, broken), (other, _) = ours, theirs
         yield Check(f"{name}, balance", "worst of pressure, gap, product, force (exactly 0)", broken, COMPLEMENTARITY)
         away = float(np.abs(found.reading - other.reading).max() / np.abs(found.reading).max())
         said = "resolved" if found.resolved else "warned"
         measure = f"worst reading on another mesh, over the largest ({said}; the status states {100 * OFF_APEX:g} %)"
         yield Check(f"{name}, readings", measure, away, OFF_APEX)
+
+
+def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeError]:
+    """A press at each of `PLACES` with how far it is from balance, or why it is refused."""
+    found: list[tuple[Press, float] | ContactRangeError] = []
+    for at in PLACES:
+        reduced = model.reduce(at)
+        try:
+            pressed = press(reduced, BLOCK, force=newton(5), fidelity="contact")
+        except ContactRangeError as error:
+            found.append(error)
+        else:
+            found.append((pressed, max(*contact_residuals(reduced, BLOCK, pressed), pressed.force_balance)))
+    return found
 
 
 def thin_layer() -> Iterator[Check]:
@@ -196,5 +215,5 @@ def _point_load_sd(reduced: ReducedFinger) -> float:
     apex = int(
         np.argmin(np.linalg.norm(model.space.displacement.doflocs.T - [0, 0, model.mesh.points[:, 2].max()], axis=1))
     )
-    downwards = sum(-solution[apex, 2] for solution in model.gauge_adjoints().values())
+    downwards = sum(-solution[apex, 2] for solution in default_adjoints().values())
     return float(to_microstrain(reduced.gains * downwards).std())

@@ -17,7 +17,14 @@ from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
 from papilla.studies.verify.case import Check
-from papilla.studies.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, newton
+from papilla.studies.verify.finger import (
+    BLOCK,
+    contact_residuals,
+    default_adjoints,
+    default_model,
+    default_reduced,
+    newton,
+)
 from papilla.studies.verify.flat import FlatModel
 
 TIGHT, BALANCE, MIRROR = 1e-10, 1e-9, 1e-9
@@ -46,7 +53,7 @@ def _reciprocity() -> Iterator[Check]:
     model, reduced = default_model(), default_reduced()
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
     loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
-    adjoints = model.gauge_adjoints()
+    adjoints = default_adjoints()
     loads = loaded.loads(SYMMETRIC)
     # An apex press is symmetric in both planes: only that part of an adjoint, halved in each, does work with it
     rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
@@ -122,6 +129,7 @@ def _mirrors() -> Iterator[Check]:
     back = [Gauge(f"b{k}", angle_deg=-a, y_mm=y, direction_deg=-d) for k, (a, y, d) in enumerate(LEANING)]
     model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=SMALL_PATCH), base.mesh)
     found = [press(model.reduce((x, 3.0)), BLOCK, force=newton(20), fidelity="contact") for x in (5.0, -5.0)]
+    del model
     strain = [one.reading for one in found]
     count = len(LEANING)
     away = max(np.abs(strain[0][:count] - strain[1][count:]).max(), np.abs(strain[0][count:] - strain[1][:count]).max())
