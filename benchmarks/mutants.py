@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[1]
 TREE = ("papilla", "tests", "benchmarks", "notebooks", "docs", "README.md", "CONTRIBUTING.md", "pyproject.toml")
 TESTS = {
     "fem": ("tests/fem", "tests/fem_finite"),
-    "calibration": ("tests/test_calibration.py", "tests/calibration", "tests/calibrate"),
+    "calibration": ("tests/test_calibration.py", "tests/calibration"),
 }
 """Tests of a package, where they are not simply `tests/<package>`."""
 

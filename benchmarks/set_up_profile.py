@@ -17,7 +17,7 @@ from papilla.studies.bench.scenes import thousand
 PARTS = {
     "patch geometry and loads": ("patch.py", "build_patch"),
     "solves": ("solver.py", "solve"),
-    "gauge rows": ("model.py", "_rows"),
+    "gauge rows": ("finger_model.py", "rows"),
     "half-space compliance": ("compliance.py", "half_space_compliance"),
 }
 """What the reduction consists of: file and function."""

@@ -55,7 +55,7 @@ def mesh(finger) -> LayeredMesh:
 
 @pytest.fixture(scope="module")
 def quarter(finger, mesh) -> PeerScene:
-    return PeerScene(finger, mesh.cell(), mesh.mirrors, INDENTATION_MM)
+    return PeerScene(FingerModel(finger, mesh), INDENTATION_MM)
 
 
 @pytest.fixture(scope="module")
@@ -99,22 +99,23 @@ def test_rows_of_the_quarter_and_of_the_whole_finger(name, finger, mesh, ours):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_peer_feels_the_stiffness_of_the_finger(name, finger, quarter):
+def test_a_peer_feels_the_stiffness_of_the_finger(name, finger, mesh, quarter):
     peer = installed(name)
     stiff = replace(finger, outer=replace(finger.outer, modulus=4 * finger.outer.modulus))
-    scenes = [quarter, replace(quarter, finger=stiff)]
+    scenes = [quarter, replace(quarter, model=FingerModel(stiff, mesh))]
     soft, hard = (peer.prepare(scene, 1).press(100.0).force for scene in scenes)
     assert hard > 1.5 * soft
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_scaled_moduli_scale_the_force_and_nothing_else(name, finger, quarter):
+def test_scaled_moduli_scale_the_force_and_nothing_else(name, finger, mesh, quarter):
     peer = installed(name)
     layers = {
         part: replace(getattr(finger, part), modulus=256 * getattr(finger, part).modulus) for part in ("outer", "inner")
     }
     plain, scaled = (
-        peer.prepare(scene, 1).press(100.0) for scene in (quarter, replace(quarter, finger=replace(finger, **layers)))
+        peer.prepare(scene, 1).press(100.0)
+        for scene in (quarter, replace(quarter, model=FingerModel(replace(finger, **layers), mesh)))
     )
     assert scaled.force == pytest.approx(256 * plain.force, rel=1e-8)
     assert scaled.systems == plain.systems
@@ -141,7 +142,7 @@ def test_ngsolve_assembles_the_same_form(finger, quarter):
 
 
 def test_gauges_read_a_uniform_stretch(finger, quarter, mesh):
-    whole = PeerScene(finger, mesh, (), INDENTATION_MM)
+    whole = PeerScene(FingerModel(finger, replace(mesh, mirrors=())), INDENTATION_MM)
     stretch = np.array([1e-3, -2e-3, 1e-3])
     assert quarter.sd(quarter.nodes * stretch) == pytest.approx(whole.sd(whole.nodes * stretch), rel=1e-9)
     assert whole.sd(np.zeros_like(whole.nodes)) == 0

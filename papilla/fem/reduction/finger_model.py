@@ -117,7 +117,7 @@ class FingerModel:
         """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge in weights (q, g)."""
         functionals = gauge_functionals(self.finger, self.surfaces["interface"])
         mixing = sp.hstack([sp.diags(row) for row in weights])
-        loads = {parity: (mixing @ self._rows(functionals, parity)).T.toarray() for parity in parities}
+        loads = {parity: (mixing @ self.rows(functionals, parity)).T.toarray() for parity in parities}
         share = len(self._all_parities())
         return {
             parity: self._solve(parity, load / share).reshape(len(load) // 3, 3, -1) for parity, load in loads.items()
@@ -180,7 +180,7 @@ class FingerModel:
         signs = [(1, -1) if axis in self.mesh.mirrors else (1,) for axis in "xy"]
         return [(px, py) for px in signs[0] for py in signs[1]]
 
-    def _rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> sp.csr_matrix:
+    def rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> sp.csr_matrix:
         """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
         points = np.concatenate([functional.points for functional in functionals])
         weights = np.concatenate([functional.weights for functional in functionals])
@@ -197,7 +197,7 @@ class FingerModel:
         n = len(loaded.patch.xy)
         compliance, influence = np.zeros((n, n)), np.zeros((len(functionals), n))
         for parity in parities:
-            loads, rows = loaded.loads(parity), self._rows(functionals, parity)
+            loads, rows = loaded.loads(parity), self.rows(functionals, parity)
             for first in range(0, n, BATCH):
                 block = slice(first, first + BATCH)
                 solution = self._solve(parity, loads[:, block].toarray()) / len(parities)

@@ -13,7 +13,6 @@ from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
-from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
 from papilla.studies.verify.case import Check
@@ -138,9 +137,8 @@ def _mirrors() -> Iterator[Check]:
     depth = abs(found[0].indentation / found[1].indentation - 1)
     yield Check("mirrored design, indentation", measure.replace("readings", "indentation"), depth, MIRROR)
     quarter = bonded_layer(Layer(1.0, 0.4999), 0.7, Layer(0.2, 0.4999), gauge_sites=(0.3, -0.8))
-    mesh = quarter.mesh
     whole = FlatModel(
-        LayeredMesh(mesh.points, mesh.tets, mesh.layer, mesh.boundaries, mesh.size_mm),
+        replace(quarter.mesh, mirrors=()),
         quarter.finger.outer,
         quarter.finger.inner,
         quarter.finger.patch_radius,

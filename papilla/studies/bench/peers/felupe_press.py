@@ -71,7 +71,7 @@ class FelupePress:
             scene.contact_nodes,
             -1,
             -scene.frame.axes[2],
-            multiplier=penalty * scene.finger.outer.modulus * scene.mesh.size_mm,
+            multiplier=penalty * scene.model.finger.outer.modulus * scene.mesh.size_mm,
         )
         size = 3 * (scene.space.nodes + 1)
         solver = SymmetricPardiso(elastic, self.free, self.threads)

@@ -64,7 +64,7 @@ class NgsolvePress:
             elastic = elastic_form(self.space, self.scene.elasticity)
             elastic.Assemble()
             seconds_assembly = perf_counter() - began
-            contact = self._contact_form(penalty * self.scene.finger.outer.modulus / self.scene.mesh.size_mm)
+            contact = self._contact_form(penalty * self.scene.model.finger.outer.modulus / self.scene.mesh.size_mm)
             solution = ng.GridFunction(self.space)
             solution.vec.FV().NumPy()[:] = self._start()
             systems, forces = self._iterate(elastic, contact, solution)

@@ -1,7 +1,7 @@
 """Runs the peers: on the quarter that symmetry leaves, with a sweep of penalties, then on the whole finger."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from papilla.errors import SolverError
 from papilla.fem import FingerModel, press
@@ -76,7 +76,7 @@ def run_peers(
     mesh: LayeredMesh,
     *,
     threads: int = 2,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] = lambda text: None,
     peers: Sequence[Peer] = PEERS,
 ) -> tuple[PeerPress, ...]:
     """The press by every installed peer; those that are not are named by `missing_peers`.
@@ -88,38 +88,32 @@ def run_peers(
     available = [peer for peer in peers if peer.missing is None]
     if not available:
         return ()
-    report = progress if progress is not None else _silent
     flat = HalfSpace(RIGID_MPA)
     ours = press(FingerModel(finger, mesh).reduce(), flat, indentation=INDENTATION_MM, fidelity="contact")
-    return tuple(row for peer in available for row in _rows(peer, finger, mesh, threads, report, ours))
+    # The whole mesh is the part's mirror image, so that the part's sweep holds for it
+    meshes = [mesh, replace(mesh, mirrors=())] if mesh.mirrors else [mesh]
+    rows: list[PeerPress] = []
+    for peer in available:
+        sweep: dict[float, PeerSolution] = {}
+        for one in meshes:
+            name = f"{peer.name}, {ACROSS[len(one.mirrors)]}"
+            progress(name)
+            scene = PeerScene(FingerModel(finger, one), INDENTATION_MM)
+            library = peer.prepare(scene, threads)
+            runs = [] if sweep else [*_sweep(name, library, sweep)]
+            rows.append(_row(name, scene, library, sweep, ours, runs))
+    return tuple(rows)
 
 
-def _rows(peer: Peer, finger, mesh, threads, report, ours) -> list[PeerPress]:
-    part = PeerScene(finger, mesh.cell(), mesh.mirrors, INDENTATION_MM)
-    name = f"{peer.name}, {ACROSS[len(mesh.mirrors)]}"
-    report(name)
-    library = peer.prepare(part, threads)
-    sweep = _sweep(name, library)
-    penalty = list(sweep)[-2]
-    rows = [_row(name, part, library, penalty, sweep, ours, found=(sweep[penalty],))]
-    if mesh.mirrors:
-        # The whole mesh is the part's mirror image, so that the part's sweep holds for it
-        whole = PeerScene(finger, mesh, (), INDENTATION_MM)
-        name = f"{peer.name}, {ACROSS[0]}"
-        report(name)
-        rows.append(_row(name, whole, peer.prepare(whole, threads), penalty, sweep, ours))
-    return rows
-
-
-def _sweep(name: str, library: PeerLibrary) -> dict[float, PeerSolution]:
-    """Presses by penalty, up to the first whose force is that of the one before within `CONVERGED`."""
-    sweep: dict[float, PeerSolution] = {}
+def _sweep(name: str, library: PeerLibrary, sweep: dict[float, PeerSolution]) -> list[PeerSolution]:
+    """Fill `sweep` by presses up to the first whose force is that of the one before within `CONVERGED`: the last but
+    one, whose penalty is converged."""
     before = 0.0
     for penalty in PENALTIES:
         sweep[penalty] = library.press(penalty)
         force = sweep[penalty].force
         if abs(force - before) <= CONVERGED * abs(force):
-            return sweep
+            return [list(sweep.values())[-2]]
         before = force
     raise SolverError(f"{name}: the force still changes by more than {CONVERGED:g} at a penalty of {PENALTIES[-1]:g}")
 
@@ -128,15 +122,14 @@ def _row(
     name: str,
     scene: PeerScene,
     library: PeerLibrary,
-    penalty: float,
     sweep: dict[float, PeerSolution],
     ours: Press,
-    found: tuple[PeerSolution, ...] = (),
+    runs: list[PeerSolution],
 ) -> PeerPress:
-    runs = [*found, *(library.press(penalty) for _ in range(REPEATS - len(found)))]
-    best = min(runs, key=lambda run: run.seconds)
+    """The fastest of `REPEATS` presses at the converged penalty, those in `runs` counted."""
+    *_, (penalty, found), (_, stiffer) = sweep.items()
+    best = min((*runs, *(library.press(penalty) for _ in range(REPEATS - len(runs)))), key=lambda run: run.seconds)
     sd = scene.sd(best.displacement)
-    stiffer = list(sweep.values())[-1]
     return PeerPress(
         name=name,
         seconds_one_press=best.seconds,
@@ -148,12 +141,8 @@ def _row(
         sd_papilla_microstrain=ours.sd,
         difference_sd=sd / ours.sd - 1,
         penalty=penalty,
-        penalty_change=stiffer.force / sweep[penalty].force - 1,
+        penalty_change=stiffer.force / found.force - 1,
         penalty_sweep=tuple((value, run.force) for value, run in sweep.items()),
         unknowns=library.unknowns,
         systems=best.systems,
     )
-
-
-def _silent(_text: str) -> None:
-    """Where nobody wants to hear."""
