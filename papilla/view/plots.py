@@ -21,14 +21,13 @@ def sd_against_force(
     force_N: np.ndarray,
     moduli: Sequence[float],
     sd: np.ndarray,
-    published_force_N: np.ndarray | None = None,
-    published_sd: np.ndarray | None = None,
-    published_moduli: Sequence[float] = (),
+    published: tuple[np.ndarray, Sequence[float], np.ndarray] | None = None,
     measured: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> Figure:
     """S_d in microstrain (force, modulus) against force in N, a curve per modulus (MPa).
 
-    published_sd : (force, modulus) the published regression scaled to microstrain, dashed in the same colours.
+    published : force (N), moduli (MPa) and S_d (force, modulus) of the published regression, scaled to microstrain;
+        dashed in the colours of the nearest moduli.
     measured : force (N), modulus (MPa) and S_d (microstrain) of n presses, drawn as dots.
     """
     colors = _spread(len(moduli))
@@ -38,18 +37,11 @@ def sd_against_force(
         for modulus, values, color in zip(moduli, sd.T, colors, strict=True):
             axes.plot(force_N, values / 1000, color=color, linewidth=1.8)
             ends.append((float(values[np.isfinite(values)][-1] / 1000), f"{modulus:.3g} MPa", color))
-        if published_sd is not None and published_force_N is not None:
-            for modulus, values in zip(published_moduli, published_sd.T, strict=True):
-                axes.plot(
-                    published_force_N,
-                    values / 1000,
-                    color=colors[_nearest(moduli, modulus)],
-                    linewidth=1.4,
-                    linestyle=(0, (4, 2)),
-                )
-            axes.plot(
-                [], [], color=MUTED, linewidth=1.4, linestyle=(0, (4, 2)), label="published (9), one scale factor"
-            )
+        if published is not None:
+            dashed: dict = {"linewidth": 1.4, "linestyle": (0, (4, 2))}
+            for modulus, values in zip(published[1], published[2].T, strict=True):
+                axes.plot(published[0], values / 1000, color=colors[_nearest(moduli, modulus)], **dashed)
+            axes.plot([], [], color=MUTED, label="published (9), one scale factor", **dashed)
             axes.plot([], [], color=MUTED, linewidth=1.8, label="calibration")
             axes.legend(loc="lower right", fontsize=9)
         if measured is not None:
@@ -202,4 +194,5 @@ def _label_ends(axes: Axes, x: float, ends: list) -> None:
         axes.annotate(
             name, (x, value), xytext=(1.03, (place - low) / (high - low)), textcoords="axes fraction", va="center",
             fontsize=9, color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": FAINT, "lw": 0.8},
+            parse_math=False,
         )  # fmt: skip

@@ -1,6 +1,5 @@
 """report.html: self-contained, escaped, and saying what the calibration's own numbers say."""
 
-import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -8,10 +7,8 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.job import Calibrated, Recovery, calibrate_bench
-from papilla.calibrate.report.doubts import status_table
-from papilla.calibrate.report.figures import AnswerMap
-from papilla.calibrate.report.html import Markup, markup, number, page, plain, table, tag
-from papilla.calibrate.report.page import write_report
+from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, slopes, statuses
+from papilla.calibrate.report.page import number, plain, symbols, write_report
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.finger import Finger
@@ -180,9 +177,14 @@ def test_the_map_answers_with_the_truth_where_it_answers(calibration):
     assert (answers.relative_sigma[answers.identified] <= 0.5).all()
 
 
-def test_the_status_table_counts_every_press(swept, calibration):
-    words = Reader(f"<div>{status_table(swept, AnswerMap.of(calibration))}</div>").text
-    assert f"made up {len(swept.presses)}" in words
+def test_statuses_are_counted(swept, bench, calibration, sweep_page):
+    of_presses, of_answers = statuses(swept, AnswerMap.of(calibration))
+    assert of_presses == [("made up", len(swept.presses))]
+    few = replace(swept.presses, status=("contact: converged in 2 exchanges",) * 899 + ("the rim: 3 mm, no more",))
+    assert statuses(replace(swept, presses=few), AnswerMap.of(calibration))[0] == [("converged", 899), ("the rim", 1)]
+    assert of_answers[0][0] == "ok" and sum(share for _, share in of_answers) == pytest.approx(1)
+    assert f"made up {len(swept.presses)}" in sweep_page.text
+    assert statuses(bench, AnswerMap.of(bench.calibration))[0] == []
 
 
 def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
@@ -239,13 +241,45 @@ def test_given_numbers_lose_no_digit_and_gain_none():
     assert [plain(value) for value in (0.05, 1.0, -81.9, 104.5, 2580)] == ["0.05", "1", "−81.9", "104.5", "2\u202f580"]
 
 
-def test_text_is_escaped_once_and_markup_is_kept():
-    assert markup("a < b & S_d") == "a &lt; b &amp; S<sub>d</sub>"
-    assert tag("p", "x < y", Markup("<b>z</b>"), class_='"q"') == '<p class="&quot;q&quot;">x &lt; y<b>z</b></p>'
-    assert "<td>1</td>" in table(["a"], [[1]])
+def test_sentences_are_escaped_and_their_symbols_set():
+    assert symbols("a < b & S_d of f2, E2") == "a &lt; b &amp; S<sub>d</sub> of f², E²"
 
 
-def test_the_page_declares_language_charset_and_viewport():
-    text = page("a & b", [tag("p", "x")])
-    assert re.search(r'<html lang="en">', text) and 'charset="utf-8"' in text and "width=device-width" in text
-    assert "<title>a &amp; b</title>" in text
+def test_slopes_are_those_of_the_surface(calibration):
+    force, rows = slopes(calibration)
+    assert force == pytest.approx(0.4903, abs=1e-4)
+    assert [modulus for modulus, *_ in rows] == [0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0]
+    step = 1e-5
+    for modulus, slope, scatter, cost in rows[:-1]:
+        rise = np.log(calibration.predict(force, modulus * (1 + step)) / calibration.predict(force, modulus)) / step
+        assert slope == pytest.approx(rise, rel=1e-3)
+        assert (scatter, cost) == (0, 0)
+
+
+def test_the_cost_of_force_is_slope_over_slope(calibration):
+    force, rows = force_cost(calibration)
+    assert force == 0.5 and [modulus for modulus, _ in rows] == [0.089, 0.51, 0.72]
+    for modulus, share in rows:
+        along_force, along_modulus = calibration.surface.surface.slopes(force, modulus)
+        assert share == pytest.approx(0.01 * along_force / along_modulus, rel=1e-2)
+
+
+def test_contacts_are_the_nearest_presses(made_up):
+    rows = contacts(made_up)
+    assert len(rows) == 15
+    for modulus, force, gf, indentation, area, pressure, sd in rows:
+        assert gf == pytest.approx(force / 9.80665e-3)
+        assert (indentation, area) == pytest.approx((force**0.7, 100 * force**0.7))
+        assert pressure == pytest.approx(20 * force**0.3)
+        row = np.flatnonzero((made_up.modulus_MPa == modulus) & (made_up.force_N == force))
+        assert sd == made_up.sd_microstrain[row]
+    assert [row[1] for row in rows[:5]] == pytest.approx([0.05, 0.1, 0.2, 0.5, 1.0], rel=0.06)
+    assert [row[0] for row in rows[::5]] == pytest.approx([0.089, 0.51, 0.72], rel=0.1)
+
+
+def test_the_page_declares_language_charset_and_viewport(bench, tmp_path):
+    write_report(tmp_path / "report.html", bench)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.startswith('<!doctype html>\n<html lang="en">')
+    assert 'charset="utf-8"' in text and "width=device-width" in text
+    assert "<title>Calibration of a measured finger</title>" in text

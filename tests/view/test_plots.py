@@ -25,7 +25,7 @@ def test_a_curve_a_modulus_in_thousands_of_microstrain_with_its_name():
 
 
 def test_published_curves_are_dashed_in_the_colour_of_the_nearest_modulus():
-    figure = plots.sd_against_force(FORCE, MODULI, SD, FORCE[:5], 2 * SD[:5, 1:2], [0.51])
+    figure = plots.sd_against_force(FORCE, MODULI, SD, (FORCE[:5], [0.51], 2 * SD[:5, 1:2]))
     lines = figure.axes[0].get_lines()
     dashed = next(line for line in lines if line.get_linestyle() == "--" and len(line.get_ydata()))
     assert dashed.get_ydata() == pytest.approx(SD[:5, 1] * 2 / 1000)

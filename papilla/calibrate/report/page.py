@@ -1,33 +1,43 @@
-"""report.html: one self-contained page that says what a calibration is, how good it is, and what to doubt."""
+"""report.html: one self-contained page that says what a calibration is, how good it is, and what to doubt.
 
+Its words and tables stand in `templates/`; figures come from `facts`, pictures from here.
+"""
+
+import base64
+import math
 from collections.abc import Callable
+from os import PathLike
 
-from papilla import fem, view
-from papilla.calibrate.job import Calibrated
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from papilla import fem, mesh, view
+from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
 from papilla.calibrate.press_table import Sweep, default_specimen
-from papilla.calibrate.published import Comparison, compare
-from papilla.calibrate.report.doubts import doubts, status_table
-from papilla.calibrate.report.figures import AnswerMap, error_figures, gauge_figure, sd_figures
-from papilla.calibrate.report.html import Markup, cards, join, number, page, picture, plain, tag
-from papilla.calibrate.report.sections import (
-    contact_section,
-    forward_section,
-    inverse_section,
-    mesh_section,
-    provenance_section,
-    slopes_table,
+from papilla.calibrate.published import (
+    PUBLISHED_FORWARD,
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    Comparison,
+    compare,
+    exact_inverse,
+    rounding_error,
 )
+from papilla.calibrate.report import facts
+from papilla.calibrate.report.facts import AnswerMap, spread
 from papilla.errors import InputError
 from papilla.files import write_text
-from papilla.finger import Finger
+from papilla.finger import DEFAULT_FINGER, Finger
+from papilla.units import gf_to_newton
 
 SHOWN_FORCE_N, SHOWN_MODULUS_MPA = 0.588, 0.51
 """The press of the strain-field picture: 60 gf on the middle one of the published specimens."""
-PERCENT = 100.0
+CURVE_POINTS = 80
 
 
 def write_report(
-    path,
+    path: str | PathLike,
     done: Calibrated,
     finger: Finger | None = None,
     *,
@@ -38,7 +48,7 @@ def write_report(
 
     Parameters
     ----------
-    finger : the design; needed for the strain field and the mesh, which a bench calibration does not have.
+    finger : the design; needed for the strain field and the mesh, which a calibration from a log does not have.
     seconds : how long the calibration took.
     progress : called with a line of text before something takes long (the strain field, unless it is in the cache).
 
@@ -47,92 +57,78 @@ def write_report(
     """
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
-    comparison = _comparison(done)
-    answers = AnswerMap.of(done.calibration)
-    parts: list[Markup] = [_headline(done, answers, seconds)]
-    if done.reduced is not None and finger is not None:
-        parts.append(_section("The finger under load", _strain_picture(done, finger, progress)))
-    parts += [
-        _section("Coefficients", forward_section(done, comparison)),
-        _section("Exact inverse of the quadratic", inverse_section(done)),
-        _section("What the gauges do", sd_figures(done, comparison), gauge_figure(done, _shown_modulus(done))),
-        _section(
-            "How well the modulus comes back", _recovery_text(done), error_figures(done, answers), slopes_table(done)
-        ),
-        _section("What to doubt", doubts(done, finger, comparison, answers), status_table(done, answers)),
-    ]
-    if (contact := contact_section(done)) is not None:
-        parts.append(_section("Contact", contact))
-    if done.reduced is not None and finger is not None:
-        parts.append(_section("Mesh", mesh_section(done, finger)))
-    parts.append(_section("Provenance", provenance_section(done)))
-    write_text(path, page(f"Calibration of {_name(done)}", parts))
-
-
-def _section(title: str, *content: object) -> Markup:
-    return tag("section", tag("h2", title), *content)
-
-
-def _name(done: Calibrated) -> str:
-    return done.calibration.finger.get("name") or "a measured finger"
-
-
-def _headline(done: Calibrated, answers: AnswerMap, seconds: float | None) -> Markup:
-    recovery, presses = done.recovery, done.presses
-    where = "same mesh, no noise" if isinstance(presses, Sweep) else "of these presses"
-    where += f"; {recovery.answered} of {len(recovery.error)} answered"
-    kind = "computed" if isinstance(presses, Sweep) else "measured"
-    items = [
-        (f"{number(PERCENT * recovery.max_error, 2)} %", f"largest error of recovered E, {where}"),
-        (f"{number(PERCENT * recovery.rms_error, 2)} %", f"rms error of recovered E, {where}"),
-        (plain(len(presses)), f"{kind} presses"),
-        (f"{number(PERCENT * float(answers.identified.mean()), 3)} %", "of the domain is identifiable"),
-    ]
-    if seconds is not None:
-        items.append((f"{number(seconds, 2)} s", "for the calibration"))
-    domain = done.calibration.domain
-    force, modulus = (" to ".join(plain(value) for value in domain[key]) for key in ("force_N", "modulus_MPa"))
-    lead = f"Softness from strain gauges: calibrated over {force} N and {modulus} MPa."
-    return join([tag("h1", f"Calibration of {_name(done)}"), tag("p", lead, class_="lead"), cards(items)])
-
-
-def _recovery_text(done: Calibrated) -> Markup:
-    recovery = done.recovery
-    if not len(recovery.error):
-        return tag("p", "No press lies within 20-100 gf and 0.05-0.72 MPa, where recovery is checked.")
-    what = (
-        "presses between the sweep's points"
-        if isinstance(done.presses, Sweep)
-        else "of the measured presses themselves"
-    )
-    unanswered = len(recovery.error) - recovery.answered
+    answers, comparison = AnswerMap.of(done.calibration), _comparison(done)
     text = (
-        f"The surface over ln force and ln modulus was asked for the modulus of {len(recovery.error)} {what}, within "
-        f"20 to 100 gf "
-        f"and 0.05 to 0.72 MPa. It is off by {number(PERCENT * recovery.max_error, 2)} % at most and "
-        f"{number(PERCENT * recovery.rms_error, 2)} % rms; {unanswered} were left unanswered."
+        _environment()
+        .get_template("report.html")
+        .render(
+            done=done,
+            calibration=done.calibration,
+            recovery=done.recovery,
+            reduced=done.reduced,
+            swept=isinstance(done.presses, Sweep),
+            finger=finger,
+            seconds=seconds,
+            answers=answers,
+            comparison=comparison,
+            published=PUBLISHED_FORWARD,
+            specimens=SPECIMENS_MPA,
+            inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
+            rounding=rounding_error(PUBLISHED_INVERSE),
+            facts=facts,
+            **_of_the_model(done, finger, progress),
+            **_plots(done, answers, comparison),
+        )
     )
-    return tag("p", text)
+    write_text(path, text)
 
 
-def _strain_picture(done: Calibrated, finger: Finger, progress: Callable[[str], None] | None) -> Markup:
-    assert done.reduced is not None
-    specimen = default_specimen(SHOWN_MODULUS_MPA)
-    press = fem.press(done.reduced, specimen, force=SHOWN_FORCE_N, fidelity="contact")
-    content = view.strain_picture(finger, done.reduced, press, specimen, progress=progress)
-    caption = (
-        "The finger cut open in the plane of its gauges (yellow). Pressing bends the hard outer layer into the soft "
-        "inner one: "
-        "below the contact the boundary between them is stretched, beside it shortened, and the gauges' readings "
-        "spread."
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("papilla.calibrate.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
-    return picture(content, "png", "strain field of a press, with gauges and contact", caption, wide=True)
+    made.filters |= {"number": number, "plain": plain, "percent": percent, "symbols": symbols}
+    return made
 
 
-def _shown_modulus(done: Calibrated) -> float:
-    """The picture's modulus, or the middle of a domain that does not hold it."""
-    low, high = done.calibration.domain["modulus_MPa"]
-    return SHOWN_MODULUS_MPA if low <= SHOWN_MODULUS_MPA <= high else (low * high) ** 0.5
+def number(value: float | None, digits: int = 3, sign: bool = False) -> str:
+    """A number with so many significant digits, a real minus sign and grouped thousands; "–" where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–" if value is None or math.isnan(value) else "∞"
+    plus = "+" if sign else ""
+    if value == 0:
+        return "0"
+    decimals = digits - 1 - int(f"{value:.{digits - 1}e}".split("e")[1])
+    if -3 <= decimals <= digits + 4:
+        text = f"{round(value, decimals):{plus},.{max(decimals, 0)}f}".replace(",", "\u202f")
+        return text.replace("-", "−")
+    mantissa, power = f"{value:{plus}.{digits - 1}e}".split("e")
+    return Markup(f"{mantissa}·10<sup>{int(power)}</sup>".replace("-", "−"))
+
+
+def percent(share: float | None, digits: int = 2, sign: bool = False) -> str:
+    """A fraction in per cent."""
+    return f"{number(None if share is None else 100 * share, digits, sign)}\u00a0%"
+
+
+def plain(value: float) -> str:
+    """A given or counted number without trailing zeros (at most six digits), with a real minus sign."""
+    text = f"{value:,}".replace(",", "\u202f") if isinstance(value, int) else f"{value:.6g}"
+    return text.replace("-", "−")
+
+
+def symbols(text: str) -> Markup:
+    """A sentence of the calibration with its symbols set as the page sets them."""
+    set_as = {"S_d": "S<sub>d</sub>", "f2": "f²", "E2": "E²"}
+    said = str(escape(text))
+    for written, shown in set_as.items():
+        said = said.replace(written, shown)
+    return Markup(said)
 
 
 def _comparison(done: Calibrated) -> Comparison | None:
@@ -141,3 +137,62 @@ def _comparison(done: Calibrated) -> Comparison | None:
         return compare(done.calibration)
     except InputError:
         return None
+
+
+def _uri(content: bytes, kind: str) -> str:
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[str], None] | None) -> dict:
+    """What a model alone has: the figures of its mesh, and the picture of its strain field."""
+    if done.reduced is None or finger is None:
+        return {"quality": None, "strain_picture": None, "default_finger": False}
+    specimen = default_specimen(SHOWN_MODULUS_MPA)
+    press = fem.press(done.reduced, specimen, force=SHOWN_FORCE_N, fidelity="contact")
+    return {
+        "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),
+        "strain_picture": _uri(view.strain_picture(finger, done.reduced, press, specimen, progress=progress), "png"),
+        "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
+    }
+
+
+def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, str | None]:
+    """The page's diagrams as addresses that hold them."""
+    calibration, presses, recovery, plots = done.calibration, done.presses, done.recovery, view.plots
+    swept = isinstance(presses, Sweep)
+    (low, high), modulus = calibration.domain["modulus_MPa"], spread(calibration.domain["modulus_MPa"], CURVE_POINTS)
+    force = spread(calibration.domain["force_N"], CURVE_POINTS)
+    moduli = [low, *(value for value in sorted((0.05, 0.2, *SPECIMENS_MPA)) if low < value < high), high]
+    forces = np.linspace(*calibration.domain["force_N"], 6)
+    shown = SHOWN_MODULUS_MPA if low <= SHOWN_MODULUS_MPA <= high else (low * high) ** 0.5
+    figures = {
+        "sd_against_force": plots.sd_against_force(
+            force,
+            moduli,
+            calibration.predict(force[:, None], np.array(moduli)),
+            published=None
+            if comparison is None
+            else (gf_to_newton(comparison.force_gf), SPECIMENS_MPA, comparison.published / comparison.scale),
+            measured=None if swept else (presses.force_N, presses.modulus_MPa, presses.sd_microstrain),
+        ),
+        "sd_against_modulus": plots.sd_against_modulus(
+            modulus, forces.tolist(), calibration.predict(forces[:, None], modulus)
+        ),
+        "gauge_readings": plots.gauge_readings(
+            force,
+            [gauge.name for gauge in calibration.gauges],
+            calibration.predict_readings(force, shown),
+            f"{shown:.3g} MPa",
+        ),
+        "uncertainty_map": plots.uncertainty_map(
+            answers.force_N,
+            answers.modulus_MPa,
+            answers.relative_sigma,
+            answers.identified,
+            (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA) if swept else None,
+        ),
+        "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error)
+        if len(recovery.error)
+        else None,
+    }
+    return {name: None if plot is None else _uri(view.svg(plot), "svg+xml") for name, plot in figures.items()}

@@ -1,0 +1,141 @@
+"""What the report says of a calibration: figures for its tables and sentences, from the calibration's own data."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla.calibrate.job import Calibrated
+from papilla.calibrate.press_table import Sweep
+from papilla.calibrate.published import SPECIMENS_MPA
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.units import gf_to_newton, newton_to_gf
+
+FORCE_ERROR = 0.01
+"""Relative error of force whose cost is stated."""
+FORCE_N = 0.5
+"""Where that cost is stated, inside the domain."""
+SLOPE_FORCE_N = gf_to_newton(50.0)
+SLOPE_MODULI = (0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0)
+CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)
+MAP_POINTS = 48
+
+
+@dataclass(frozen=True, eq=False)
+class AnswerMap:
+    """What the calibration answers to its own S_d over the domain; f forces, m moduli.
+
+    force_N (f,), modulus_MPa (m,), relative_sigma (f, m), status (f, m) as `SoftnessStatus` numbers.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    relative_sigma: np.ndarray
+    status: np.ndarray
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> "AnswerMap":
+        """Over a logarithmic grid of the whole domain."""
+        force = spread(calibration.domain["force_N"], MAP_POINTS)
+        modulus = spread(calibration.domain["modulus_MPa"], MAP_POINTS)
+        sd = calibration.predict(force[:, None], modulus[None, :])
+        answer = calibration.invert(sd, np.broadcast_to(force[:, None], sd.shape))
+        relative = np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa)
+        return cls(force, modulus, relative, np.asarray(answer.status))
+
+    @property
+    def identified(self) -> np.ndarray:
+        """(f, m) whether the modulus can be told."""
+        return self.status == SoftnessStatus.OK
+
+    @property
+    def share(self) -> float:
+        """Share of the (logarithmic) domain in which the modulus can be told."""
+        return float(self.identified.mean())
+
+    def hardest(self) -> tuple[float, float | None, float]:
+        """A force (N) amid the domain, the hardest modulus (MPa) that can be told there, and its relative sigma."""
+        row = len(self.force_N) // 2
+        told = np.flatnonzero(self.identified[row])
+        if not len(told):
+            return float(self.force_N[row]), None, np.nan
+        return float(self.force_N[row]), float(self.modulus_MPa[told[-1]]), float(self.relative_sigma[row, told[-1]])
+
+
+def spread(limits: tuple[float, float], count: int) -> np.ndarray:
+    """(count,) logarithmic places from end to end; the ends are exact, so rounding does not carry them outside."""
+    places = np.geomspace(*limits, count)
+    places[[0, -1]] = limits
+    return places
+
+
+def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
+    """A force (N), and what an error of `FORCE_ERROR` in it adds up to: the published moduli and sigma_E / E."""
+    force = float(np.clip(FORCE_N, *calibration.domain["force_N"]))
+    rows = []
+    for modulus in SPECIMENS_MPA:
+        sd = float(calibration.predict(force, modulus))
+        if np.isfinite(sd):
+            sigma = calibration.invert(sd, force, force_sigma=FORCE_ERROR * force).sigma_MPa
+            rows.append((modulus, float(sigma) / modulus))
+    return force, rows
+
+
+def slopes(calibration: Calibration) -> tuple[float, list[tuple[float, float, float, float | None]]]:
+    """A force (N), 50 gf or the middle of the domain, and by modulus: d ln S_d / d ln E, mesh scatter, scatter of E."""
+    low, high = calibration.domain["force_N"]
+    force = SLOPE_FORCE_N if low <= SLOPE_FORCE_N <= high else (low * high) ** 0.5
+    scatter = calibration.surface.uncertainty.scatter_at(force)
+    found = [(modulus, float(calibration.surface.surface.slopes(force, modulus)[1])) for modulus in SLOPE_MODULI]
+    return force, [
+        (modulus, slope, scatter, scatter / slope if slope > 0 else None)
+        for modulus, slope in found
+        if np.isfinite(slope)
+    ]
+
+
+def contacts(sweep: Sweep) -> list[tuple[float, ...]]:
+    """By published modulus and a few forces: E, force, in gf, indentation, area, peak pressure (kPa), S_d."""
+    rows = []
+    for modulus in SPECIMENS_MPA:
+        nearest = sweep.modulus_MPa[np.abs(sweep.modulus_MPa - modulus).argmin()]
+        near = np.flatnonzero(sweep.modulus_MPa == nearest)
+        for force in CONTACT_FORCES:
+            row = near[np.abs(np.log(sweep.force_N[near] / force)).argmin()]
+            columns = (sweep.indentation_mm, sweep.contact_area_mm2, 1000 * sweep.peak_pressure_MPa)
+            measured = (float(column[row]) for column in (*columns, sweep.sd_microstrain))
+            rows.append((nearest, float(sweep.force_N[row]), newton_to_gf(float(sweep.force_N[row])), *measured))
+    return rows
+
+
+def largest_reading(sweep: Sweep) -> float:
+    """Largest |reading| of a sweep, as a strain."""
+    return 1e-6 * float(np.nanmax(np.abs(sweep.reading)))
+
+
+def statuses(done: Calibrated, answers: AnswerMap) -> tuple[list[tuple[str, int]], list[tuple[str, float]]]:
+    """How often each status occurs: presses of a sweep (none of a log), shares of the answers over the domain."""
+    presses = done.presses
+    kinds = Counter(map(_kind, presses.status)) if isinstance(presses, Sweep) else Counter()
+    answered = Counter(SoftnessStatus(int(code)).sentence for code in answers.status.ravel())
+    return kinds.most_common(), [(kind, count / answers.status.size) for kind, count in answered.most_common()]
+
+
+def _kind(sentence: str) -> str:
+    """A status without its figures: what comes before the first colon or comma, and "converged" for what did."""
+    head, _, said = sentence.partition(": ")
+    return "converged" if said.startswith("converged") else head.split(",")[0]
+
+
+def provenance(calibration: Calibration) -> list[tuple[str, object]]:
+    """Finger, mesh, versions and when, a row each."""
+    facts = {f"finger: {key}": value for key, value in calibration.finger.items() if value}
+    facts |= {f"mesh: {key}": value for key, value in calibration.mesh.items()} | calibration.provenance
+    rows = []
+    for key, value in facts.items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{name} {item}" for name, item in value.items())
+        elif isinstance(value, list | tuple):
+            value = ", ".join(map(str, value))
+        rows.append((key.replace("_", " "), value))
+    return rows
