@@ -37,8 +37,6 @@ def traction_compliance(patch: Patch, specimen: Specimen) -> np.ndarray:
 @lru_cache(maxsize=4)
 def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Three matrices (3n, 3n) in mm3 that hold for any Poisson's ratio: 1/r, e e/r (tangential), and e/r (coupling)."""
-    scalar = np.zeros((3, 1, 1, 1))
-    scalar[0] = 1.0
 
     def kernel(offset):
         r = np.hypot(offset[..., 0], offset[..., 1])

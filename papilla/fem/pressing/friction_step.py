@@ -1,0 +1,195 @@
+"""One step of Coulomb friction on condensed bodies: stick, slip and contact found together.
+
+Unknowns are the tractions [p, q_1, q_2] of the nodes (MPa) and, under force control, the indentation delta. With the
+compliance A (normal and tangential, coupled), the mass m of the nodes and the weak gap g,
+
+    w = A_n lambda + g - delta m >= 0,  p >= 0,  p w = 0                     contact,
+    s = A_t (lambda - lambda_0) - m X                                        slip of the finger since the last state,
+    |q| <= mu p,  s = 0 where |q| < mu p, else q = -mu p s/|s|               Coulomb,
+
+X being how far the specimen moved sideways in the step. The law is q = P(q - rho s), P the projection on the disc of
+radius mu p, and is solved by Newton's method on the sets of nodes out of contact, sticking and slipping (Alart and
+Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact stick and exact slip, no regularisation.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from papilla.errors import SolverError
+
+PATIENCE = 4
+"""Iterations without fewer nodes on the wrong side, before one node at a time changes sides (which cannot cycle)."""
+
+NEWTON_STEPS = 300
+"""Iterations after which a step is not solved."""
+
+TURN = 1e-10
+"""Change of a slipping node's traction by its direction, as a share of the largest pressure, that is none any more."""
+
+CLOSED = 1e-12
+"""Overlap, as a share of the closure, up to which rounding alone may have closed a gap."""
+
+EVEN = 1e-9
+"""Share of the friction limit within which a node stays what it is, sticking or slipping."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionProblem:
+    """Two bodies condensed to n contact nodes.
+
+    compliance : (3n, 3n) of both, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
+    mass : (n,) mm2. gap : (n,) weak gap at rest, mm3.
+    fixed : (2, n) tangential tractions that symmetry keeps zero.
+    """
+
+    compliance: np.ndarray
+    mass: np.ndarray
+    gap: np.ndarray
+    fixed: np.ndarray
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """(3, n) which tractions there are."""
+        return np.vstack([np.ones(len(self.mass), dtype=bool), ~self.fixed])
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """(3, n) stiffness rho of a node by itself: the scale of gap and slip in Newton's method, alike along both axes."""
+        normal, *tangential = self.compliance.diagonal().reshape(3, -1)
+        return np.stack([1 / normal, *2 * [2 / sum(tangential)]])
+
+    def moved(self, traction: np.ndarray) -> np.ndarray:
+        """Weak closure and slip (3, n), in mm3, under tractions (3, n)."""
+        index = np.flatnonzero(traction)
+        return (self.compliance[:, index] @ traction.ravel()[index]).reshape(3, -1)
+
+    def force(self, traction: np.ndarray) -> float:
+        """Normal force on the patch (N)."""
+        return float(self.mass @ traction[0])
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionState:
+    """Where a path of loading stands.
+
+    indentation : mm. force : normal, on the patch, N. dissipated : energy rubbed away so far on the patch, N mm.
+    traction : (3, n) pressure and tangential tractions on the finger, MPa.
+    moved : (3, n) weak closure and slip under them, mm3.
+    active, slipping : (n,) nodes in contact from here on, and those that slipped on the way here.
+    """
+
+    indentation: float
+    force: float
+    dissipated: float
+    traction: np.ndarray
+    moved: np.ndarray
+    active: np.ndarray
+    slipping: np.ndarray
+
+
+def coulomb_step(
+    problem: FrictionProblem,
+    state: FrictionState,
+    friction: float,
+    *,
+    force: float | None = None,
+    indentation: float | None = None,
+    slide: tuple[float, float] = (0.0, 0.0),
+    guess: np.ndarray | None = None,
+) -> FrictionState:
+    """The state after a step to a force on the patch (N) or an indentation (mm); exactly one is given.
+
+    `slide` (mm) is how far the specimen moves along either axis in the step; `guess` (3, n) tractions to start from.
+    Raises `SolverError` where Newton's method does not settle.
+    """
+    rho, before = problem.stiffness, state.moved[1:] + np.outer(slide, problem.mass)
+    active, slipping = state.active.copy(), state.slipping & state.active
+    aim = (state.traction if guess is None else guess)[1:].T
+    pressure = (state.traction if guess is None else guess)[0]
+    best, patience = len(active) + 1, PATIENCE
+    for _ in range(NEWTON_STEPS):
+        still, per_depth = _linearised(problem, active, slipping, friction, aim, pressure, before)
+        depth = indentation
+        if force is not None:
+            depth = (force - problem.force(still)) / problem.force(per_depth)
+        traction = still + depth * per_depth
+        moved = problem.moved(traction)
+        gap = moved[0] + problem.gap - depth * problem.mass
+        touching = np.where(active, traction[0] > 0, gap < -CLOSED * (moved[0] + np.abs(problem.gap)))
+        slip = moved[1:] - before
+        aimed = (traction[1:] - rho[1:] * slip).T
+        aimed[problem.fixed.T] = 0
+        pressure = np.where(active, traction[0], -rho[0] * gap)
+        limit = friction * np.maximum(pressure, 0) * np.where(slipping, 1 - EVEN, 1 + EVEN)
+        slides = touching & (np.hypot(*aimed.T) > limit)
+        wrong = (touching != active) | (slides != slipping)
+        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN * pressure.max():
+            rubbed = -float((traction[1:] * slip).sum())
+            pushed = problem.force(traction)
+            return FrictionState(depth, pushed, state.dissipated + rubbed, traction, moved, active, slipping)
+        patience = PATIENCE if wrong.sum() < best else patience - 1
+        best = min(best, int(wrong.sum()))
+        if patience < 0 and wrong.any():
+            wrong = np.arange(len(wrong)) == np.flatnonzero(wrong)[-1]
+        active, slipping = np.where(wrong, touching, active), np.where(wrong, slides, slipping)
+        aim = aimed
+    raise SolverError(f"stick and slip did not settle in {NEWTON_STEPS} iterations")
+
+
+def _turned(one: np.ndarray, other: np.ndarray, pressure: np.ndarray) -> float:
+    """Largest angle between vectors (k, 2), in radians if small, times the pressure (k,)."""
+    cross = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    return float((pressure * cross / (np.hypot(*one.T) * np.hypot(*other.T))).max(initial=0.0))
+
+
+def _linearised(problem, active, slipping, friction, aim, pressure, before) -> tuple[np.ndarray, np.ndarray]:
+    """Tractions (3, n) of the linearised law on given sets at zero indentation, and what a mm of it adds."""
+    n = len(active)
+    index = np.flatnonzero(problem.free & active)
+    if not len(index):
+        raise SolverError("nothing is left in contact")
+    component, node = np.divmod(index, n)
+    matrix, right = problem.compliance[np.ix_(index, index)], np.zeros((len(index), 2))
+    normal = component == 0
+    right[normal] = np.column_stack([-problem.gap[node[normal]], problem.mass[node[normal]]])
+    right[~normal, 0] = before[component[~normal] - 1, node[~normal]]
+    if slipping.any():
+        _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure, before)
+    tractions = np.zeros((2, 3 * n))
+    tractions[:, index] = np.linalg.solve(matrix, right).T
+    still, per_depth = tractions.reshape(2, 3, n)
+    return still, per_depth
+
+
+def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure, before) -> None:
+    """Turn the rows of k slipping nodes from "no slip" into q - mu p z/|z| = 0, linearised at z = q - rho s."""
+    n, nodes = len(slipping), np.flatnonzero(slipping)
+    place = np.full(3 * n, -1)
+    place[index] = np.arange(len(index))
+    place = place.reshape(3, n)[:, nodes]
+    size = np.hypot(*aim[nodes].T)
+    direction = aim[nodes] / size[:, None]
+    share = (friction * pressure[nodes] / size)[:, None, None]
+    across = share * (np.eye(2) - direction[:, :, None] * direction[:, None, :])
+    own = problem.stiffness[1, nodes][:, None, None] * across
+    slip = problem.compliance.reshape(3, n, 3 * n)[1:, nodes][:, :, index]
+    rows = np.stack([own[:, a, 0, None] * slip[0] + own[:, a, 1, None] * slip[1] for a in (0, 1)])
+    held = np.einsum("kab,bk->ak", own, before[:, nodes])
+    each = np.arange(len(nodes))
+    for a in (0, 1):
+        rows[a, each, place[0]] -= friction * direction[:, a]
+        for b in (0, 1):
+            there = place[1 + b] >= 0
+            rows[a, each[there], place[1 + b, there]] += (a == b) - across[there, a, b]
+    for a in (0, 1):
+        there = place[1 + a] >= 0
+        matrix[place[1 + a, there]], right[place[1 + a, there], 0] = rows[a, there], held[a, there]
+
+
+def rates(problem: FrictionProblem, state: FrictionState, friction: float) -> np.ndarray:
+    """Tractions (3, n) per mm of further indentation, the sets of nodes unchanged."""
+    slipping = state.slipping & state.active
+    aim, pressure = state.traction[1:].T, state.traction[0]
+    return _linearised(problem, state.active, slipping, friction, aim, pressure, state.moved[1:])[1]

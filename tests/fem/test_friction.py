@@ -1,0 +1,314 @@
+"""Contact with friction on condensed bodies: closed forms, a second method, and what must hold of any bodies."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.errors import SolverError
+from papilla.fem.pressing.contact import solve_contact
+from papilla.fem.pressing.friction_path import FrictionPath
+from papilla.fem.pressing.friction_step import FrictionProblem, coulomb_step
+from papilla.fem.reduction.compliance import quadrature
+from papilla.fem.reduction.traction import traction_compliance
+from papilla.references import (
+    dundurs_beta,
+    effective_modulus,
+    frictional_punch,
+    goodman_stick_radius,
+    mindlin_displacement,
+)
+from papilla.specimen import HalfSpace
+
+RADIUS = 20.0
+STICK = math.inf
+
+
+def paraboloid(x, y):
+    return (x * x + y * y) / (2 * RADIUS)
+
+
+@pytest.fixture(scope="module")
+def sphere(disc):
+    """A patch under a paraboloid, for contacts of 2 mm radius."""
+    return disc(3.0, 20, paraboloid)
+
+
+def bodies_on(patch, specimen, finger=None) -> FrictionProblem:
+    """A specimen against a rigid finger, or against one that is a half-space too: turned over, its coupling changes
+    sign."""
+    n = len(patch.xy)
+    compliance = traction_compliance(patch, specimen)
+    if finger is not None:
+        turned = np.repeat([1.0, -1.0, -1.0], n)
+        compliance = compliance + turned[:, None] * traction_compliance(patch, finger) * turned
+    fixed = (patch.xy == 0).T if len(patch.images) == 4 else np.zeros((2, n), dtype=bool)
+    return FrictionProblem(compliance, patch.mass, patch.gap, fixed)
+
+
+def shear_moment(patch, state):
+    """int q r dA on the specimen, N mm."""
+    points, weights, hats = quadrature(patch)
+    return -len(patch.images) * float(weights @ ((hats @ state.traction[1:].T) * points).sum(axis=1))
+
+
+def check_state(problem, state, friction):
+    """Contact and Coulomb's law hold at every node."""
+    gap = problem.moved(state.traction)[0] + problem.gap - state.indentation * problem.mass
+    p, q = state.traction[0], np.hypot(*state.traction[1:])
+    scale = np.abs(problem.gap).max() + state.indentation * problem.mass.max()
+    assert p.min() >= 0 and gap.min() > -1e-9 * scale
+    assert np.abs(gap[p > 0]).max() < 1e-9 * scale
+    if math.isfinite(friction):
+        assert (q <= friction * p * (1 + 1e-8) + 1e-12 * p.max()).all()
+
+
+# ---- Closed forms
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
+def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
+    patch = sphere
+    expected = frictional_punch(dundurs_beta(1.0, nu))
+    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
+    state = FrictionPath(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
+    assert 4 * state.force == pytest.approx(force, rel=1e-3)
+    assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
+
+
+def test_stick_is_from_the_moment_of_contact_not_from_the_start(sphere):
+    """Held at zero displacement since the start instead, the sphere is stiffer: the path would not matter then."""
+    patch, nu = sphere, 0.0
+    problem = bodies_on(patch, HalfSpace(1.0, nu))
+    expected = frictional_punch(dundurs_beta(1.0, nu))
+    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
+    state = FrictionPath(problem, STICK).at(indentation=depth)
+    index = np.flatnonzero(problem.free & state.active)
+    right = np.append((depth * patch.mass - patch.gap)[state.active], np.zeros(len(index) - state.active.sum()))
+    at_once = np.zeros((3, len(patch.xy)))
+    at_once.ravel()[index] = np.linalg.solve(problem.compliance[np.ix_(index, index)], right)
+    assert abs(4 * problem.force(at_once) / force - 1) > 0.01 > 10 * abs(4 * state.force / force - 1)
+
+
+@pytest.mark.parametrize("friction", [STICK, 0.4, 0.2, 0.1])
+def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
+    """Against the frictionless punch on the same patch, whose edge is as coarse."""
+    patch, nu = disc(1.0, 16), 0.3
+    problem = bodies_on(patch, HalfSpace(1.0, nu))
+    n = len(patch.xy)
+    plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, indentation=0.01)
+    state = FrictionPath(problem, friction).at(indentation=0.01)
+    expected = frictional_punch(dundurs_beta(1.0, nu), friction)
+    assert state.force / (patch.mass @ plain.pressure) == pytest.approx(expected.force_factor, rel=1.5e-3)
+    check_state(problem, state, friction)
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.1])
+def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
+    patch, nu = sphere, 0.3
+    expected = frictional_punch(dundurs_beta(1.0, nu), friction)
+    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
+    problem = bodies_on(patch, HalfSpace(1.0, nu))
+    state = FrictionPath(problem, friction).at(indentation=depth)
+    assert 4 * state.force == pytest.approx(force, rel=1e-3)
+    assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
+    r, element = np.hypot(*patch.xy.T), 3.0 / 20
+    sticking = state.active & ~state.slipping
+    assert r[sticking].max() < 2.0 * expected.stick_radius + element
+    assert r[state.slipping].min() > 2.0 * expected.stick_radius - element
+    check_state(problem, state, friction)
+
+
+def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
+    patch, one, other = disc(3.0, 16, paraboloid), (1.0, 0.1), (2.0, 0.45)
+    expected = frictional_punch(dundurs_beta(*one, *other), 0.2)
+    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(*one, *other))
+    problem = bodies_on(patch, HalfSpace(*one), HalfSpace(*other))
+    state = FrictionPath(problem, 0.2).at(indentation=depth)
+    assert 4 * state.force == pytest.approx(force, rel=2e-3)
+    assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=0.02)
+
+
+def test_small_coupling_is_goodman_s(sphere):
+    """Pressure as without friction; the stick radius of his approximation."""
+    patch, beta, friction = sphere, 0.02, 0.02
+    nu = (1 - 2 * beta) / (2 - 2 * beta)
+    expected, c = frictional_punch(beta, friction), goodman_stick_radius(beta, friction)
+    _, depth = expected.sphere(2.0, RADIUS, 1.0)
+    problem = bodies_on(patch, HalfSpace(1.0, nu))
+    state = FrictionPath(problem, friction).at(indentation=depth)
+    n, element = len(patch.xy), 3.0 / 20
+    plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, indentation=depth)
+    assert state.force == pytest.approx(patch.mass @ plain.pressure, rel=5e-4)
+    r = np.hypot(*patch.xy.T)
+    assert r[state.active & ~state.slipping].max() < 2.0 * c + element
+    assert r[state.slipping].min() > 2.0 * c - element
+
+
+def test_similar_bodies_do_not_rub(disc):
+    patch = disc(3.0, 8, paraboloid)
+    state = FrictionPath(bodies_on(patch, HalfSpace(1.0, 0.3), HalfSpace(1.0, 0.3)), 0.1).at(indentation=0.1)
+    assert np.abs(state.traction[1:]).max() < 1e-12 * state.traction[0].max()
+    assert not state.slipping.any()
+
+
+def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
+    """Pressed, then pulled along x under the same force; nu = 0, for which their solution is exact."""
+    patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15
+    body = HalfSpace(1.0, 0.0)
+    problem = bodies_on(patch, body, body)
+    state = FrictionPath(problem, friction).at(indentation=depth)
+    assert np.abs(state.traction[1:]).max() < 1e-9 * state.traction[0].max()
+    force, contact_radius = state.force, math.sqrt(RADIUS * depth)
+    moved, r = 0.0, np.hypot(*patch.xy.T)
+    limit = mindlin_displacement(1.0 * friction * force, force, friction, contact_radius, 8.0)[0]
+    for share in (0.2, 0.5, 0.8):
+        step = share * limit - moved
+        state = coulomb_step(problem, state, friction, force=force, slide=(step, 0.0))
+        moved += step
+        pulled = float(patch.mass @ state.traction[1])
+        assert abs(patch.mass @ state.traction[2]) < 1e-6 * pulled
+        found, stick = mindlin_displacement(pulled, force, friction, contact_radius, 8.0)
+        assert found == pytest.approx(moved, rel=0.02)
+        element = 2.4 / 10
+        assert r[state.active & ~state.slipping].max() < stick + element
+        assert r[state.slipping].min() > stick - element
+        check_state(problem, state, friction)
+    state = coulomb_step(problem, state, friction, force=force, slide=(limit, 0.0))
+    assert patch.mass @ state.traction[1] == pytest.approx(friction * force, rel=1e-9)
+    assert state.slipping[state.active].all()
+
+
+# ---- A second method
+
+
+def gauss_seidel(problem, state, friction, depth, sweeps=20000):
+    """The same step, node by node with projections: no linear system, no sets (Jean 1999,
+    doi:10.1016/S0045-7825(98)00383-1)."""
+    n = len(problem.mass)
+    A, traction = problem.compliance.reshape(3, n, 3 * n), state.traction.copy()
+    scale = problem.compliance.diagonal().reshape(3, n)
+    for _ in range(sweeps):
+        before = traction.copy()
+        for i in range(n):
+            gap = A[0, i] @ traction.ravel() + problem.gap[i] - depth * problem.mass[i]
+            traction[0, i] = max(0.0, traction[0, i] - gap / scale[0, i])
+            slip = A[1:, i] @ traction.ravel() - state.moved[1:, i]
+            q = (traction[1:, i] - slip / scale[1:, i].max()) * ~problem.fixed[:, i]
+            limit, size = friction * traction[0, i], math.hypot(*q)
+            traction[1:, i] = q if size <= limit else q * (limit / size)
+        if np.abs(traction - before).max() < 1e-13 * traction.max():
+            return traction
+    raise AssertionError("the second method did not converge")
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.3])
+def test_steps_agree_with_gauss_seidel(disc, friction):
+    """A specimen of nu 0 against a finger that is elliptic and stands askew: nothing is symmetric but the patch."""
+    patch = disc(3.0, 3, lambda x, y: (1.5 * x * x + 0.8 * y * y + 0.6 * x * y) / 40, quarter=False)
+    problem = bodies_on(patch, HalfSpace(1.0, 0.0))
+    state = FrictionPath(problem, friction).knots[0]
+    for depth in (0.03, 0.08, 0.15):
+        expected = gauss_seidel(problem, state, friction, depth)
+        state = coulomb_step(problem, state, friction, indentation=depth)
+        assert state.traction == pytest.approx(expected, abs=1e-9 * expected.max())
+        check_state(problem, state, friction)
+    assert state.slipping.sum() > 0
+
+
+# ---- What holds of any bodies
+
+
+def random_problem(seed, n=9) -> FrictionProblem:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3 * n, 4 * n))
+    return FrictionProblem(root @ root.T / n, rng.uniform(0.5, 1.5, n), rng.uniform(0, 3, n), np.zeros((2, n), bool))
+
+
+def test_sticking_nodes_do_not_slip_and_all_else_is_linear(disc):
+    patch = disc(3.0, 10, paraboloid)
+    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
+    path = FrictionPath(problem, STICK)
+    path.at(indentation=0.15)
+    for before, after in zip(path.knots, path.knots[1:], strict=False):
+        slip = (after.moved - before.moved)[1:][~problem.fixed & before.active]
+        assert np.abs(slip).max(initial=0.0) < 1e-12 * np.abs(after.moved).max()
+        check_state(problem, after, STICK)
+    assert path.knots[-1].dissipated == 0.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_paths_of_random_bodies_hold_the_laws_or_say_so(seed):
+    """Strongly coupled bodies let nodes go again; where no state of stick follows, an error says so."""
+    problem = random_problem(seed)
+    for friction in (STICK, 0.3):
+        path = FrictionPath(problem, friction)
+        try:
+            path.at(indentation=4.0)
+        except SolverError:
+            continue
+        for knot in path.knots[1:]:
+            check_state(problem, knot, friction)
+        assert min(np.diff([knot.dissipated for knot in path.knots])) >= -1e-9 * path.knots[-1].force
+
+
+def test_friction_takes_energy_and_never_gives_it(disc):
+    patch = disc(3.0, 10, paraboloid)
+    path = FrictionPath(bodies_on(patch, HalfSpace(1.0, 0.2)), 0.15)
+    last = path.at(indentation=0.2)
+    steps = np.diff([knot.dissipated for knot in path.knots])
+    assert steps.min() > -1e-12 * last.dissipated and last.dissipated > 0
+    # and no more than the work that was put in
+    work = np.trapezoid([knot.force for knot in path.knots], [knot.indentation for knot in path.knots])
+    assert last.dissipated < 0.05 * work
+
+
+def test_little_friction_is_none_and_much_is_stick(disc):
+    patch = disc(3.0, 10, paraboloid)
+    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
+    n = len(patch.xy)
+    plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, force=0.4)
+    almost = FrictionPath(problem, 1e-7).at(force=0.4)
+    assert almost.traction[0] == pytest.approx(plain.pressure, abs=1e-6 * plain.pressure.max())
+    stuck, rough = (FrictionPath(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
+    assert rough.traction == pytest.approx(stuck.traction, abs=1e-9 * stuck.traction.max())
+    assert rough.indentation == pytest.approx(stuck.indentation, rel=1e-9)
+
+
+@pytest.mark.parametrize("friction", [STICK, 0.1])
+def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
+    problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
+    path = FrictionPath(problem, friction)
+    high, low = path.at(force=0.5), path.at(force=0.2)
+    alone = FrictionPath(problem, friction).at(force=0.2)
+    assert (low.traction == alone.traction).all()
+    deep = path.at(indentation=high.indentation)
+    assert deep.force == pytest.approx(0.5, rel=1e-9)
+    assert path.at(indentation=-1.0) is None and path.at(force=0.0) is None
+
+
+def test_shorter_steps_change_little(disc):
+    problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
+    one, four, eight = (FrictionPath(problem, 0.1, cuts).at(force=0.5) for cuts in (1, 4, 8))
+    assert one.indentation == pytest.approx(eight.indentation, rel=1e-4)
+    errors = [np.abs(state.traction - eight.traction).max() / eight.traction.max() for state in (one, four)]
+    assert errors[1] < errors[0] < 0.01
+
+
+def test_other_units_give_the_same_answer(disc):
+    patch = disc(3.0, 6, paraboloid)
+    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
+    scaled = FrictionProblem(1e-12 * 1e9 * problem.compliance, 1e6 * patch.mass, 1e9 * patch.gap, problem.fixed)
+    one, other = FrictionPath(problem, 0.1), FrictionPath(scaled, 0.1)
+    a, b = one.at(indentation=0.1), other.at(indentation=1e3 * 0.1)
+    assert len(one.knots) == len(other.knots)
+    assert b.traction * 1e-12 == pytest.approx(a.traction, abs=1e-9 * a.traction.max())
+
+
+def test_a_whole_patch_gives_what_its_quarter_does_and_no_net_shear(disc):
+    quarter, whole = disc(3.0, 6, paraboloid), disc(3.0, 6, paraboloid, quarter=False)
+    for friction in (STICK, 0.1):
+        one = FrictionPath(bodies_on(quarter, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
+        two = FrictionPath(bodies_on(whole, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
+        assert two.force == pytest.approx(4 * one.force, rel=1e-6)
+        assert np.abs(two.traction[1:] @ whole.mass).max() < 1e-9 * two.force
