@@ -56,7 +56,7 @@ class FrictionProblem:
 
     @cached_property
     def stiffness(self) -> np.ndarray:
-        """(3, n) stiffness rho of a node by itself: the scale of gap and slip in Newton's method, alike along both axes."""
+        """(3, n) stiffness rho of a node by itself, alike along both axes: scale of gap and slip in Newton's method."""
         normal, *tangential = self.compliance.diagonal().reshape(3, -1)
         return np.stack([1 / normal, *2 * [2 / sum(tangential)]])
 
@@ -108,10 +108,9 @@ def coulomb_step(
     active, slipping = state.active.copy(), state.slipping & state.active
     aim = (state.traction if guess is None else guess)[1:].T
     pressure = (state.traction if guess is None else guess)[0]
-    best, patience = len(active) + 1, PATIENCE
+    depth, best, patience = indentation or 0.0, len(active) + 1, PATIENCE
     for _ in range(NEWTON_STEPS):
         still, per_depth = _linearised(problem, active, slipping, friction, aim, pressure, before)
-        depth = indentation
         if force is not None:
             depth = (force - problem.force(still)) / problem.force(per_depth)
         traction = still + depth * per_depth
