@@ -1,8 +1,12 @@
 """Validation at the boundary: each check returns the value as a float or raises `InputError` with one clear line."""
 
 import math
+from typing import TYPE_CHECKING
 
 from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 def finite(name: str, value) -> float:
@@ -32,6 +36,17 @@ def within(name: str, value, low: float, high: float) -> float:
     if not low <= number <= high:
         raise InputError(f"{name} must lie between {low:g} and {high:g}, got {number:g}")
     return number
+
+
+LARGEST = 1e12
+"""No sensor gives a greater number; its square and the square's square are still finite."""
+
+
+def believable(values: "np.ndarray") -> "np.ndarray":
+    """Samples with NaN in place of what is infinite or greater than `LARGEST`."""
+    import numpy as np
+
+    return np.where(np.abs(values) <= LARGEST, values, np.nan)
 
 
 def poisson(name: str, value) -> float:

@@ -47,6 +47,12 @@ def test_time_log_counts_gaps_duplicates_and_missing_cells(log):
     assert found.sample_rate_Hz == pytest.approx(1000), "gaps and duplicates do not bend the sampling rate"
 
 
+def test_numbers_that_no_sensor_gives_are_counted_and_remarked_on(log):
+    report = read_time_log(log("t_s,g1,force_N\n0,1,1e155\n1,-1e200,1\n2,1,inf\n")).report
+    assert (report.unbelievable, report.nan_cells) == (2, 1)
+    assert report.notes == ("2 cells hold numbers beyond 1e+12: they count as missing",) + report.notes[1:]
+
+
 def test_byte_order_mark_spaces_and_trailing_lines_are_tolerated(log):
     found = read_time_log(log(b"\xef\xbb\xbf" + TIME.replace(",", ", ").encode() + b"\n\n"))
     assert found.readings.shape == (3, 2)
@@ -117,6 +123,9 @@ def test_bench_log_checks_a_stated_standard_deviation(log):
         ("t_s,g1\n0,1\n1,\uff11\uff12\n", "line 3, column g1: expected a number, got '\uff11\uff12'"),
         ("t_s," + ",".join(f"g{k}" for k in range(1, 1001)) + "\n0\n", "1001 columns; no table of papilla has more"),
         ("t_s" * 2**19, "line 1: longer than 1048576 characters"),
+        ("t_s,g1\n0,1\n1e155,1\n", "line 3, column t_s: expected a time in s, got 1e+155"),
+        ("t_s,g1\n0,1\n1e-300,1\n", "steps of t_s of 1e-300 s on average; are these times in s?"),
+        ("t_s,g1\n0,1\n1e6,1\n", "steps of t_s of 1e+06 s on average; are these times in s?"),
         ("t_s,g1\n0,1\n1,abc\n", "line 3, column g1: expected a number, got 'abc'"),
         ("t_s,g1\n0,1\n1,1,1\n", "line 3: 3 cells where the header has 2 columns"),
         ("t_s,g1\n0,1\n\n1\n", "line 4: 1 cells where the header has 2 columns"),

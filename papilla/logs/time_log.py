@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 
+from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, notes_of, open_log
 from papilla.logs.spread import Magnitudes, Noise
@@ -16,15 +17,18 @@ from papilla.tables import Table, TableReader
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 GAP_STEPS = 1.5
 """A step of time longer than this many median steps is a gap."""
+SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5
+"""Mean steps that a log of a finger can have."""
 
 
 @dataclass(frozen=True)
 class LogReport:
     """What a reader of a time log has to know: counts, never silently dropped rows.
 
-    `gaps` counts steps over 1.5 median steps, `duplicates` rows that repeat the time before them, `nan_rows` rows where
-    any used column holds no finite number, `ignored` names the columns that papilla does not know, `ends_open` says
-    that the last line has no line end, as in a file that was cut off.
+    gaps : steps over 1.5 median steps; duplicates : rows that repeat the time before them.
+    nan_rows, nan_cells : rows and cells of used columns without a finite number; unbelievable : cells with one that no
+    sensor gives. ignored : names of the columns that papilla does not know.
+    ends_open : the last line has no line end, as in a file that was cut off.
     """
 
     rows: int
@@ -32,13 +36,15 @@ class LogReport:
     duplicates: int
     nan_cells: int
     nan_rows: int
+    unbelievable: int
     ignored: tuple[str, ...]
     ends_open: bool
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What a person should be told of the file, a sentence each."""
-        return notes_of(self.ignored, self.ends_open)
+        notes = [f"{self.unbelievable} cells hold numbers beyond {LARGEST:g}: they count as missing"]
+        return (*notes[: self.unbelievable], *notes_of(self.ignored, self.ends_open))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +82,16 @@ class _Scan:
         self._reader, self._steps = reader, Magnitudes()
         self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in reader.names))
         self.noise = Noise()
-        self.rows = self.duplicates = self.nan_cells = self.nan_rows = 0
+        self.rows = self.duplicates = self.nan_cells = self.nan_rows = self.unbelievable = 0
         self._last = math.nan
 
     def add(self, block: Table) -> None:
         """Check and count the rows of the next block."""
         check_finite(block, ("t_s",))
         time = block.columns["t_s"]
+        if (np.abs(time) > LARGEST).any():
+            row = int(np.argmax(np.abs(time) > LARGEST))
+            raise block.fault(row, "t_s", f"expected a time in s, got {time[row]:g}")
         with_last = np.concatenate([[self._last], time])[math.isnan(self._last) :]
         steps = np.diff(with_last)
         if (steps < 0).any():
@@ -94,10 +103,11 @@ class _Scan:
         self.duplicates += int((steps == 0).sum())
         rows = np.column_stack([block.columns[name] for name in self.used])
         bad = ~np.isfinite(rows)
+        self.unbelievable += int((~bad & (np.abs(rows) > LARGEST)).sum())
         self.nan_cells += int(bad.sum())
         self.nan_rows += int(bad.any(axis=1).sum())
         self.rows += len(rows)
-        self.noise.add(rows)
+        self.noise.add(believable(rows))
 
     def finish(self) -> tuple[float, LogReport]:
         """Sampling rate in Hz and what was counted; raises `FileFormatError` where there is no rate."""
@@ -116,10 +126,14 @@ class _Scan:
             duplicates=self.duplicates,
             nan_cells=self.nan_cells,
             nan_rows=self.nan_rows,
+            unbelievable=self.unbelievable,
             ignored=self._reader.ignored,
             ends_open=self._reader.ends_open,
         )
-        return 1 / self._steps.mean_up_to(longest), report
+        step = self._steps.mean_up_to(longest)
+        if not SHORTEST_STEP_S <= step <= LONGEST_STEP_S:
+            raise FileFormatError(f"{self._reader.path}: steps of t_s of {step:g} s on average; are these times in s?")
+        return 1 / step, report
 
 
 class TimeLogFile:
@@ -153,11 +167,14 @@ class TimeLogFile:
         self._reader.__exit__()
 
     def blocks(self) -> Iterator[np.ndarray]:
-        """Blocks (n, 1 + gauges + optional columns) of the rows that were counted: time, readings, optional columns."""
+        """Blocks (n, 1 + gauges + optional columns) of the rows that were counted: time, readings, optional columns.
+
+        What is no finite number, or one that no sensor gives, is NaN.
+        """
         left = self.report.rows
         for block in self._reader.blocks():
             names = ("t_s", *self.gauge_names, *self.optional)
-            yield np.column_stack([block.columns[name] for name in names])[:left]
+            yield believable(np.column_stack([block.columns[name] for name in names])[:left])
             left -= len(block)
             if left <= 0:
                 return
@@ -166,7 +183,8 @@ class TimeLogFile:
 def read_time_log(path: str | Path) -> TimeLog:
     """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`.
 
-    Cells without a finite number are kept as they are and counted: they are answered row by row. Raises
+    Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
+    Raises
     `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt column,
     fewer than two rows, a time that is no number or earlier than the one before, all times equal.
     """

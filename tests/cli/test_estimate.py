@@ -283,3 +283,20 @@ def test_memory_does_not_grow_with_the_log(tmp_path):
         done = subprocess.run([sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True)
         peaks.append(int(done.stdout.split()[-1]))
     assert peaks[1] - peaks[0] < 30 * 1024, f"{peaks} KiB"
+
+
+@pytest.mark.parametrize("column", ["g1", "force_N", "velocity_mm_s", "position_mm", "tangential_N"])
+@pytest.mark.parametrize("value", [1e155, -1e300])
+def test_absurd_numbers_in_a_log_count_as_missing(papilla, tmp_path, calibrated, column, value):
+    rng = np.random.default_rng(6)
+    t = np.arange(300) / 1000
+    columns = {"t_s": t, **{f"g{k}": rng.normal(100, 10, 300) for k in range(1, 6)}, "force_N": np.full(300, 0.5)}
+    columns |= {"velocity_mm_s": np.full(300, 50.0), "position_mm": 50 * t, "tangential_N": np.full(300, 0.2)}
+    columns[column] = np.where(np.arange(300) % 3 == 1, value, columns[column])
+    write_table(tmp_path / "log.csv", columns)
+    write_table(tmp_path / "gaps.csv", columns | {column: np.where(columns[column] == value, np.nan, columns[column])})
+    options = ("--calibration", calibrated, "--out")
+    answers = [papilla("estimate", f"{log}.csv", *options, f"{log}.out") for log in ("log", "gaps")]
+    assert [answer.code for answer in answers] == [0, 0], answers[0].err
+    assert "100 cells hold numbers beyond 1e+12: they count as missing" in answers[0].err
+    assert (tmp_path / "log.out").read_bytes() == (tmp_path / "gaps.out").read_bytes()

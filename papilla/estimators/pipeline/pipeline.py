@@ -217,7 +217,7 @@ class Pipeline:
             raise InputError(f"a block must be n x {len(self.columns)} ({', '.join(self.columns)}), got {shape}")
         answers: list[tuple] = []
         for begin in range(0, len(rows), CHUNK):
-            answers += self._advance(rows[begin : begin + CHUNK].tolist())
+            answers += self._advance(checks.believable(rows[begin : begin + CHUNK]).tolist())
         columns = list(zip(*answers, strict=True)) if answers else [()] * len(COLUMNS)
         return PipelineEstimate._make([*(np.array(column, float) for column in columns[:-1]), list(columns[-1])])
 
@@ -225,7 +225,7 @@ class Pipeline:
         """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
         if len(sample) != len(self.columns):
             raise InputError(f"a sample must be {', '.join(self.columns)}, got {len(sample)} values")
-        return PipelineEstimate(*self._advance([[float(value) for value in sample]])[0])
+        return PipelineEstimate(*self._advance(checks.believable(np.array([sample], float)).tolist())[0])
 
     def _advance(self, samples: list[list[float]]) -> list[tuple]:
         """Columns of each sample."""
