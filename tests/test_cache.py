@@ -84,25 +84,31 @@ def test_what_has_no_content_of_its_own_is_no_part_of_a_key():
         cache.key("papilla.nothing", 1)
 
 
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("copy") / "papilla"
+    return shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("data", "__pycache__"))
+
+
 @pytest.fixture
-def copy_of_package(tmp_path, monkeypatch):
-    """A copy of the sources that keys are made of; `edit(file, old, new)` changes it and forgets what was read."""
-    shutil.copytree(PACKAGE, tmp_path / "papilla", ignore=shutil.ignore_patterns("data", "__pycache__"))
-    monkeypatch.setattr(cache, "_ROOT", tmp_path / "papilla")
+def edit(sources, monkeypatch):
+    """`edit(file)` changes the file in a copy of the sources that keys are made of, and forgets what was read."""
+    monkeypatch.setattr(cache, "_ROOT", sources)
+    changed = {}
 
     def forget():
         for known in (cache._code, cache._source, cache._file):
             known.cache_clear()
 
-    def edit(name, old="", new=""):
-        file = tmp_path / "papilla" / name
-        text = file.read_text()
-        assert old in text
-        file.write_text(text.replace(old, new) if old else f"{text}\n# edited\n")
+    def change(name):
+        changed[name] = (sources / name).read_text()
+        (sources / name).write_text(changed[name] + "# edited\n")
         forget()
 
     forget()
-    yield edit
+    yield change
+    for name, text in changed.items():
+        (sources / name).write_text(text)
     monkeypatch.undo()
     forget()
 
@@ -120,18 +126,18 @@ BELOW = {
 
 
 @pytest.mark.parametrize("maker, thing", [(maker, thing) for maker, things in BELOW.items() for thing in things])
-def test_a_key_changes_with_all_the_code_that_the_result_runs_through(maker, thing, copy_of_package):
+def test_a_key_changes_with_all_the_code_that_the_result_runs_through(maker, thing, edit):
     before = cache.key(maker, 1)
     assert cache.key(maker, 1) == before
-    copy_of_package(Path(inspect.getfile(thing)).relative_to(PACKAGE))
+    edit(Path(inspect.getfile(thing)).relative_to(PACKAGE))
     assert cache.key(maker, 1) != before
 
 
 @pytest.mark.parametrize("name", ["estimators/__init__.py", "cli/main.py", "calibrate/report/__init__.py"])
 @pytest.mark.parametrize("maker", [SWEEP, REDUCED, MESH])
-def test_code_that_a_result_does_not_run_through_leaves_its_key(maker, name, copy_of_package):
+def test_code_that_a_result_does_not_run_through_leaves_its_key(maker, name, edit):
     before = cache.key(maker, 1)
-    copy_of_package(name)
+    edit(name)
     assert cache.key(maker, 1) == before
 
 
