@@ -100,3 +100,45 @@ def test_bytes_in_words(number, text):
 
 def test_this_machine_has_memory():
     assert memory.available_bytes() is None or memory.available_bytes() > 2**20
+
+
+def test_the_law_in_bytes():
+    """Its terms one by one: assembly, factor, scratch and pairs of patch nodes."""
+    assert memory.reduction_bytes(0, 0, 0) == 60e6
+    assert memory.reduction_bytes(1000, 0, 0) == 60e6 + 25e6
+    assert memory.reduction_bytes(0, 1000, 0) == pytest.approx(60e6 + 190e4 + 2300e3)
+    assert memory.reduction_bytes(0, 1000, 0, parities=4) == pytest.approx(60e6 + 4 * (190e4 + 2300e3))
+    assert memory.reduction_bytes(0, 0, 1000) == 60e6 + 800e6
+    assert memory.finite_bytes(1000, 1000, 10) == pytest.approx(60e6 + 85e6 + 190e4 + 2300e3 + 8 * 1e4)
+    assert memory.least_bytes(1000) == pytest.approx(memory.reduction_bytes(1000, 4800, 40))
+
+
+@pytest.mark.parametrize("parities, job", [(1, "factorising a mesh"), (4, "factorising 4 times a mesh")])
+def test_a_reduction_that_does_not_fit_names_a_size_that_does(monkeypatch, parities, job):
+    memory.refuse_reduction(10**9, 10**9, 10**5, 0, 0.7)
+    free = 4 * 2**30
+    monkeypatch.setattr(memory, "available_bytes", lambda: free)
+    cells, unknowns, columns = 300_000, 1_450_000, 1700
+    with pytest.raises(MemoryEstimateError) as refused:
+        memory.refuse_reduction(cells, unknowns, columns, parities, 0.2)
+    start = f"{job} of 300,000 tetrahedra (1,450,000 unknowns, size_mm 0.2) needs about "
+    assert str(refused.value).startswith(start)
+    ratio = float(str(refused.value).rpartition(" ")[2]) / 0.2
+    sizes = [(cells / r**3, unknowns / r**3, columns / r**2) for r in (ratio, 0.95 * ratio)]
+    fits, not_quite = (memory.reduction_bytes(*size, parities=parities) <= free for size in sizes)
+    assert fits and not not_quite
+
+
+def test_a_finite_press_that_does_not_fit_is_refused_and_one_that_does_is_not(monkeypatch):
+    monkeypatch.setattr(memory, "available_bytes", lambda: int(memory.finite_bytes(5000, 25_000, 100)))
+    memory.refuse_finite(5000, 24_999, 100, 0.7)
+    with pytest.raises(MemoryEstimateError, match="^pressing at finite strain a mesh of 5,000 tetrahedra"):
+        memory.refuse_finite(5000, 25_001, 100, 0.7)
+
+
+def test_where_nothing_would_do_no_size_is_named(monkeypatch):
+    monkeypatch.setattr(memory, "available_bytes", lambda: 1000)
+    with pytest.raises(MemoryEstimateError, match="no coarser mesh would do, free some memory$"):
+        memory.refuse_size("a job", 1.0, lambda ratio: 1e6 + 1 / ratio)
+    with pytest.raises(MemoryEstimateError, match="mesh with size_mm >= 99$"):
+        memory.refuse_size("a job", 1.0, lambda ratio: 98_000 / ratio)

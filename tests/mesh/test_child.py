@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import pytest
 from papilla.errors import FileAccessError, MeshError
 from papilla.mesh import child
 from papilla.mesh.child import tetrahedralise
+from papilla.mesh.worker import JOBS
 
 SOUP = {"vertices": np.zeros((4, 3))}
 CRASH = "import sys\nprint('first')\nsys.exit('out of luck at triangle 7')\n"
@@ -198,3 +200,27 @@ def test_heartbeat(worker, hanging):
     with pytest.raises(KeyboardInterrupt):
         tetrahedralise(SOUP, beat)
     assert all(line.startswith("meshing, ") and line.endswith(" s") for line in lines)
+
+
+def test_the_mesher_is_called_as_the_meshes_were_pinned(monkeypatch):
+    """Space around the soup included, edges and envelope in mm, sizes on the background grid, VTK's vertex order."""
+    asked = {}
+
+    def tetrahedralize(vertices, triangles, **options):
+        asked.update(options, vertices=vertices, triangles=triangles)
+        return np.eye(4, 3), np.array([[0, 1, 2, 3]])
+
+    monkeypatch.setitem(sys.modules, "pytetwild", SimpleNamespace(tetrahedralize=tetrahedralize))
+    names = ("vertices", "triangles", "far_mm", "envelope", "grid_points", "grid_tets", "grid_sizes")
+    soup = {name: np.array(float(number)) for number, name in enumerate(names)}
+    made = JOBS["tetrahedralise"](soup)
+    assert made["points"].shape == (4, 3) and made["tets"].tolist() == [[0, 1, 2, 3]]
+    assert {name: value for name, value in asked.items() if isinstance(value, bool)} == {
+        "optimize": True,
+        "disable_filtering": True,
+        "vtk_ordering": True,
+        "quiet": True,
+    }
+    numbers = {"edge_length_abs": 2, "epsilon": 3, "bg_vertices": 4, "bg_tets": 5, "bg_values": 6}
+    assert {name: float(asked[name]) for name in numbers} == numbers
+    assert asked["vertices"] == 0 and asked["triangles"] == 1 and asked["triangles"].dtype == np.int32

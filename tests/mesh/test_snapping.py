@@ -1,7 +1,9 @@
 """Relaxation of squeezed cells: better than before, constrained vertices stay put."""
 
 import numpy as np
+import pytest
 
+from papilla.errors import MeshError
 from papilla.finger import Dome
 from papilla.mesh.body import Body, Plane
 from papilla.mesh.cell_quality import dihedral_angles, mean_ratio
@@ -10,6 +12,9 @@ from papilla.mesh.surfaces import Ellipsoid
 from papilla.mesh.tagging import TaggedCells
 
 SHAPE = Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0))
+SURFACES = dict(
+    zip(("skin", "interface", "bone"), map(Ellipsoid, (SHAPE.outer, SHAPE.interface, SHAPE.bone)), strict=True)
+)
 EMPTY = np.empty((0, 3), dtype=int)
 REGULAR = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
 
@@ -39,9 +44,7 @@ def octahedron():
 
 
 def constraints_of(points, tets, base, skin=EMPTY):
-    ellipsoids = map(Ellipsoid, (SHAPE.outer, SHAPE.interface, SHAPE.bone))
-    surfaces = dict(zip(("skin", "interface", "bone"), ellipsoids, strict=True))
-    body = Body(surfaces, (Plane(2, 0.0, -1, "base"),), (), ())
+    body = Body(SURFACES, (Plane(2, 0.0, -1, "base"),), (), ())
     cells = TaggedCells(points, tets, np.zeros(len(tets)), {"skin": skin, "interface": EMPTY, "bone": EMPTY}, (base,))
     return Constraints(body, cells)
 
@@ -113,3 +116,32 @@ def test_constraints_move_onto_plane_and_surface():
     assert moved[4].tolist() == [0, 0, 0]
     assert moved[5].tolist() == [0, 0, 20]
     assert np.array_equal(moved[[0, 1, 2, 3, 6]], (points + [0, 0, 18.0])[[0, 1, 2, 3, 6]])
+
+
+def test_cells_are_poor_below_a_mean_ratio_of_a_tenth():
+    """The inner vertex sinks towards a face until its worst cell crosses 0.1; only then is it moved."""
+    points, tets = octahedron()
+    worst = {}
+    for height in np.linspace(0.0, 1 / 3, 60):
+        moved = points.copy()
+        moved[6] = height, height, 1 + height
+        quality = mean_ratio(moved, tets).min()
+        worst[float(quality)] = not np.array_equal(relax(moved, tets, constraints_of(moved, tets, EMPTY)), moved)
+    assert max(quality for quality, relaxed in worst.items() if relaxed and quality > 0) == pytest.approx(0.1, abs=0.03)
+    assert not any(relaxed for quality, relaxed in worst.items() if quality > 0.1)
+    assert all(relaxed for quality, relaxed in worst.items() if 0 < quality < 0.09)
+
+
+def test_surfaces_that_share_a_vertex_are_refused():
+    points, tets = octahedron()
+    on_surface = {"skin": np.array([[5, 0, 2]]), "interface": np.array([[5, 1, 3]]), "bone": EMPTY}
+    base = Plane(2, 0.0, -1, "base")
+    with pytest.raises(MeshError, match="two surfaces share a vertex"):
+        Constraints(Body(SURFACES, (base,), (), ()), TaggedCells(points, tets, np.zeros(8), on_surface, (EMPTY,)))
+
+
+def test_the_rim_of_a_surface_stays_in_the_base_plane():
+    points, tets = octahedron()
+    points = points + [10, 0, 0]
+    found = constraints_of(points, tets, np.array([[4, 4, 4]]), skin=np.array([[4, 4, 4]])).apply(points, np.arange(7))
+    assert found[4].tolist() == pytest.approx([24, 0, 0], abs=1e-12)
