@@ -216,7 +216,7 @@ def test_the_quadratic_and_its_inverse_on_the_rising_branch(c, d):
     forward = Quadratic(coefficients, np.ones(5), np.eye(5), 1.0, 2.0, ends, 40.0)
     low, high = inverse.modulus_MPa
     turn = -d / (2 * c)
-    assert (low, high) == (max(0.089, turn), 0.72) if c > 0 else (0.089, min(0.72, turn))
+    assert (low, high) == ((max(0.089, turn), 0.72) if c > 0 else (0.089, min(0.72, turn)))
     for force in (5.0, 20.0, 100.0):
         inner = np.linspace(low, high, 9)
         inner = inner[np.abs(inner - turn) > 1e-9]
