@@ -1,24 +1,23 @@
-"""What each rung is known to be off by, and costs, for one finger on one mesh: measured once, read by `auto`.
+"""What each fidelity is known to be off by, and costs, for one finger on one mesh: measured once, read by `auto`.
 
 Figures come from `pricing` (`papilla bench` calls it) and lie in the cache, by the content of finger,
 mesh and code. Those of the default finger on the mesh that ships with the package ship beside it.
 """
 
-import json
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
+from json import dumps
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass
 
 from papilla import cache
 from papilla.errors import FileAccessError, FileFormatError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER
-
-SCHEMA = "papilla.prices/1"
 
 QUANTITIES = ("sd", "indentation", "contact_area")
 """What errors are known of."""
@@ -28,8 +27,10 @@ MEASURED_BY = "papilla.fem.pressing.pricing"
 
 SHIPPED = DEFAULT_FINGER.parent / "default_prices.json"
 
+STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, config=STRICT)
 class Loss:
     """What one answer is off by against a better one: relative errors, signed, at each of `forces` (N), rising."""
 
@@ -37,6 +38,12 @@ class Loss:
     sd: tuple[float, ...]
     indentation: tuple[float, ...]
     contact_area: tuple[float, ...]
+
+    def __post_init__(self):
+        """Refuse tables of no two forces, of forces that do not rise, or with an error missing."""
+        lengths = {len(values) for values in (self.forces, self.sd, self.indentation, self.contact_area)}
+        if len(lengths) != 1 or len(self.forces) < 2 or list(self.forces) != sorted(set(self.forces)):
+            raise ValueError("two forces at least must rise, each with an error in each quantity")
 
     def at(self, force: float, quantity: str) -> float | None:
         """The larger size of the error at the two measured forces around `force` (N); None outside of them all."""
@@ -46,22 +53,22 @@ class Loss:
         return max(abs(error) for error in getattr(self, quantity)[right - 1 : right + 1])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=STRICT)
 class Cost:
-    """Seconds of a rung: before its first scene (assembly, factorisation, reduction), and for each."""
+    """Seconds of a fidelity: before its first scene (assembly, factorisation, reduction), and for each."""
 
     seconds_setup: float
     seconds_per_scene: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, config=STRICT)
 class Prices:
-    """What is known of the rungs of one finger on one mesh.
+    """What is known of the fidelities of one finger on one mesh.
 
     specimen : what was pressed, in words; it is the same in all measurements.
-    hertz : rung hertz against rung contact; mesh : rung contact against itself with elements of `finest_size_mm`;
-    small_strain : rung contact against rung finite.
-    costs : rung -> seconds, on the machine that measured.
+    hertz : hertz against contact; mesh : contact against itself with elements of `finest_size_mm`.
+    small_strain : contact against finite.
+    costs : fidelity -> seconds, on the machine that measured.
     """
 
     finger_name: str
@@ -74,24 +81,30 @@ class Prices:
     mesh: Loss
     small_strain: Loss
     costs: dict[str, Cost]
+    schema: Literal["papilla.prices/1"] = "papilla.prices/1"
 
-    def save(self, path) -> None:
+    def save(self, path: str | Path) -> None:
         """Write the prices as JSON, atomically; raises `FileAccessError`."""
         write_text(path, self.to_json())
 
     def to_json(self) -> str:
         """The prices as JSON text."""
-        return json.dumps({"schema": SCHEMA, **asdict(self)}, indent=1, allow_nan=False) + "\n"
+        return dumps(asdict(self), indent=1, allow_nan=False) + "\n"
 
     @classmethod
-    def load(cls, path) -> "Prices":
+    def load(cls, path: str | Path) -> "Prices":
         """Prices that `save` wrote; raises `FileAccessError`, or `FileFormatError` for anything else."""
         try:
-            return _read(json.loads(Path(path).read_text(encoding="utf-8")))
+            return _ADAPTER.validate_json(Path(path).read_bytes())
         except OSError as error:
             raise FileAccessError(f"cannot read prices {path}: {error.strerror}") from error
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-            raise FileFormatError(f"{path} does not hold prices of a finger ({error})") from error
+        except ValidationError as error:
+            fault = error.errors()[0]
+            place = ".".join(str(part) for part in fault["loc"])
+            raise FileFormatError(f"{path} does not hold prices of a finger ({place} {fault['msg']})") from error
+
+
+_ADAPTER = TypeAdapter(Prices)
 
 
 def keep(prices: Prices) -> None:
@@ -112,38 +125,5 @@ def known_prices(finger_sha256: str, mesh_sha256: str) -> Prices | None:
 @lru_cache(maxsize=64)
 def _found(finger_sha256: str, mesh_sha256: str, _folder: Path) -> Prices | None:
     kept = cache.find("prices", cache.key(MEASURED_BY, finger_sha256, mesh_sha256), report=True)
-    prices = Prices.load(SHIPPED) if kept is None else _read(json.loads(str(kept["json"])))
+    prices = Prices.load(SHIPPED) if kept is None else _ADAPTER.validate_json(str(kept["json"]))
     return prices if (prices.finger_sha256, prices.mesh_sha256) == (finger_sha256, mesh_sha256) else None
-
-
-def _read(document: dict[str, Any]) -> Prices:
-    if document.pop("schema") != SCHEMA:
-        raise FileFormatError(f"the schema is not {SCHEMA}")
-    for name in ("hertz", "mesh", "small_strain"):
-        document[name] = _loss(document[name])
-    document["costs"] = {rung: Cost(**_numbers(cost)) for rung, cost in document["costs"].items()}
-    document |= _numbers({key: document[key] for key in ("mesh_size_mm", "finest_size_mm")})
-    prices = Prices(**document)
-    names = (prices.finger_name, prices.finger_sha256, prices.mesh_sha256, prices.specimen)
-    if not all(isinstance(name, str) for name in names):
-        raise FileFormatError("a name or a hash is not a text")
-    return prices
-
-
-def _loss(table: dict[str, list]) -> Loss:
-    loss = Loss(**{key: tuple(_number(value) for value in values) for key, values in table.items()})
-    if len({len(values) for values in vars(loss).values()}) != 1 or len(loss.forces) < 2:
-        raise FileFormatError("each force needs an error in each quantity, and there are two forces at least")
-    if list(loss.forces) != sorted(set(loss.forces)):
-        raise FileFormatError("the forces do not rise")
-    return loss
-
-
-def _numbers(table: dict[str, Any]) -> dict[str, float]:
-    return {key: _number(value) for key, value in table.items()}
-
-
-def _number(value) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise FileFormatError(f"{value!r} is not a finite number")
-    return float(value)
