@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.discrete.elements import Space, parity_signs
+from papilla.fem.discrete.elements import Space, evaluated, fold, parity_signs
 from papilla.fem.pressing.press import Press
-from papilla.fem.reduction.finger_model import FingerModel, image_of
+from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh.layered import LayeredMesh
 
@@ -64,20 +64,14 @@ def receptive_fields(model: FingerModel) -> ReceptiveFields:
     mesh = model.mesh
     vertices = np.unique(mesh.boundaries["skin"])
     points = mesh.points[vertices]
-    cell_vertex, images = _fold(mesh, points, model.space.mesh.points)
-    at_vertices = model.space.displacement.nodal_dofs[0][cell_vertex]
-    adjoint = np.zeros((len(vertices), 3, len(model.finger.gauges)))
-    for parity, solution in model.gauge_adjoints().items():
-        signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
-        adjoint += solution[at_vertices] * signs[:, :, None]
+    adjoint = evaluated(model.space, mesh.mirrors, model.gauge_adjoints(), points)
     inward = -model.surfaces["skin"].normal(points)
     return ReceptiveFields(mesh, vertices, np.einsum("ki,kig->gk", inward, adjoint))
 
 
 def _fold(mesh: LayeredMesh, points: np.ndarray, cell_points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which of `cell_points` each point mirrors, and in which image (k, 2)."""
-    images = image_of(points, mesh.mirrors)
-    folded = points * np.column_stack([images, np.ones(len(images), dtype=int)])
+    folded, images = fold(points, mesh.mirrors)
     return cKDTree(cell_points).query(folded)[1], images
 
 

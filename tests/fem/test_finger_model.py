@@ -7,9 +7,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.fem import FingerModel, press, receptive_fields, recover
-from papilla.fem.discrete.elements import parity_signs
-from papilla.fem.discrete.locate import interpolation
-from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.discrete.elements import image_of, interpolation, parity_signs
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.fem.discrete.locate import interpolation, locate
+from papilla.fem.discrete.elements import interpolation, locate
 
 
 def quadratic(x):

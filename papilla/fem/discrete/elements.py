@@ -1,4 +1,4 @@
-"""The elements of the linear fidelities, by name: displacement nodes on the cell of a mesh, mirror planes, matrices.
+"""The elements of the linear fidelities: displacement nodes on the cell of a mesh, mirror planes, matrices, values.
 
 Displacement unknowns are numbered 3 * node + component; pressures, where an element has any, follow.
 """
@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet
 
 from papilla.errors import InputError
@@ -24,19 +25,36 @@ QUADRATURE_ORDER = 2
 SYMMETRIC = (1, 1)
 """The parity of fields that both mirrors leave alone."""
 
+CANDIDATES = 80
+"""Cells looked at for each point, nearest centroids first."""
 
-def parity_signs(parity: tuple[int, int], image: tuple[int, int]) -> np.ndarray:
-    """Factors (3,) that turn the displacement at a point of the cell into that at its mirror image.
+TOLERANCE = 0.25
+"""How negative the smallest barycentric coordinate may be before a point counts as outside the mesh."""
 
-    `parity` holds +1 (symmetric) or -1 (antisymmetric) for the mirrors in x = 0 and y = 0; `image` says, by -1,
-    which of them lead from the cell to the image.
+
+def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
+    """Signs (k, 2) of the mirror image of the cell that holds each point."""
+    images = np.ones((len(points), 2), dtype=int)
+    for axis in ("xyz".index(name) for name in mirrors):
+        images[points[:, axis] < 0, axis] = -1
+    return images
+
+
+def fold(points: np.ndarray, mirrors: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Points (k, 3) of the cell that mirror the given ones, and their images (k, 2)."""
+    images = image_of(points, mirrors)
+    return points * np.column_stack([images, np.ones(len(images), dtype=int)]), images
+
+
+def parity_signs(parity: tuple[int, int], images: np.ndarray | tuple[int, int]) -> np.ndarray:
+    """Factors (..., 3) that turn the displacement at points of the cell into that at their mirror images (..., 2).
+
+    `parity` holds +1 (symmetric) or -1 (antisymmetric) for the mirrors in x = 0 and y = 0; `images` say, by -1, which
+    of them lead from the cell to the image.
     """
-    signs = np.ones(3)
-    for axis in (0, 1):
-        if image[axis] < 0:
-            signs *= parity[axis]
-            signs[axis] *= -1
-    return signs
+    images = np.asarray(images)
+    factor = np.where(images < 0, parity, 1).prod(axis=-1)[..., None]
+    return factor * np.concatenate([images, np.ones_like(factor)], axis=-1).astype(float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,3 +349,52 @@ def space_of(element: str, cell: LayeredMesh) -> Space:
     if element not in ELEMENTS:
         raise InputError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     return ELEMENTS[element](cell)
+
+
+def interpolation(space: Space, points: np.ndarray) -> sp.csr_matrix:
+    """Matrix (k, nodes) that evaluates a component of the displacement at `points` (k, 3), in mm, of the cell.
+
+    Raises `InputError` for a point outside the mesh.
+    """
+    cells, local = locate(space, points)
+    columns = space.displacement.element_dofs.T[cells]
+    functions = range(columns.shape[1])
+    values = np.stack([space.displacement.elem.lbasis(local.T, i)[0] for i in functions], axis=1)
+    rows = np.repeat(np.arange(len(points)), len(functions))
+    return sp.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(len(points), space.nodes))
+
+
+def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cell number (k,) and reference coordinates (k, 3) of each point; raises `InputError` for one outside."""
+    corners = space.mesh.points[space.mesh.tets]
+    tree = cKDTree(corners.mean(axis=1))
+    count = min(CANDIDATES, len(corners))
+    candidates = tree.query(points, k=count)[1].reshape(len(points), count)
+    edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+    inverse = np.linalg.inv(edges)
+    local = np.einsum("kcij,kcj->kci", inverse[candidates], points[:, None] - corners[candidates, 0])
+    margin = np.minimum(local.min(axis=2), 1 - local.sum(axis=2))
+    best = margin.argmax(axis=1)
+    pick = np.arange(len(points))
+    worst = margin[pick, best]
+    if worst.min() < -TOLERANCE:
+        x, y, z = points[worst.argmin()]
+        raise InputError(f"point ({x:.3g}, {y:.3g}, {z:.3g}) mm lies outside the mesh")
+    return candidates[pick, best], local[pick, best]
+
+
+def evaluated(
+    space: Space, mirrors: tuple[str, ...], fields: Mapping[tuple[int, int], np.ndarray], points: np.ndarray
+) -> np.ndarray:
+    """Sum (k, 3, ...), at points (k, 3) of the finger, of displacement fields: parity -> (nodes of the cell, 3, ...).
+
+    Gauge points lie on the exact interface, up to a sagitta off the faceted one, and cell faces are hit at machine
+    precision: the cell that holds a point best is taken, and its polynomial is evaluated where the point is.
+    """
+    folded, images = fold(points, mirrors)
+    values = interpolation(space, folded)
+    parts = []
+    for parity, field in fields.items():
+        there = (values @ field.reshape(len(field), -1)).reshape(len(points), *field.shape[1:])
+        parts.append(there * parity_signs(parity, images).reshape(len(points), 3, *[1] * (field.ndim - 2)))
+    return np.sum(parts, axis=0)

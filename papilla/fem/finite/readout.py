@@ -1,4 +1,4 @@
-"""What the gauges of a finitely deformed finger read: true elongation of the chord, curvature as the linear rungs."""
+"""What the gauges of a finitely deformed finger read: true elongation of the chord, curvature as at small strain."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
-from papilla.fem.discrete.locate import interpolation
-from papilla.fem.reduction.finger_model import image_of
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, fold, interpolation, parity_signs
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals
 from papilla.finger import Finger
 from papilla.mesh.surfaces import Surface
@@ -32,11 +30,9 @@ class Readout:
         """That of a finger; raises `InputError` for a gauge off the mesh."""
         functionals = gauge_functionals(finger, interface)
         points = np.concatenate([functional.points for functional in functionals])
-        images = image_of(points, mirrors)
-        folded = points * np.column_stack([images, np.ones(len(points), dtype=int)])
-        signs = np.stack([parity_signs(SYMMETRIC, (int(x), int(y))) for x, y in images])
+        folded, images = fold(points, mirrors)
         feel = [quantity.finite for quantity in QUANTITIES.values() for _ in finger.gauges]
-        return cls(feel, functionals, interpolation(space, folded), signs)
+        return cls(feel, functionals, interpolation(space, folded), parity_signs(SYMMETRIC, images))
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
         """What the gauges feel (q, g) at a displacement (nodes of the cell, 3): `gauges.QUANTITIES`."""

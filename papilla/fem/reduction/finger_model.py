@@ -14,8 +14,7 @@ import scipy.sparse as sp
 from papilla import cache, checks
 from papilla.errors import InputError
 from papilla.fem.discrete.assembly import lame, restricted, scaled
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, parity_signs, space_of
-from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, fold, interpolation, parity_signs, space_of
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
@@ -184,12 +183,13 @@ class FingerModel:
         """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
         points = np.concatenate([functional.points for functional in functionals])
         weights = np.concatenate([functional.weights for functional in functionals])
-        images = image_of(points, self.mesh.mirrors)
-        signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
-        values = interpolation(self.space, points * np.column_stack([images, np.ones(len(points), dtype=int)]))
+        folded, images = fold(points, self.mesh.mirrors)
+        values = interpolation(self.space, folded)
         starts = np.cumsum([0] + [3 * len(functional.points) for functional in functionals])
         shape = (len(functionals), 3 * len(points))
-        pick = sp.csr_matrix(((weights * signs).ravel(), np.arange(3 * len(points)), starts), shape=shape)
+        pick = sp.csr_matrix(
+            ((weights * parity_signs(parity, images)).ravel(), np.arange(3 * len(points)), starts), shape=shape
+        )
         return pick @ sp.kron(values, sp.eye(3), format="csr")
 
     def _condense(self, loaded, parities, functionals) -> tuple[np.ndarray, np.ndarray]:
@@ -262,14 +262,6 @@ def _crossing(down: np.ndarray, level: np.ndarray) -> float:
     if level[k] > 0:
         return np.inf
     return float(np.interp(0.0, -level[k - 1 : k + 1], down[k - 1 : k + 1])) if k else float(down[0])
-
-
-def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
-    """Signs (k, 2) of the mirror image of the cell that holds each point."""
-    images = np.ones((len(points), 2), dtype=int)
-    for axis in ("xyz".index(name) for name in mirrors):
-        images[points[:, axis] < 0, axis] = -1
-    return images
 
 
 def _compressibility_ratio(layer: Layer) -> float:

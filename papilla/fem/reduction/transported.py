@@ -11,10 +11,9 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.fem.discrete.elements import parity_signs
-from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.elements import evaluated
 from papilla.fem.reduction.compliance import quadrature
-from papilla.fem.reduction.finger_model import FingerModel, image_of
+from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.patch import Frame, Patch, gap_of
 from papilla.units import to_microstrain
 
@@ -56,11 +55,4 @@ def _influence(model: FingerModel, adjoints: dict, place: float, points: np.ndar
     normal = frame.axes[2]
     on_skin = frame.origin + points @ frame.axes[:2]
     on_skin = on_skin - gap_of(skin, frame, on_skin)[:, None] * normal
-    images = image_of(on_skin, model.mesh.mirrors)
-    values = interpolation(model.space, on_skin * np.column_stack([images, np.ones(len(images), dtype=int)]))
-    total = np.zeros((len(on_skin), len(model.finger.gauges)))
-    for parity, field in adjoints.items():
-        inward = np.stack([-parity_signs(parity, tuple(image)) for image in images]) * normal
-        there = (values @ field.reshape(len(field), -1)).reshape(len(on_skin), 3, -1)
-        total = total + np.einsum("qi,qig->qg", inward, there)
-    return total
+    return -np.einsum("i,qig->qg", normal, evaluated(model.space, model.mesh.mirrors, adjoints, on_skin))

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import ELEMENTS, TaylorHood
-from papilla.fem.discrete.locate import interpolation
+from papilla.fem.discrete.elements import ELEMENTS, TaylorHood, interpolation
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build
