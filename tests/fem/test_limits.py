@@ -11,7 +11,6 @@ from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing import fidelity as choice
 from papilla.fem.pressing.hertz import hertz_table
 from papilla.finger import Dome, Finger
-from papilla.mesh.triangle_surface import TriangleSurface
 from papilla.references import hertz_sphere_at
 from papilla.specimen import Block, HalfSpace, Sphere
 from papilla.units import gf_to_newton
@@ -191,27 +190,28 @@ def test_a_skin_thinner_than_an_element_is_not_trusted(dome):
 
 def test_facets_of_a_skin_are_told(reference):
     plain = press(reference, BLOCK, force=gf_to_newton(5), fidelity="contact")
-    facetted = dataclasses.replace(reference, sagitta=0.012)
+    facetted = dataclasses.replace(reference, facets=0.012)
     found = press(facetted, BLOCK, force=gf_to_newton(5), fidelity="contact")
     assert found.status == plain.status + "; the facets of the skin stand 0.012 mm off it, 7 % of the indentation"
     assert "facets" not in press(facetted, BLOCK, force=gf_to_newton(60), fidelity="contact").status
 
 
-@pytest.mark.parametrize("edge", [0.8, 1.6])
-def test_sagitta_of_a_faceted_ball(coarse_model, edge):
-    """An icosphere of 25 mm: circumradius^2 / 2 R is how far its facets stand off."""
-    import pyvista
+def test_facets_of_the_users_surface_reach_the_reduced_finger(coarse_model, coarse):
+    class Facetted:
+        def __init__(self, skin):
+            self.skin = skin
 
-    ball = pyvista.Icosphere(radius=25.0, nsub=5 if edge < 1 else 4)
-    triangles = ball.regular_faces
-    skin = TriangleSurface(np.asarray(ball.points, float), np.asarray(triangles), -25.0, 1e-6)
-    corners = skin.vertices[triangles]
-    away = 25 - np.linalg.norm(corners.mean(axis=1), axis=1)
+        def __getattr__(self, name):
+            return getattr(self.skin, name)
+
+        def facet_deviation(self, around, reach):
+            assert np.allclose(around, [0, 0, 20]) and reach == 15 / 4
+            return 0.03
+
     model = FingerModel(coarse_model.finger, coarse_model.mesh)
-    assert model.reduce().sagitta == 0
-    model.surfaces = {**model.surfaces, "skin": skin}
-    frame = type("Frame", (), {"origin": np.array([0, 0, 25.0])})
-    assert model._sagitta(frame) == pytest.approx(away.mean(), rel=0.15)
+    model.surfaces = {**model.surfaces, "skin": Facetted(model.surfaces["skin"])}
+    model._factors = coarse_model._factors
+    assert coarse.facets == 0 and model.reduce().facets == 0.03
 
 
 # ---- Forces, depths and sizes at the end of the numbers

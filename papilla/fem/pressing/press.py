@@ -164,9 +164,9 @@ def linear_press(
     doubts, strain = [status], own / reduced.strained_depth
     if strain > SMALL_STRAIN:
         doubts.append(f"a layer is strained by {100 * strain:.0f} %, too much for linear elasticity: see press_finite")
-    if reduced.sagitta > FACETS * values["indentation"]:
-        share = 100 * reduced.sagitta / values["indentation"]
-        doubts.append(f"the facets of the skin stand {reduced.sagitta:.2g} mm off it, {share:.0f} % of the indentation")
+    if reduced.facets > FACETS * values["indentation"]:
+        share = 100 * reduced.facets / values["indentation"]
+        doubts.append(f"the facets of the skin stand {reduced.facets:.2g} mm off it, {share:.0f} % of the indentation")
     if reduced.skin_thickness < patch.finest_edge:
         coarse = f"{patch.finest_edge:.2g} mm elements are too coarse for a skin of {reduced.skin_thickness:.2g} mm"
         doubts.append(f"not to be trusted: {coarse}")

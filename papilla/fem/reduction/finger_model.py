@@ -24,8 +24,7 @@ from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
-from papilla.mesh.surfaces import surfaces_of
-from papilla.mesh.triangle_surface import TriangleSurface
+from papilla.mesh.surfaces import facet_deviation, surfaces_of
 
 INCOMPRESSIBLE = 1e-7
 """Of mu/lambda, below which the pressure block is too empty to factor and a stabilised one is factored instead."""
@@ -85,7 +84,7 @@ class FingerModel:
             rows=rows.reshape(len(QUANTITIES), len(gauges), -1),
             weights=gauge_weights(self.finger),
             layers=self._layers_below(loaded.frame),
-            sagitta=self._sagitta(loaded.frame),
+            facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
             element=self.space.name,
         )
 
@@ -216,20 +215,6 @@ class FingerModel:
         depths = np.minimum([*ends, base][: len(moduli)], base)
         thickness = np.diff(np.maximum.accumulate(np.append(0, depths)))
         return np.column_stack([thickness, moduli])[thickness > 0]
-
-    def _sagitta(self, frame: Frame) -> float:
-        """How far (mm) the facets of a triangulated skin stand off what they stand for where it is touched: the mean of
-        radius^2 times curvature over 2, a facet's being its circumcircle's and that of the normals at its corners."""
-        skin = self.surfaces["skin"]
-        if not isinstance(skin, TriangleSurface):
-            return 0.0
-        corners = skin.vertices[skin.triangles]
-        away = np.linalg.norm(corners.mean(axis=1) - frame.origin, axis=1)
-        corners = corners[away <= max(self.finger.patch_radius / 4, np.partition(away, 8)[8])]
-        normals = skin.normal(corners.reshape(-1, 3)).reshape(-1, 3, 3)
-        edges, turns = (part - np.roll(part, 1, axis=1) for part in (corners, normals))
-        curvature = (edges * turns).sum(axis=(1, 2)) / (edges**2).sum(axis=(1, 2))
-        return float(np.mean((edges**2).sum(axis=(1, 2)) / 9 * np.abs(curvature) / 2))
 
 
 def prepare(

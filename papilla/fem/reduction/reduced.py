@@ -29,7 +29,7 @@ class ReducedFinger:
     weights : (q, g) of the quantities in a reading.
     layers : (k, 2) thickness (mm) and Young's modulus (MPa) of the layers below the touch-down point, the skin first.
     outer_modulus : E / (1 - nu^2) of the outer layer, MPa: what a vanishing contact feels.
-    sagitta : how far (mm) the facets of a triangulated skin stand off the surface that they stand for.
+    facets : how far (mm) the facets of a triangulated skin lie off the smooth surface that they stand for.
     element : that the finger was solved with.
     """
 
@@ -46,7 +46,7 @@ class ReducedFinger:
     rows: np.ndarray
     weights: np.ndarray
     layers: np.ndarray
-    sagitta: float = 0.0
+    facets: float = 0.0
     element: str = "Taylor-Hood"
 
     def __repr__(self) -> str:
@@ -115,7 +115,7 @@ class ReducedFinger:
             "at": list(self.at),
             "gauge_names": list(self.gauge_names),
             "outer_modulus": self.outer_modulus,
-            "sagitta": self.sagitta,
+            "facets": self.facets,
             "element": self.element,
         }
         arrays = {name: getattr(self, name) for name in _ARRAYS}
