@@ -15,7 +15,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from papilla import cache
-from papilla.errors import FileAccessError, FileFormatError
+from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER
 
@@ -43,7 +43,7 @@ class Loss:
         """Refuse tables of no two forces, of forces that do not rise, or with an error missing."""
         lengths = {len(values) for values in (self.forces, self.sd, self.indentation, self.contact_area)}
         if len(lengths) != 1 or len(self.forces) < 2 or list(self.forces) != sorted(set(self.forces)):
-            raise ValueError("two forces at least must rise, each with an error in each quantity")
+            raise InputError("two forces at least must rise, each with an error in each quantity")
 
     def at(self, force: float, quantity: str) -> float | None:
         """The larger size of the error at the two measured forces around `force` (N); None outside of them all."""
