@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
-from papilla.cli.paths import design_files, keep_inputs
+from papilla.cli.paths import about, design_files, keep_inputs
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -37,16 +37,19 @@ def calibrate(
     log = read_bench(bench) if bench else None
     for note in log.notes if log is not None else ():
         say(f"{bench}: {note}")
-    check_writable(out)
+    if log is None:
+        check_writable(out)
 
     from papilla.calibrate import job
 
     with progress() as shown:
-        if log is None:
+        if log is None or bench is None:
             design = design or Finger.default()
             done = job.calibrate_finger(design, progress=shown.line, steps=shown.steps)
         else:
-            done = job.calibrate_bench(log, design)
+            with about(bench):
+                done = job.calibrate_bench(log, design)
+            check_writable(out)
         _write(done, design, paths, watch, shown)
     summary = _summary(done, paths, watch.seconds)
     if as_json:

@@ -1,7 +1,8 @@
 """A command's inputs stay what they are: an output that is one of them is refused before any work."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,15 @@ def design_files(finger: Path | None, design: "Finger") -> list[Path | str | Non
     from papilla.finger import Surfaces
 
     return [finger, *(vars(design.shape).values() if isinstance(design.shape, Surfaces) else ())]
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Bad input that is found while the content of a file is used names the file, as that found while reading does."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
 
 
 def _same(one: Path, other: Path) -> bool:

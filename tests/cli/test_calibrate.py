@@ -95,6 +95,9 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
         (["--bench", "nowhere.csv"], "cannot read nowhere.csv"),
         (["--bench", "nan.csv"], "nan.csv, line 5, column g2: expected a finite number, got nan"),
         (["--bench", "one.csv"], "one.csv has one row"),
+        (["--bench", "soft.csv"], "soft.csv: "),
+        (["--bench", "equal.csv"], "equal.csv: "),
+        (["--bench", "beside.csv"], "beside.csv: the presses differ in x_mm"),
         (["--out", "file.txt"], "cannot write to folder file.txt: File exists"),
         (["--out", "file.txt/below"], "cannot write to folder file.txt/below: Not a directory"),
     ],
@@ -104,5 +107,9 @@ def test_unusable_input(refused, tmp_path, options, message):
     columns["g2"][3] = np.nan
     write_table(tmp_path / "nan.csv", columns)
     write_table(tmp_path / "one.csv", {name: values[:1] for name, values in columns.items()})
+    columns = bench_columns()
+    write_table(tmp_path / "soft.csv", columns | {"modulus_MPa": np.full(36, 0.1)})
+    write_table(tmp_path / "equal.csv", columns | {f"g{k}": np.ones(36) for k in range(1, 6)})
+    write_table(tmp_path / "beside.csv", columns | {"x_mm": np.arange(36.0), "y_mm": np.zeros(36)})
     (tmp_path / "file.txt").write_text("")
     assert message in refused("calibrate", *options)
