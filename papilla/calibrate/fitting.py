@@ -9,7 +9,7 @@ import numpy as np
 
 from papilla import __version__
 from papilla.calibrate.press_table import Sweep
-from papilla.calibrate.regression import fit_quadratic
+from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface
 from papilla.errors import InputError

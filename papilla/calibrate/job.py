@@ -100,7 +100,7 @@ def calibrate_finger(
     return Calibrated(calibration, presses, recover(calibration, reduced), reduced)
 
 
-def calibrate_bench(log: BenchLog, finger: Finger | None = None) -> Calibrated:
+def calibrate_measured(log: BenchLog, finger: Finger | None = None) -> Calibrated:
     """A calibration from measured presses, checked on these presses themselves.
 
     finger : the design that was pressed. Raises `InputError` where it has another number of gauges than the log, and

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from papilla.calibrate.fitting import provenance
-from papilla.calibrate.regression import fit_quadratic
+from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import (
     CELLS_PER_VALUE,
     FEW_VALUES,

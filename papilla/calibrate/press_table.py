@@ -1,6 +1,5 @@
 """A table of presses over force and modulus: what a calibration is fitted to."""
 
-import csv
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -12,7 +11,7 @@ from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
 from papilla.specimen import THICKNESS_MM, Block, Specimen
-from papilla.tables import read_table, write_table
+from papilla.tables import write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
 """Moduli of the published silicone specimens."""
@@ -24,7 +23,10 @@ SCHEMA = "papilla.sweep/1"
 NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
 
 
-@dataclass(frozen=True, eq=False)
+ORIGIN = ("finger_name", "finger_sha256", "mesh_sha256", "mesh_size_mm")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
     """A labelled table of n presses, g gauges.
 
@@ -59,12 +61,16 @@ class Sweep:
     def __len__(self) -> int:
         return len(self.force_N)
 
+    def __repr__(self) -> str:
+        force, modulus = (f"{values.min():g}-{values.max():g}" for values in (self.force_N, self.modulus_MPa))
+        return f"<Sweep of {self.finger_name or 'a finger'}: {len(self)} presses, {force} N, {modulus} MPa>"
+
     @property
     def valid(self) -> np.ndarray:
         """(n,) bool: rows that hold readings."""
         return np.isfinite(self.sd_microstrain) & np.isfinite(self.reading).all(axis=1)
 
-    def to_csv(self, path) -> None:
+    def to_csv(self, path: str | Path) -> None:
         """Write sweep.csv: force_N, modulus_MPa, g1, ..., sd_microstrain, indentation_mm, ..., status; atomically.
 
         Gauge columns are g1, g2, ... in the order of the gauges. Raises `FileAccessError`.
@@ -75,29 +81,6 @@ class Sweep:
         columns |= gauges | {name: getattr(self, name) for name in rest}
         columns |= {"resolved": self.resolved.astype(int), "status": self.status}
         write_table(path, columns)
-
-    @classmethod
-    def from_csv(cls, path) -> "Sweep":
-        """Read what `to_csv` wrote; finger, mesh and specimen are not in the file and stay empty.
-
-        Raises `FileAccessError` or `FileFormatError`.
-        """
-        path = Path(path)
-        table = read_table(path, lambda name: name != "status")
-        missing = [name for name in (*NUMBERS, "g1", "resolved") if name not in table.columns]
-        if missing or "status" not in table.ignored:
-            raise FileFormatError(f"{path} is not a sweep: column {(*missing, 'status')[0]} is missing")
-        gauges = [name for name in table.columns if name[0] == "g" and name[1:].isdigit()]
-        with open(path, encoding="utf-8-sig", newline="") as stream:
-            status = tuple(row["status"] for row in csv.DictReader(stream, strict=True))
-        numbers: dict = {name: table.columns[name] for name in NUMBERS}
-        return cls(
-            **numbers,
-            reading=np.column_stack([table.columns[name] for name in gauges]),
-            resolved=table.columns["resolved"] == 1,
-            status=status,
-            gauge_names=tuple(gauges),
-        )
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Everything as named arrays, ready for `numpy.savez` or the cache."""
@@ -144,7 +127,7 @@ def sweep(
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
     moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
-    make = _maker(specimen)
+    make = specimen if not isinstance(specimen, Specimen) else lambda modulus: replace(specimen, modulus=modulus)
     rows: list[tuple] = []
     for modulus in moduli:
         touched, start = make(modulus), None
@@ -160,23 +143,14 @@ def sweep(
                 rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
             if progress is not None:
                 progress(len(rows), len(moduli) * len(forces))
-    force_N, modulus_MPa, reading, sd, indentation, area, peak, resolved, status = zip(*rows, strict=True)
+    names = ("force_N", "modulus_MPa", "reading", *NUMBERS[2:], "resolved")
+    *columns, status = zip(*rows, strict=True)
+    values: dict = {name: np.array(column) for name, column in zip(names, columns, strict=True)}
     return Sweep(
-        force_N=np.array(force_N),
-        modulus_MPa=np.array(modulus_MPa),
-        reading=np.array(reading),
-        sd_microstrain=np.array(sd),
-        indentation_mm=np.array(indentation),
-        contact_area_mm2=np.array(area),
-        peak_pressure_MPa=np.array(peak),
-        resolved=np.array(resolved),
+        **values,
         status=status,
-        gauge_names=reduced.gauge_names,
         specimen=_in_words(make(moduli[0])),
-        finger_name=reduced.finger_name,
-        finger_sha256=reduced.finger_sha256,
-        mesh_sha256=reduced.mesh_sha256,
-        mesh_size_mm=reduced.mesh_size_mm,
+        **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN)},
     )
 
 
@@ -188,13 +162,6 @@ def _rising(name: str, values: Sequence[float]) -> list[float]:
         if one == other:
             raise InputError(f"{name} {one:g} occurs twice in the sweep")
     return numbers
-
-
-def _maker(specimen: Specimen | Callable[[float], Specimen]) -> Callable[[float], Specimen]:
-    """Specimen of a modulus."""
-    if isinstance(specimen, Specimen):
-        return lambda modulus: replace(specimen, modulus=modulus)
-    return specimen
 
 
 def _in_words(touched: Specimen) -> str:

@@ -17,13 +17,12 @@ import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
-    PlainSerializer,
     ValidationError,
     model_validator,
 )
+from pydantic_core import core_schema
 
 from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
@@ -136,26 +135,50 @@ def _same(expected, value):
     return value
 
 
-def _array(gaps: bool, values) -> np.ndarray:
-    """Nested lists of numbers as an array; with `gaps`, null stands for NaN, which JSON has not."""
-    if isinstance(values, np.ndarray):
-        return values
-    found = np.array(values, dtype=object)
-    flat = [math.nan if value is None and gaps else value for value in found.ravel().tolist()]
-    if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
-        raise InputError("must be a list of numbers, each row as long as the others")
-    numbers = np.array(flat, dtype=float).reshape(found.shape)
-    if not (gaps or np.isfinite(numbers).all()) or np.isinf(numbers).any():
-        raise InputError("must hold finite numbers alone")
-    return numbers
+class _Numbers:
+    """Nested lists of finite numbers as an array of a shape (any, where it is empty).
+
+    gaps : null stands for NaN, which JSON has not.
+    """
+
+    def __init__(self, *shape: int, gaps: bool = False):
+        self._shape, self._gaps = shape, gaps
+
+    def __get_pydantic_core_schema__(self, source, handler):
+        written = core_schema.plain_serializer_function_ser_schema(_lists)
+        return core_schema.no_info_plain_validator_function(self._array, serialization=written)
+
+    def _array(self, values) -> np.ndarray:
+        if isinstance(values, np.ndarray):
+            return values
+        found = np.array(values, dtype=object)
+        flat = [math.nan if value is None and self._gaps else value for value in found.ravel().tolist()]
+        if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
+            raise InputError("must be a list of numbers, each row as long as the others")
+        numbers = np.array(flat, dtype=float).reshape(found.shape)
+        if np.isinf(numbers).any() or (np.isnan(numbers).any() and not self._gaps):
+            raise InputError("must hold finite numbers alone")
+        return _shaped(numbers, self._shape or numbers.shape)
+
+
+def _shaped(array: np.ndarray, shape: tuple[int, ...], name: str = "") -> np.ndarray:
+    if array.shape != shape:
+        raise InputError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers".strip())
+    return array
+
+
+def _not_negative(array: np.ndarray) -> np.ndarray:
+    if (array < 0).any():
+        raise InputError("must not be negative")
+    return array
 
 
 def _lists(array: np.ndarray):
     return [_lists(row) if row.ndim else None if np.isnan(row) else row.item() for row in array]
 
 
-Numbers = Annotated[np.ndarray, BeforeValidator(partial(_array, False)), PlainSerializer(_lists)]
-Gaps = Annotated[np.ndarray, BeforeValidator(partial(_array, True)), PlainSerializer(_lists)]
+Numbers = Annotated[np.ndarray, _Numbers()]
+Gaps = Annotated[np.ndarray, _Numbers(gaps=True)]
 Interval = Annotated[tuple[float, float], Field(strict=False)]
 Texts = Annotated[tuple[str, ...], Field(strict=False)]
 AtLeast0 = Annotated[float, Field(ge=0)]
@@ -166,9 +189,7 @@ class _Part(BaseModel):
 
     def _check(self, name: str, *shape: int) -> np.ndarray:
         """The numbers of a field; `InputError` where they have another shape."""
-        if (array := getattr(self, name)).shape != shape:
-            raise InputError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers")
-        return array
+        return _shaped(getattr(self, name), shape, name)
 
     def _kept(self, *left_out: str) -> dict:
         return {name: getattr(self, name) for name in type(self).model_fields if name not in left_out}
@@ -181,36 +202,23 @@ class _Forward(_Part):
     form: Literal["quadratic"] = "quadratic"
     terms: Annotated[list, AfterValidator(partial(_same, list(FORWARD_TERMS)))] = list(FORWARD_TERMS)
     units: Annotated[dict, AfterValidator(partial(_same, UNITS))] = UNITS
-    coefficients: Numbers
-    stderr: Gaps
-    covariance: Gaps
+    coefficients: Annotated[np.ndarray, _Numbers(5)]
+    stderr: Annotated[np.ndarray, _Numbers(5, gaps=True), AfterValidator(_not_negative)]
+    covariance: Annotated[np.ndarray, _Numbers(5, 5, gaps=True)]
     rms: AtLeast0
     max: AtLeast0
     modulus_MPa: Interval
     condition: AtLeast0
     notes: Texts
 
-    @model_validator(mode="after")
-    def _shapes(self):
-        for name, shape in (("coefficients", (5,)), ("stderr", (5,)), ("covariance", (5, 5))):
-            self._check(name, *shape)
-        if (self.stderr < 0).any():
-            raise InputError("stderr must not be negative")
-        return self
-
 
 class _Inverse(_Part):
     form: str = "E = branch * sqrt(terms) - shift"
     terms: Annotated[list, AfterValidator(partial(_same, list(INVERSE_TERMS)))] = list(INVERSE_TERMS)
-    coefficients: Numbers
+    coefficients: Annotated[np.ndarray, _Numbers(4)]
     shift: float
     branch: Literal[-1, 1]
     modulus_MPa: Interval | None
-
-    @model_validator(mode="after")
-    def _shapes(self):
-        self._check("coefficients", 4)
-        return self
 
 
 class _Uncertainty(_Part):
@@ -219,7 +227,7 @@ class _Uncertainty(_Part):
     fit_factor: AtLeast0
     fit_max: AtLeast0
     scatter_force_N: Numbers
-    scatter: Numbers
+    scatter: Annotated[Numbers, AfterValidator(_not_negative)]
     scatter_factor: AtLeast0
     meshes: Annotated[int, Field(ge=0)]
 
@@ -228,8 +236,7 @@ class _Uncertainty(_Part):
         forces = self._check("scatter_force_N", self.scatter_force_N.size)
         if not len(forces) or (forces <= 0).any() or (np.diff(forces) <= 0).any():
             raise InputError("scatter_force_N must rise and be above 0")
-        if (self._check("scatter", len(forces)) < 0).any():
-            raise InputError("scatter must not be negative")
+        self._check("scatter", len(forces))
         return self
 
     @property
@@ -309,17 +316,12 @@ class _Softness(_Part):
     position: _Position | None = None
 
 
-class _Domain(_Part):
-    force_N: Interval
-    modulus_MPa: Interval
-
-
 class _File(_Part):
     schema_: Annotated[str, AfterValidator(partial(_same, SCHEMA))] = Field(SCHEMA, alias="schema")
     finger: dict[str, Any]
     mesh: dict[str, Any]
     softness: _Softness
-    domain: _Domain
+    domain: dict[str, Interval]
     provenance: dict[str, Any]
     notes: Texts
 
@@ -328,7 +330,7 @@ class _File(_Part):
         position, surface, gauges = self.softness.position, self.softness.surface, len(self.softness.gauges)
         if position is not None and position.gauges != gauges:
             raise InputError(f"softness.position must hold {gauges} gauges")
-        if (self.domain.force_N, self.domain.modulus_MPa) != (surface.force_N, surface.modulus_MPa):
+        if self.domain != {"force_N": surface.force_N, "modulus_MPa": surface.modulus_MPa}:
             raise InputError("domain differs from that of softness.surface")
         return self
 

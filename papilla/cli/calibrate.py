@@ -48,7 +48,7 @@ def calibrate(
             done = job.calibrate_finger(design, progress=shown.line, steps=shown.steps)
         else:
             with about(bench):
-                done = job.calibrate_bench(log, design)
+                done = job.calibrate_measured(log, design)
             check_writable(out)
         _write(done, design, paths, watch, shown)
     summary = _summary(done, paths, watch.seconds)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import fit_bench
-from papilla.calibrate.job import calibrate_bench
-from papilla.calibrate.regression import fit_quadratic
+from papilla.calibrate.job import calibrate_measured
+from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -215,9 +215,9 @@ def test_logs_of_another_sensor_are_refused(truth):
         fit_bench(shifted)
     finger = Finger.default()
     with pytest.raises(InputError, match=r"the log has 5 gauges \(g1, g2, g3, g4, g5\), the finger .* has 3"):
-        calibrate_bench(log, replace(finger, gauges=finger.gauges[:3]))
+        calibrate_measured(log, replace(finger, gauges=finger.gauges[:3]))
 
 
 def test_the_recovery_of_a_log_counts_its_answers(truth):
-    recovery = calibrate_bench(log_of(truth, noise=0.01)).recovery
+    recovery = calibrate_measured(log_of(truth, noise=0.01)).recovery
     assert recovery.answered == np.isfinite(recovery.recovered_MPa).sum() < len(recovery.error)

@@ -7,7 +7,7 @@ import numpy as np
 
 from papilla.calibrate.job import Calibrated
 from papilla.calibrate.press_table import Sweep
-from papilla.calibrate.published import SPECIMENS_MPA
+from papilla.calibrate.published_form import SPECIMENS_MPA
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.units import gf_to_newton, newton_to_gf
 

@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 from papilla import fem, mesh, view
 from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
 from papilla.calibrate.press_table import Sweep, default_specimen
-from papilla.calibrate.published import (
+from papilla.calibrate.published_form import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import fit
-from papilla.calibrate.published import (
+from papilla.calibrate.published_form import (
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
     compare,
