@@ -71,6 +71,9 @@ def strain_picture(
         picture = content(strain_figure(field, reduced, press, specimen, finger), kind, DPI)
         return {kind: np.frombuffer(picture, dtype=np.uint8)}
 
+    if not type(specimen).__module__.startswith("papilla."):
+        # Nobody knows what the code of the user's own specimen depends on.
+        return draw()[kind].tobytes()
     scene = (finger.sha256, reduced.to_arrays(), specimen, press.fidelity, press.force, press.pressure)
     key = cache.key(__name__, kind, *scene)
     return cache.fetch("picture", key, draw)[kind].tobytes()
