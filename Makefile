@@ -22,8 +22,12 @@ help:
 calibrate: $(VENV)/.runtime
 	$(BIN)/papilla calibrate
 
+# Two processes of one thread each use two cores better than one process of two threads.
+JOBS ?= 2
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1
+
 test: lint
-	$(BIN)/python -m pytest
+	$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses $(JOBS) --dist loadscope
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
