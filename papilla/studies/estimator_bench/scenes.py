@@ -4,7 +4,7 @@ Synthetic on purpose: the truth is exact and a Cramér-Rao bound exists. The sig
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -187,9 +187,3 @@ def scene(
     noise_sd = 10 ** (-checks.finite("snr_dB", snr_dB) / 20)
     readings = signal + noise_sd * rng.standard_normal(signal.shape)
     return Scene(name, time, velocity, position, signal, readings, wavelength, noise_sd, rate)
-
-
-def renoised(source: Scene, seed: int) -> Scene:
-    """The same scene with other noise."""
-    noise = np.random.default_rng(seed).standard_normal(source.signal.shape)
-    return replace(source, readings=source.signal + source.noise_sd * noise)
