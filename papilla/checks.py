@@ -1,7 +1,7 @@
 """Validation at the boundary: each check returns the value as a float or raises `InputError` with one clear line."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from papilla.errors import InputError
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-def finite(name: str, value) -> float:
+def finite(name: str, value: Any) -> float:
     """The value as a finite float; raises `InputError` for text, NaN and infinities."""
     if value is None or isinstance(value, bool | str):
         raise InputError(f"{name} must be a number, got {value!r}")
@@ -22,7 +22,7 @@ def finite(name: str, value) -> float:
     return number
 
 
-def positive(name: str, value) -> float:
+def positive(name: str, value: Any) -> float:
     """The value as a float > 0."""
     number = finite(name, value)
     if number <= 0:
@@ -30,7 +30,7 @@ def positive(name: str, value) -> float:
     return number
 
 
-def within(name: str, value, low: float, high: float) -> float:
+def within(name: str, value: Any, low: float, high: float) -> float:
     """The value as a float in the closed interval [low, high]."""
     number = finite(name, value)
     if not low <= number <= high:
@@ -49,6 +49,6 @@ def believable(values: "np.ndarray") -> "np.ndarray":
     return np.where(np.abs(values) <= LARGEST, values, np.nan)
 
 
-def poisson(name: str, value) -> float:
+def poisson(name: str, value: Any) -> float:
     """A Poisson's ratio in [0, 0.5]; 0.5 exactly is the incompressible limit and allowed."""
     return within(name, value, 0.0, 0.5)

@@ -201,7 +201,7 @@ def _texts(values: Sequence | np.ndarray) -> list[str]:
     return [_text(value) for value in (values.tolist() if isinstance(values, np.ndarray) else values)]
 
 
-def _text(value) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, float):
         return "" if value != value else float.__repr__(value)
     return str(value)

@@ -3,7 +3,7 @@
 import re
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -114,10 +114,16 @@ def _noise(recorded: "TimeLogFile") -> dict[str, float]:
     }
 
 
-def _pipeline(recorded: "TimeLogFile", record, noise, wavelengths, saturation) -> "Pipeline":
+def _pipeline(
+    recorded: "TimeLogFile",
+    record: "Calibration | None",
+    noise: dict[str, Any],
+    wavelengths: tuple[float, float] | None,
+    saturation: float | None,
+) -> "Pipeline":
     from papilla.estimators import Pipeline
 
-    options = {} if wavelengths is None else {"wavelength_range_mm": wavelengths}
+    options: dict[str, Any] = {} if wavelengths is None else {"wavelength_range_mm": wavelengths}
     if saturation is not None:
         options["saturation"] = saturation
     return Pipeline(

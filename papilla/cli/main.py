@@ -6,6 +6,7 @@ import traceback
 import warnings
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -119,7 +120,7 @@ def _drop_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _warn(message, *_place, **_more) -> None:
+def _warn(message: Warning | str, *_place: Any, **_more: Any) -> None:
     print("papilla: warning:", plain(str(message)), file=sys.stderr)
 
 

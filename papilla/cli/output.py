@@ -7,9 +7,10 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
     from rich.table import Table
 
 
@@ -70,9 +71,9 @@ def show_table(table: "Table") -> None:
 class Progress:
     """Shows the stage that a long job is in, and how far it got; `line` and `steps` are handed to the library."""
 
-    def __init__(self, bar) -> None:
+    def __init__(self, bar: "Bar | None") -> None:
         self._bar = bar
-        self._task = bar.add_task("", total=None) if bar is not None else None
+        self._task: Any = bar.add_task("", total=None) if bar is not None else None
         self._stage = ""
 
     def line(self, text: str) -> None:
@@ -121,7 +122,7 @@ class Stopwatch:
         return time.perf_counter() - self._began
 
 
-def _finite(value):
+def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -22,7 +22,9 @@ def contact_frame(finger: Finger, at: tuple[float, float]) -> Frame:
     return Frame.at(surfaces_of(finger)["skin"], *at)
 
 
-def specimen_solid(specimen: Specimen, field: Field, frame: Frame, press: Press, half_width: float, scale: float):
+def specimen_solid(
+    specimen: Specimen, field: Field, frame: Frame, press: Press, half_width: float, scale: float
+) -> pv.PolyData:
     """The specimen's closed surface; where the finger bulges into it, its face follows the skin.
 
     `scale` multiplies the approach, as it does the finger's displacement.
