@@ -1,12 +1,12 @@
 """The calibration record (NumPy; pydantic to load a file): `papilla.calibrate` makes it, estimators use it."""
 
-from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import (
     IDENTIFIABLE,
     LEVEL,
     NORMAL_FACTOR,
     GaugeSurface,
+    PositionTerms,
     SdSurface,
     SoftnessStatus,
     Uncertainty,

@@ -24,9 +24,8 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
-from papilla.calibration.readouts import LEVEL, GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
 from papilla.calibration.record import Calibration
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError

@@ -14,9 +14,15 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibration.position import PositionTerms
 from papilla.calibration.quadratic import Quadratic, QuadraticInverse
-from papilla.calibration.readouts import IDENTIFIABLE, NORMAL_FACTOR, GaugeSurface, SdSurface, SoftnessStatus
+from papilla.calibration.readouts import (
+    IDENTIFIABLE,
+    NORMAL_FACTOR,
+    GaugeSurface,
+    PositionTerms,
+    SdSurface,
+    SoftnessStatus,
+)
 from papilla.errors import InputError
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.job import Calibrated, Recovery, calibrate_measured
-from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, slopes, statuses
+from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
 from papilla.calibrate.report.page import number, plain, symbols, write_report
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
@@ -175,6 +175,24 @@ def test_the_map_answers_with_the_truth_where_it_answers(calibration):
     assert set(np.unique(answers.status)) <= {SoftnessStatus.OK, SoftnessStatus.NOT_IDENTIFIABLE}
     assert answers.identified.mean() > 0.5
     assert (answers.relative_sigma[answers.identified] <= 0.5).all()
+
+
+def test_the_hardest_modulus_that_can_be_told(calibration):
+    answers = AnswerMap.of(calibration)
+    force, hardest, sigma = answers.hardest()
+    row = np.flatnonzero(answers.force_N == force)[0]
+    assert 0.05 < force < 1 and hardest == answers.modulus_MPa[answers.identified[row]].max()
+    assert sigma == answers.relative_sigma[row, np.flatnonzero(answers.modulus_MPa == hardest)[0]]
+    assert answers.share == answers.identified.mean()
+    assert (answers.force_N[[0, -1]] == calibration.domain["force_N"]).all()
+    nothing = replace(answers, status=np.full_like(answers.status, SoftnessStatus.NOT_IDENTIFIABLE))
+    assert nothing.hardest()[1] is None and nothing.share == 0
+
+
+def test_provenance_names_all_sources(swept):
+    rows = dict(provenance(swept.calibration))
+    assert rows["finger: name"] == "made up" and rows["mesh: size mm"] == 1.0 and rows["presses"] == 900
+    assert rows["versions"].startswith("papilla ") and ", numpy " in rows["versions"]
 
 
 def test_statuses_are_counted(swept, bench, calibration, sweep_page):
