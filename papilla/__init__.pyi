@@ -16,7 +16,7 @@ from .finger import Gauge as Gauge
 from .finger import Layer as Layer
 from .finger import Slab as Slab
 from .finger import Surfaces as Surfaces
-from .logs import read_bench as read_bench
+from .logs import read_presses as read_presses
 from .logs import read_time_log as read_time_log
 from .materials import Ogden as Ogden
 from .specimen import Block as Block

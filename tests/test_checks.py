@@ -17,7 +17,11 @@ def test_numbers_of_any_kind_become_floats(value):
         assert type(found) is float and found == 2.0
 
 
-@pytest.mark.parametrize("value", ["2", "", None, True, False, [1.0], {}, object(), 1j, np.array([1.0, 2.0])], ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize(
+    "value",
+    ["2", "", None, True, False, [1.0], {}, object(), 1j, np.array([1.0, 2.0])],
+    ids=lambda value: type(value).__name__,
+)
 @pytest.mark.parametrize("check", [checks.finite, checks.positive, checks.poisson])
 def test_what_is_no_number_is_refused(check, value):
     with pytest.raises(InputError, match="^the modulus must be a number, got ") as caught:

@@ -9,7 +9,7 @@ import pytest
 
 from papilla import tables
 from papilla.errors import FileAccessError, FileFormatError
-from papilla.logs import TimeLogFile, read_bench, read_time_log, spread, white_noise
+from papilla.logs import TimeLogFile, read_presses, read_time_log, spread, white_noise
 from papilla.tables import write_table
 
 TIME = "t_s,g1,g2,force_N\n0.000,1,2,0.1\n0.001,3,4,0.2\n0.002,5,6,0.3\n"
@@ -61,7 +61,7 @@ def test_byte_order_mark_spaces_and_trailing_lines_are_tolerated(log):
 def test_unknown_columns_are_named_and_not_parsed(log):
     found = read_time_log(log("t_s,note,g1\n0,soft sponge,1\n1,,2\n"))
     assert found.report.ignored == ("note",)
-    assert read_bench(log("material,force_N,modulus_MPa,g1\nA,1,1,1\nB,1,2,3\n")).ignored == ("material",)
+    assert read_presses(log("material,force_N,modulus_MPa,g1\nA,1,1,1\nB,1,2,3\n")).ignored == ("material",)
 
 
 def test_a_file_without_its_last_line_end_is_remarked_on(log):
@@ -70,7 +70,7 @@ def test_a_file_without_its_last_line_end_is_remarked_on(log):
     for cut in ("t_s,g1\n0,100\n1,2", "t_s,note,g1\n0,a,100\n1,b,2"):
         *_, last = read_time_log(log(cut)).report.notes
         assert last.startswith("the last line has no line end")
-    assert len(read_bench(log("force_N,modulus_MPa,g1\n1,1,1\n2,1,2")).notes) == 1
+    assert len(read_presses(log("force_N,modulus_MPa,g1\n1,1,1\n2,1,2")).notes) == 1
 
 
 def test_written_table_reads_back_bit_for_bit(tmp_path):
@@ -85,7 +85,7 @@ def test_written_table_reads_back_bit_for_bit(tmp_path):
 
 
 def test_bench_log_columns(log):
-    found = read_bench(
+    found = read_presses(
         log("force_N,modulus_MPa,g1,g2,indentation_mm,x_mm,y_mm\n.1,.5,10,20,1,2,3\n.2,.5,30,50,4,5,6\n")
     )
     assert found.force_N.tolist() == [0.1, 0.2]
@@ -94,15 +94,15 @@ def test_bench_log_columns(log):
     assert found.sd_microstrain.tolist() == [5, 10], "population standard deviation"
     assert found.indentation_mm.tolist() == [1, 4]
     assert (found.x_mm.tolist(), found.y_mm.tolist()) == ([2, 5], [3, 6])
-    plain = read_bench(log(BENCH))
+    plain = read_presses(log(BENCH))
     assert plain.indentation_mm is None and plain.x_mm is None and plain.y_mm is None
 
 
 def test_bench_log_checks_a_stated_standard_deviation(log):
     header, *rows = BENCH.split()
-    read_bench(log(f"{header},sd_microstrain\n{rows[0]},5.0\n{rows[1]},10.02\n"))
+    read_presses(log(f"{header},sd_microstrain\n{rows[0]},5.0\n{rows[1]},10.02\n"))
     with pytest.raises(FileFormatError, match=r"line 3, column sd_microstrain: 14.1 is not the population"):
-        read_bench(log(f"{header},sd_microstrain\n{rows[0]},5.0\n{rows[1]},14.1\n"))
+        read_presses(log(f"{header},sd_microstrain\n{rows[0]},5.0\n{rows[1]},14.1\n"))
 
 
 @pytest.mark.parametrize(
@@ -158,12 +158,12 @@ def test_bad_time_log(log, content, message):
 )
 def test_bad_bench_log(log, content, message):
     with pytest.raises(FileFormatError) as caught:
-        read_bench(log(content))
+        read_presses(log(content))
     assert message in str(caught.value)
     assert "log.csv" in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("read", [read_time_log, read_bench])
+@pytest.mark.parametrize("read", [read_time_log, read_presses])
 def test_missing_file_and_folder(read, tmp_path):
     with pytest.raises(FileAccessError, match=r"cannot read .*nowhere.csv: No such file"):
         read(tmp_path / "nowhere.csv")
@@ -255,11 +255,11 @@ def test_a_table_that_fails_half_way_leaves_no_file(tmp_path):
 
 def test_bench_log_written_and_read_again(log, tmp_path):
     text = "force_N,modulus_MPa,g2,g1,x_mm,y_mm\n.1,.5,10,20,0,0\n.2,.5,30,50,0,0\n"
-    first = read_bench(log(text))
+    first = read_presses(log(text))
     assert first.gauge_names == ("g1", "g2") and first.readings.tolist() == [[20, 10], [50, 30]], (
         "gauges by their number"
     )
     first.to_csv(tmp_path / "again.csv")
-    second = read_bench(tmp_path / "again.csv")
+    second = read_presses(tmp_path / "again.csv")
     assert np.array_equal(second.readings, first.readings)
     assert second.x_mm.tolist() == [0, 0] and second.indentation_mm is None

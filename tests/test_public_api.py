@@ -31,7 +31,7 @@ def test_help_loads_nothing_heavy():
 
 
 def test_the_probe_sees_a_heavy_module():
-    assert "numpy" in loaded_after("import papilla; papilla.read_bench")
+    assert "numpy" in loaded_after("import papilla; papilla.read_presses")
 
 
 @pytest.mark.parametrize("name", papilla.__all__)

@@ -13,7 +13,7 @@ from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep,
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.finger import Finger
-from papilla.logs import BenchLog
+from papilla.logs import PressLog
 
 SCATTER_VARIANTS = (1, 2, 3, 4)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
@@ -66,7 +66,7 @@ class Calibrated:
     """A calibration, the presses it was fitted to, and its check; `reduced` is None for a bench calibration."""
 
     calibration: Calibration
-    presses: Sweep | BenchLog
+    presses: Sweep | PressLog
     recovery: Recovery
     reduced: fem.ReducedFinger | None = None
 
@@ -100,7 +100,7 @@ def calibrate_finger(
     return Calibrated(calibration, presses, recover(calibration, reduced), reduced)
 
 
-def calibrate_measured(log: BenchLog, finger: Finger | None = None) -> Calibrated:
+def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:
     """A calibration from measured presses, checked on these presses themselves.
 
     finger : the design that was pressed. Raises `InputError` where it has another number of gauges than the log, and

@@ -19,7 +19,7 @@ from papilla.calibrate.surface_fit import (
 )
 from papilla.calibration import Calibration, GaugeSurface, SdSurface
 from papilla.errors import InputError
-from papilla.logs import BenchLog
+from papilla.logs import PressLog
 
 POLYNOMIALS = ((1, 1, 1), (1, 1, 2), (2, 1, 3), (2, 2, 2), (3, 2, 3), (2, 2, 4), (3, 2, 5), (3, 3, 6))
 """Degrees in ln force and ln modulus, and the largest sum of both in one term."""
@@ -45,7 +45,7 @@ SOFT_MPA, RUBBER_MPA = 5.0, 100.0
 """Where all specimens are harder than the first, or one is harder than the second, the moduli are not in MPa."""
 
 
-def fit_bench(log: BenchLog, finger: dict | None = None) -> Calibration:
+def fit_bench(log: PressLog, finger: dict | None = None) -> Calibration:
     """Fit a calibration to a log of measured presses.
 
     S_d and the gauges' readings are smooth surfaces with as many unknowns as the presses bear, chosen by generalised
@@ -103,7 +103,7 @@ class _Presses:
     limits: tuple[float, float]
 
     @classmethod
-    def of(cls, log: BenchLog, rows: np.ndarray, limits: tuple[float, float]) -> "_Presses":
+    def of(cls, log: PressLog, rows: np.ndarray, limits: tuple[float, float]) -> "_Presses":
         force, sd = log.force_N[rows], log.sd_microstrain[rows]
         readings = log.readings[rows].T
         shares = tuple(force / np.maximum(sd, np.abs(column)) for column in readings)
@@ -236,7 +236,7 @@ def _with_next_degree(data: _Presses, solver: SurfaceFit, values: np.ndarray) ->
     return replace(fitted, rms=float(np.hypot(fitted.rms, error)))
 
 
-def _refuse(log: BenchLog) -> None:
+def _refuse(log: PressLog) -> None:
     """Refuse what cannot be one calibration: another sensor's columns, another unit, several touch-down points."""
     expected = tuple(f"g{number}" for number in range(1, len(log.gauge_names) + 1))
     if log.gauge_names != expected:
@@ -265,7 +265,7 @@ def _refuse(log: BenchLog) -> None:
         raise InputError(f"press {row + 1} has the same reading on all gauges, so S_d is 0")
 
 
-def _shared_forces(log: BenchLog) -> tuple[float, float]:
+def _shared_forces(log: PressLog) -> tuple[float, float]:
     """The range of forces that every modulus was pressed with."""
     groups = [log.force_N[log.modulus_MPa == modulus] for modulus in np.unique(log.modulus_MPa)]
     low, high = max(group.min() for group in groups), min(group.max() for group in groups)

@@ -28,13 +28,13 @@ def calibrate(
     watch = Stopwatch()
     from papilla.files import check_writable
     from papilla.finger import Finger
-    from papilla.logs import read_bench
+    from papilla.logs import read_presses
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     keep_inputs([finger, bench], paths.values())
     design = Finger.load(finger) if finger else None
     keep_inputs(design_files(finger, design) if design else [], paths.values())
-    log = read_bench(bench) if bench else None
+    log = read_presses(bench) if bench else None
     for note in log.notes if log is not None else ():
         say(f"{bench}: {note}")
     if log is None:

@@ -3,10 +3,10 @@
 Readings are in microstrain, one column a gauge (`g1`, `g2`, ...); other units stand in the column names.
 """
 
-from papilla.logs.presses import BenchLog, read_bench
+from papilla.logs.presses import PressLog, read_presses
 from papilla.logs.spread import white_noise
 from papilla.logs.time_log import TIME_OPTIONAL, LogReport, TimeLog, TimeLogFile, read_time_log
 
 __all__ = [
-    "TIME_OPTIONAL", "BenchLog", "LogReport", "TimeLog", "TimeLogFile", "read_bench", "read_time_log", "white_noise",
+    "TIME_OPTIONAL", "PressLog", "LogReport", "TimeLog", "TimeLogFile", "read_presses", "read_time_log", "white_noise",
 ]  # fmt: skip

@@ -10,13 +10,13 @@ from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, notes_of, open_log
 from papilla.tables import Table, write_table
 
-BENCH_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain")
+PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain")
 SD_TOLERANCE = 0.01
 """A stated S_d may differ from that of the gauges by rounding, this fraction of it; ddof 1 would differ by 12 %."""
 
 
 @dataclass(frozen=True, eq=False)
-class BenchLog:
+class PressLog:
     """Presses on specimens of known modulus, a row a press.
 
     Parameters
@@ -54,23 +54,23 @@ class BenchLog:
         return self.readings.std(axis=1)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the presses in the form that `read_bench` reads, with their S_d; raises `FileAccessError`."""
+        """Write the presses in the form that `read_presses` reads, with their S_d; raises `FileAccessError`."""
         columns = {"force_N": self.force_N, "modulus_MPa": self.modulus_MPa}
         columns |= dict(zip(self.gauge_names, self.readings.T, strict=True))
-        for name in BENCH_OPTIONAL:
+        for name in PRESS_OPTIONAL:
             if (column := getattr(self, name)) is not None:
                 columns[name] = column
         write_table(path, columns)
 
 
-def read_bench(path: str | Path) -> BenchLog:
+def read_presses(path: str | Path) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain`.
 
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.read_table` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
     positive, an `sd_microstrain` that is not the population standard deviation of the gauges.
     """
-    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), BENCH_OPTIONAL)
+    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), PRESS_OPTIONAL)
     with reader:
         table = reader.whole()
     if len(table) < 2:
@@ -80,7 +80,7 @@ def read_bench(path: str | Path) -> BenchLog:
         if name in table.columns and (table.columns[name] <= 0).any():
             row = int(np.argmax(table.columns[name] <= 0))
             raise table.fault(row, name, f"must be greater than 0, got {table.columns[name][row]:g}")
-    log = BenchLog(
+    log = PressLog(
         force_N=table.columns["force_N"],
         modulus_MPa=table.columns["modulus_MPa"],
         readings=np.column_stack([table.columns[name] for name in gauges]),

@@ -11,7 +11,7 @@ from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.finger import Finger
-from papilla.logs import BenchLog
+from papilla.logs import PressLog
 
 NAMES = ("g1", "g2", "g3", "g4", "g5")
 MODULI = (0.089, 0.51, 0.72)
@@ -24,7 +24,7 @@ def log_of(truth, moduli=MODULI, presses=30, noise=0.0, seed=0, **columns):
     modulus = np.repeat(moduli, presses)
     readings = truth.readings(force.ravel(), modulus)
     readings = readings * (1 + noise * rng.normal(size=len(modulus)))[:, None]
-    return BenchLog(force.ravel(), modulus, readings, NAMES, **columns)
+    return PressLog(force.ravel(), modulus, readings, NAMES, **columns)
 
 
 def test_three_moduli_without_noise(truth, tmp_path):
@@ -58,7 +58,7 @@ def test_intervals_cover_the_noise_of_a_bench():
     inside = []
     for _ in range(20):
         force, modulus = np.exp(rng.uniform(-2.5, 0, 60)), np.tile([0.1, 0.25, 0.5, 1.0], 15)
-        calibration = fit_bench(BenchLog(force, modulus, presses(force, modulus)[:, None] * pattern, ("g1", "g2")))
+        calibration = fit_bench(PressLog(force, modulus, presses(force, modulus)[:, None] * pattern, ("g1", "g2")))
         low, high = calibration.domain["force_N"]
         asked, hidden = rng.uniform(low, high, 60), np.exp(rng.uniform(np.log(0.1), 0, 60))
         answer = calibration.invert(presses(asked, hidden), asked)
@@ -79,7 +79,7 @@ def few_presses(truth, seed, moduli=MODULI, forces=5, force_noise=0.01, noise=5.
     readings = (
         truth.readings(force, modulus) + noise * rng.normal(size=(len(force), 5)) + rng.uniform(-1, 1, 5) * offset
     )
-    return BenchLog(force * (1 + force_noise * rng.normal(size=len(force))), modulus, readings, NAMES)
+    return PressLog(force * (1 + force_noise * rng.normal(size=len(force))), modulus, readings, NAMES)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -111,7 +111,7 @@ def test_as_many_unknowns_as_the_presses_bear(truth):
 
 
 def test_a_computed_table_read_back_is_fitted_as_finely_as_the_sweep(made_up, calibration):
-    log = BenchLog(made_up.force_N, made_up.modulus_MPa, made_up.reading, NAMES)
+    log = PressLog(made_up.force_N, made_up.modulus_MPa, made_up.reading, NAMES)
     back = fit_bench(log)
     rng = np.random.default_rng(4)
     force, modulus = np.exp(rng.uniform(np.log(0.05), 0, 200)), np.exp(rng.uniform(np.log(0.05), np.log(0.72), 200))
@@ -126,7 +126,7 @@ def test_a_cell_that_dropped_out_is_named_and_left_out(truth, gauge):
     """One reading of 60 presses is 0: the calibration is the one of the other 59."""
     log = few_presses(truth, 2, forces=20)
     kept = np.arange(60) != 16
-    expected = fit_bench(BenchLog(log.force_N[kept], log.modulus_MPa[kept], log.readings[kept], NAMES))
+    expected = fit_bench(PressLog(log.force_N[kept], log.modulus_MPa[kept], log.readings[kept], NAMES))
     was = log.readings[16, gauge]
     log.readings[16, gauge] = 0.0
     found = fit_bench(log)
@@ -152,7 +152,7 @@ def test_clean_logs_lose_no_press_and_junk_is_refused(truth):
     with pytest.raises(InputError, match="more than 2 of 27 presses do not go with the others; among them press"):
         fit_bench(log)
     log.readings[::8] *= 2
-    junk = BenchLog(log.force_N, log.modulus_MPa, log.readings, NAMES)
+    junk = PressLog(log.force_N, log.modulus_MPa, log.readings, NAMES)
     assert any("33 % rms: far more than a bench" in note for note in fit_bench(junk).notes)
 
 
@@ -210,7 +210,7 @@ def test_equal_readings_and_unshared_forces_are_refused(truth):
 
 def test_logs_of_another_sensor_are_refused(truth):
     log = log_of(truth)
-    shifted = BenchLog(log.force_N, log.modulus_MPa, log.readings, ("g2", "g3", "g4", "g5", "g6"))
+    shifted = PressLog(log.force_N, log.modulus_MPa, log.readings, ("g2", "g3", "g4", "g5", "g6"))
     with pytest.raises(InputError, match="gauges g2, g3, g4, g5, g6, but g1 is missing"):
         fit_bench(shifted)
     finger = Finger.default()

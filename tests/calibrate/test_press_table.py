@@ -8,7 +8,7 @@ import pytest
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.calibrate import sweep as sweep_function
 from papilla.errors import ContactRangeError, FileFormatError, InputError
-from papilla.logs import read_bench
+from papilla.logs import read_presses
 from papilla.specimen import HalfSpace
 from papilla.tables import read_table
 
@@ -97,7 +97,7 @@ def test_csv_there_and_back_and_as_a_bench_log(pressed, tmp_path):
         np.testing.assert_array_equal(written.columns[name], getattr(table, name))
     np.testing.assert_array_equal(written.columns["g2"], table.reading[:, 1])
     sweep(REDUCED, [0.2, 0.5], [0.1, 0.3]).to_csv(path)
-    assert len(read_bench(path)) == 4
+    assert len(read_presses(path)) == 4
 
 
 def test_arrays_there_and_back(made_up):

@@ -12,7 +12,7 @@ from papilla.calibrate.report.page import number, plain, symbols, write_report
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.finger import Finger
-from papilla.logs import BenchLog
+from papilla.logs import PressLog
 
 VOID = {"meta", "img", "br"}
 
@@ -60,7 +60,7 @@ def bench(truth) -> Calibrated:
     force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.05, 1, 25), [0.089, 0.51, 0.72]))
     noise = 1 + 0.005 * np.random.default_rng(5).standard_normal((len(force), 5))
     return calibrate_measured(
-        BenchLog(force, modulus, truth.readings(force, modulus) * noise, ("g1", "g2", "g3", "g4", "g5"))
+        PressLog(force, modulus, truth.readings(force, modulus) * noise, ("g1", "g2", "g3", "g4", "g5"))
     )
 
 
@@ -163,7 +163,7 @@ def test_a_name_from_a_file_cannot_break_the_page(read, bench):
 
 def test_a_domain_elsewhere_leaves_the_comparison_out(read, truth):
     force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.3, 0.6, 15), [0.2, 0.3, 0.5]))
-    log = BenchLog(force, modulus, truth.readings(force, modulus), ("g1", "g2", "g3", "g4", "g5"))
+    log = PressLog(force, modulus, truth.readings(force, modulus), ("g1", "g2", "g3", "g4", "g5"))
     found = read(calibrate_measured(log))
     assert "brings the calibration as close to (9)" not in found.text
     assert "calibrated over 0.3 to 0.6 N and 0.2 to 0.5 MPa" in found.text

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from papilla.logs import read_bench
+from papilla.logs import read_presses
 from papilla.tables import write_table
 
 
@@ -35,7 +35,7 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
     with open(tmp_path / found["sweep"], newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == found["presses"] == len({(row["force_N"], row["modulus_MPa"]) for row in rows})
-    presses = read_bench(tmp_path / found["sweep"])
+    presses = read_presses(tmp_path / found["sweep"])
     assert np.unique(presses.modulus_MPa).size >= 12 and np.unique(presses.force_N).size >= 20
     assert not list((tmp_path / "calibration").glob("*.tmp"))
 
@@ -53,7 +53,7 @@ def test_refit_from_a_bench_log(papilla, tmp_path):
     assert answer.code == 0, answer.err
     found = json.loads(answer.out)
     assert found["presses"] == 36 and found["rms_error"] < 0.05
-    written = read_bench(tmp_path / "mine" / "sweep.csv")
+    written = read_presses(tmp_path / "mine" / "sweep.csv")
     assert np.array_equal(written.readings[:, 2], columns["g3"])
     assert json.loads((tmp_path / "mine" / "calibration.json").read_text())["mesh"] == {}
 

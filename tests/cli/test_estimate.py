@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import fit_bench
-from papilla.logs import BenchLog, white_noise
+from papilla.logs import PressLog, white_noise
 from papilla.tables import write_table
 
 COLUMNS = "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_static status"
@@ -33,7 +33,7 @@ def calibrated(tmp_path):
     force = np.tile(np.geomspace(0.05, 1, 20), 5)
     modulus = np.repeat([0.05, 0.1, 0.2, 0.5, 1.0], 20)
     rows = np.vstack([readings(f, m) for f, m in zip(force, modulus, strict=True)])
-    fit_bench(BenchLog(force, modulus, rows, ("g1", "g2", "g3", "g4", "g5"))).save(tmp_path / "c.json")
+    fit_bench(PressLog(force, modulus, rows, ("g1", "g2", "g3", "g4", "g5"))).save(tmp_path / "c.json")
     return "c.json"
 
 
