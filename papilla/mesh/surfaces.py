@@ -37,62 +37,71 @@ class Surface(Protocol):
         """(n, 3) unit outward normals at points on (or near) the surface."""
 
 
-@dataclass(frozen=True)
-class Ellipsoid:
-    """The upper half of an ellipsoid about the origin with semi-axes `axes` (x, y, z)."""
+class Quadric:
+    """The upper half of (x/a)^2 + (y/b)^2 + (z/c)^2 = 1 about the origin; b is infinite for a cylinder along y."""
 
-    axes: tuple[float, float, float]
+    @property
+    def semi_axes(self) -> np.ndarray:
+        """(3,) a, b, c in mm."""
+        raise NotImplementedError
 
     def level(self, points: np.ndarray) -> np.ndarray:
         """(n,) (k - 1) / |grad k| with k = |(x/a, y/b, z/c)|: the signed distance to first order."""
-        return _scaled_distance(points, np.array(self.axes))
+        k = np.linalg.norm(points / self.semi_axes, axis=1)
+        slope = np.linalg.norm(points / self.semi_axes**2, axis=1)
+        # At the centre the gradient has no direction; any of its values gives the right sign.
+        reach = np.divide(k, slope, out=np.full(len(points), float(self.semi_axes.min())), where=slope > 0)
+        return (k - 1) * reach
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) the points scaled about the origin onto the surface: zero coordinates stay exactly zero.
+        """(n, 3) the points scaled about the origin, or the cylinder's axis, onto the surface: zeros stay exactly zero.
 
         This is not the nearest point, but differs from it only to second order in the distance.
         """
-        return points / np.linalg.norm(points / np.array(self.axes), axis=1)[:, None]
+        scale = np.linalg.norm(points / self.semi_axes, axis=1)[:, None]
+        return np.where(np.isfinite(self.semi_axes), points / scale, points)
 
     project_in_base = project
 
     def height(self, xy: np.ndarray) -> np.ndarray:
         """(n,) z = c sqrt(1 - (x/a)^2 - (y/b)^2); NaN where that is not real."""
-        a, b, c = self.axes
-        return _root(1 - (xy[:, 0] / a) ** 2 - (xy[:, 1] / b) ** 2, c)
+        a, b, c = self.semi_axes
+        square = 1 - (xy[:, 0] / a) ** 2 - (xy[:, 1] / b) ** 2
+        return c * np.sqrt(np.where(square >= 0, square, np.nan))
 
     def normal(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) gradient of (x/a)^2 + (y/b)^2 + (z/c)^2, normalised."""
-        return _unit(points / np.array(self.axes) ** 2)
+        gradient = points / self.semi_axes**2
+        return gradient / np.linalg.norm(gradient, axis=1)[:, None]
 
 
 @dataclass(frozen=True)
-class EllipticCylinder:
-    """The upper half of an elliptic cylinder along y with semi-axes (x, z), over |y| <= depth / 2."""
+class Ellipsoid(Quadric):
+    """The upper half of an ellipsoid about the origin with semi-axes `axes` (x, y, z)."""
+
+    axes: tuple[float, float, float]
+
+    @property
+    def semi_axes(self) -> np.ndarray:
+        """(3,) in mm."""
+        return np.array(self.axes)
+
+
+@dataclass(frozen=True)
+class EllipticCylinder(Quadric):
+    """The upper half of an elliptic cylinder along y with semi-axes (x, z); `level` does not count its ends."""
 
     axes: tuple[float, float]
     depth: float
 
-    def level(self, points: np.ndarray) -> np.ndarray:
-        """(n,) as of `Ellipsoid`, in the x-z section; the ends at |y| = depth / 2 do not count."""
-        return _scaled_distance(points[:, [0, 2]], np.array(self.axes))
-
-    def project(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) the points scaled in x and z onto the surface, as of `Ellipsoid`; y stays."""
-        scale = np.linalg.norm(points[:, [0, 2]] / np.array(self.axes), axis=1)
-        return np.stack([points[:, 0] / scale, points[:, 1], points[:, 2] / scale], axis=1)
-
-    project_in_base = project
+    @property
+    def semi_axes(self) -> np.ndarray:
+        """(3,) in mm, infinite along y."""
+        return np.array([self.axes[0], np.inf, self.axes[1]])
 
     def height(self, xy: np.ndarray) -> np.ndarray:
-        """(n,) z = c sqrt(1 - (x/a)^2); NaN outside the half width or the depth."""
-        a, c = self.axes
-        return np.where(np.abs(xy[:, 1]) <= self.depth / 2, _root(1 - (xy[:, 0] / a) ** 2, c), np.nan)
-
-    def normal(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) gradient of (x/a)^2 + (z/c)^2, normalised."""
-        a, c = self.axes
-        return _unit(np.stack([points[:, 0] / a**2, np.zeros(len(points)), points[:, 2] / c**2], axis=1))
+        """(n,) as of `Quadric`; NaN beyond |y| = depth / 2."""
+        return np.where(np.abs(xy[:, 1]) <= self.depth / 2, super().height(xy), np.nan)
 
 
 def surfaces_of(finger: Finger) -> dict[str, Surface]:
@@ -131,19 +140,3 @@ def _from_files(finger: Finger, shape: Surfaces) -> dict[str, Surface]:
                 f"x {gauge.x_mm:g}, y {gauge.y_mm:g} mm"
             )
     return dict(zip(NAMES, surfaces, strict=True))
-
-
-def _scaled_distance(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    k = np.linalg.norm(points / axes, axis=1)
-    slope = np.linalg.norm(points / axes**2, axis=1)
-    # At the centre the gradient has no direction; any of its values gives the right sign.
-    reach = np.divide(k, slope, out=np.full(len(points), float(axes.min())), where=slope > 0)
-    return (k - 1) * reach
-
-
-def _root(square: np.ndarray, height: float) -> np.ndarray:
-    return height * np.sqrt(np.where(square >= 0, square, np.nan))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
