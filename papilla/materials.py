@@ -5,10 +5,11 @@ the finger's layer has the Poisson's ratio.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
@@ -33,7 +34,7 @@ class _Material(ABC):
         """Small-strain Young's modulus of the incompressible material, MPa."""
         return 3 * self.shear_modulus
 
-    def nominal_stress(self, stretch, mode: str) -> np.ndarray:
+    def nominal_stress(self, stretch: ArrayLike, mode: str) -> np.ndarray:
         """Force per reference area (MPa), of the shape of `stretch` (> 0), in a test of the incompressible material.
 
         P = dW/dl1 - (l3/l1) dW/dl3 with l3 the stress-free principal stretch (Ogden 1997, Non-Linear Elastic
@@ -57,11 +58,11 @@ class FirstInvariantMaterial(_Material):
     """A material whose energy depends on I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation alone."""
 
     @abstractmethod
-    def energy(self, i1) -> np.ndarray:
+    def energy(self, i1: ArrayLike) -> np.ndarray:
         """W (MPa) of the isochoric first invariant, any shape."""
 
     @abstractmethod
-    def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
 
     def _stretch_slope(self, at, stretch, free, mode):
@@ -84,11 +85,11 @@ class NeoHookean(FirstInvariantMaterial):
         """Small-strain shear modulus, MPa."""
         return self.mu
 
-    def energy(self, i1) -> np.ndarray:
+    def energy(self, i1: ArrayLike) -> np.ndarray:
         """W (MPa) of the isochoric first invariant, any shape."""
         return self.mu / 2 * (np.asarray(i1) - 3)
 
-    def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
         return np.full(np.shape(i1), self.mu / 2), np.zeros(np.shape(i1))
 
@@ -112,12 +113,12 @@ class Yeoh(FirstInvariantMaterial):
         """Small-strain shear modulus, MPa."""
         return 2 * self.c1
 
-    def energy(self, i1) -> np.ndarray:
+    def energy(self, i1: ArrayLike) -> np.ndarray:
         """W (MPa) of the isochoric first invariant, any shape."""
         x = np.asarray(i1) - 3
         return x * (self.c1 + x * (self.c2 + x * self.c3))
 
-    def slopes(self, i1) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
         x = np.asarray(i1) - 3
         return self.c1 + x * (2 * self.c2 + 3 * self.c3 * x), 2 * self.c2 + 6 * self.c3 * x
@@ -144,7 +145,7 @@ class Ogden(_Material):
         """Small-strain shear modulus, MPa."""
         return self.mu
 
-    def energy(self, stretches) -> np.ndarray:
+    def energy(self, stretches: ArrayLike) -> np.ndarray:
         """W (MPa), shape (...), of isochoric principal stretches (..., 3)."""
         return 2 * self.mu / self.alpha**2 * (np.asarray(stretches) ** self.alpha - 1).sum(axis=-1)
 
@@ -158,11 +159,6 @@ MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: c
 """Kind, as a design file names it, -> material."""
 
 
-def material(kind: str, *parameters: float) -> Material:
-    """The material of a kind with its parameters in the order of its fields; raises `InputError` for another kind."""
-    return material_class(kind)(*parameters)
-
-
 def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
     """The class of a kind; raises `InputError` for one that is not in `MATERIALS`."""
     if kind not in MATERIALS:
@@ -170,12 +166,7 @@ def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
     return MATERIALS[kind]
 
 
-def parameters_of(card: Material) -> tuple[float, ...]:
-    """The parameters of a material in the order of its fields, in MPa (Ogden's alpha is a number)."""
-    return tuple(float(value) for value in astuple(card))
-
-
-def principal_pair(stretch, mode: str) -> tuple[np.ndarray, np.ndarray]:
+def principal_pair(stretch: ArrayLike, mode: str) -> tuple[np.ndarray, np.ndarray]:
     """The stretch that is driven and the one that is free of stress, in a test of an incompressible material.
 
     Raises `InputError` for a mode that is not in `MODES` or a stretch that is not finite and positive.

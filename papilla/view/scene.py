@@ -10,7 +10,7 @@ from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.mesh.surfaces import surfaces_of
-from papilla.specimen import Block, Specimen, Sphere
+from papilla.specimen import Specimen, Sphere
 from papilla.view.contact_map import contact_edge
 
 DRAWN_THICKNESS = 10.0
@@ -35,10 +35,11 @@ def specimen_solid(
             radius=specimen.radius, center=(0, 0, specimen.radius - approach), theta_resolution=120, phi_resolution=120
         ).clean()
     else:
-        thickness = min(specimen.thickness, DRAWN_THICKNESS) if isinstance(specimen, Block) else DRAWN_THICKNESS
+        thickness = min(getattr(specimen, "thickness", DRAWN_THICKNESS), DRAWN_THICKNESS)
         x, y, level = np.meshgrid(*[np.linspace(-half_width, half_width, 81)] * 2, [0.0, 1.0], indexing="ij")
         skin = _skin_height(field, frame, scale)(x[:, :, 0], y[:, :, 0])
-        face = np.fmax(-approach, skin)
+        height = specimen.gap(np.column_stack([x[:, :, 0].ravel(), y[:, :, 0].ravel()])).reshape(skin.shape)
+        face = np.fmin(np.fmax(height - approach, skin), thickness - approach)
         z = np.where(level > 0, thickness - approach, face[:, :, None])
         solid = pv.StructuredGrid(x, y, z).extract_surface(algorithm="dataset_surface").triangulate().clean()
     solid.points = solid.points @ frame.axes + frame.origin

@@ -19,7 +19,7 @@ from papilla.finger import Layer
 from papilla.materials import Material
 
 QUADRATURE_ORDER = 2
-"""The linear rungs' rule: at vanishing strain the tangent is their matrix. Order 4 moves S_d at 60 gf by 5e-6."""
+"""The linear elements' rule: at vanishing strain the tangent is their matrix. Order 4 moves S_d at 60 gf by 5e-6."""
 
 
 @dataclass(frozen=True)

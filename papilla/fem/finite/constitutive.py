@@ -2,7 +2,7 @@
 
 W = W_iso(J^(-1/3) F) + mu/3 (J - 1)^2 - p (J - 1) - p^2/(2 lambda), with the pressure p an unknown of its own. For
 stationary p the volumetric part is kappa/2 (J - 1)^2 with kappa = lambda + 2 mu/3; at small strain it is
-mu eps : eps - p div u - p^2/(2 lambda), term by term the linear rungs' energy, and nu = 0.5 (1/lambda = 0) is harmless.
+mu eps : eps - p div u - p^2/(2 lambda), term by term small strain's, and nu = 0.5 (1/lambda = 0) is harmless.
 """
 
 from dataclasses import dataclass, fields
@@ -48,12 +48,14 @@ class Kinematics:
         return 1 + self.volume_change
 
 
-def stress(material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+def stress(material: FirstInvariantMaterial | Ogden, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
     """First Piola-Kirchhoff stress (..., 3, 3) in MPa. Every J must be positive."""
     return isochoric_stress(material, kinematics) + _slope(material, kinematics, pressure) * kinematics.cofactor
 
 
-def response(material, kinematics: Kinematics, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def response(
+    material: FirstInvariantMaterial | Ogden, kinematics: Kinematics, pressure: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Stress (..., 3, 3) and its derivative by F (..., 9, 9), MPa, pressure (...) held fixed.
 
     Index pairs are flattened as 3 * i + K for component i and reference direction K. Every J must be positive.
@@ -72,7 +74,9 @@ def _slope(material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray
     return (2 * material.shear_modulus / 3 * kinematics.volume_change - pressure)[..., None, None]
 
 
-def energy(material, kinematics: Kinematics, pressure: np.ndarray, compressibility: float) -> np.ndarray:
+def energy(
+    material: FirstInvariantMaterial | Ogden, kinematics: Kinematics, pressure: np.ndarray, compressibility: float
+) -> np.ndarray:
     """W (...) in MPa, `compressibility` being 1/lambda in 1/MPa."""
     change = kinematics.volume_change
     volumetric = material.shear_modulus / 3 * change**2 - pressure * change - compressibility / 2 * pressure**2
@@ -80,19 +84,19 @@ def energy(material, kinematics: Kinematics, pressure: np.ndarray, compressibili
 
 
 @singledispatch
-def isochoric_stress(material, kinematics: Kinematics) -> np.ndarray:
+def isochoric_stress(material: object, kinematics: Kinematics) -> np.ndarray:
     """dW_iso/dF (..., 3, 3) of a material, MPa."""
     raise InputError(f"no stress is known for {type(material).__name__}")
 
 
 @singledispatch
-def isochoric_tangent(material, kinematics: Kinematics) -> np.ndarray:
+def isochoric_tangent(material: object, kinematics: Kinematics) -> np.ndarray:
     """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
     raise InputError(f"no tangent is known for {type(material).__name__}")
 
 
 @singledispatch
-def isochoric_energy(material, kinematics: Kinematics) -> np.ndarray:
+def isochoric_energy(material: object, kinematics: Kinematics) -> np.ndarray:
     """W_iso (...) of a material, MPa."""
     raise InputError(f"no energy is known for {type(material).__name__}")
 

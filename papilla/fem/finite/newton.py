@@ -2,7 +2,7 @@
 
 With K and U = K^-1 M the tangent and its responses to unit pressures of the state where they were made (at rest: those
 of linear elasticity), unknowns are x = U p + z. The drift z is what large strain adds to the linear answer; each step
-solves the contact problem of rung `contact` with the skin moved by z, and corrects z by K^-1 (M p - f(x)), f being the
+solves the contact problem of `solve_contact` with the skin moved by z, and corrects z by K^-1 (M p - f(x)), f being the
 internal forces. Anderson's mixing (1965, doi:10.1145/321296.321305) of a few steps makes that converge by an order of
 magnitude a step; where it does not, the tangent is made anew, and a step is then Newton's. The specimen's compliance
 follows the skin's lateral positions as closely as the residual asks for. All tests are relative.

@@ -80,7 +80,14 @@ class Scene:
     readout: Readout
 
     @classmethod
-    def of(cls, finger: Finger, mesh: LayeredMesh, specimen: Specimen, materials, at) -> "Scene":
+    def of(
+        cls,
+        finger: Finger,
+        mesh: LayeredMesh,
+        specimen: Specimen,
+        materials: Mapping[str, Material],
+        at: tuple[float, float],
+    ) -> "Scene":
         """The scene of `press_finite`'s arguments, on the part of the mesh that its mirrors through `at` leave."""
         cards = _cards(finger, mesh, materials)
         x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))

@@ -1,6 +1,6 @@
 """The specimen as a deforming finger meets it: gap, loads and specimen compliance at the current lateral positions.
 
-Contact pressure is that of the linear rungs: linear on the patch's triangles and measured per area that the skin's
+Contact pressure is that of small strain: linear on the patch's triangles and measured per area that the skin's
 reference state projects on the contact plane. A rigid frictionless flat then loads the skin exactly along its normal,
 and the weak gap is linear in the displacement. The gap of a curved specimen is taken, and its pressure acts along its
 normal, where the skin is now. The specimen itself stays linear: its surface slope turns no pressure.

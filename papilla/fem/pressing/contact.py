@@ -164,7 +164,15 @@ class ContactSolution:
     iterations: int
 
 
-def solve_contact(compliance, mass, gap, *, force=None, indentation=None, start=None) -> ContactSolution:
+def solve_contact(
+    compliance: np.ndarray,
+    mass: np.ndarray,
+    gap: np.ndarray,
+    *,
+    force: float | None = None,
+    indentation: float | None = None,
+    start: np.ndarray | None = None,
+) -> ContactSolution:
     """Solve for a given force on the patch (N) or indentation (mm); exactly one is given.
 
     Parameters

@@ -12,6 +12,7 @@ is the outer layer's. Size, aspect and layer term of the ellipse are those of le
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import ceil
+from typing import TypeVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -25,6 +26,8 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.references import hertz_ellipse
 from papilla.references.hertz import MAX_RADIUS_RATIO
 from papilla.specimen import Specimen
+
+Array = TypeVar("Array", float, np.ndarray)
 
 SECOND = (2 / 5, 2 / 7)
 FOURTH = (8 / 35, 8 / 63)
@@ -73,12 +76,12 @@ GAP = 1.5
 """Ratio of neighbouring radii of the tables from which ellipses in between have no least energy, and the tables end."""
 
 
-def layer_factor(t, q):
+def layer_factor(t: Array, q: Array) -> Array:
     """Pressure over mean pressure at t = sqrt(1 - u), for t in [0, 1]."""
     return 1.5 * (1 - q) * t + 2.5 * q * t**3
 
 
-def mean_square(q):
+def mean_square(q: Array) -> Array:
     """Mean of u under the profile."""
     return SECOND[0] - (SECOND[0] - SECOND[1]) * q
 

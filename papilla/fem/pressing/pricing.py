@@ -1,4 +1,4 @@
-"""What the rungs of a finger are off by, and cost: measured at a few forces, kept for `fidelity="auto"`.
+"""What each fidelity is off by on a finger, and cost: measured at a few forces, kept for `fidelity="auto"`.
 
 `python -m papilla.fem.pressing.pricing` measures the default finger and writes the file that ships with the package.
 """
@@ -29,9 +29,9 @@ Progress = Callable[[str], None]
 
 
 def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
-    """Errors of the rungs at the apex of a finger, at `FORCES` on `SPECIMEN`, with elements of `size_mm`.
+    """Errors of each fidelity at the apex of a finger, at `FORCES` on `SPECIMEN`, with elements of `size_mm`.
 
-    Rung hertz is measured against contact, contact against itself on a mesh of half the size, and contact against
+    Hertz is measured against contact, contact against itself on a mesh of half the size, and contact against
     finite. Takes a minute and more: a mesh of half the size, and four presses at finite strain. `progress` is called
     with a line for each stage. Raises what meshing, reducing and pressing raise.
     """
@@ -56,7 +56,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
         mesh=loss(contact, _presses(finest, "contact")),
         small_strain=loss(contact, finite),
         costs={
-            **{rung: Cost(setup, _seconds_per_scene(reduced, rung)) for rung in ("hertz", "contact")},
+            **{name: Cost(setup, _seconds_per_scene(reduced, name)) for name in ("hertz", "contact")},
             "finite": Cost(0.0, seconds),
         },
     )
@@ -78,8 +78,8 @@ def loss(cheaper: list[Press], better: list[Press]) -> Loss:
     return Loss(tuple(one.force for one in better), **errors)
 
 
-def _presses(reduced: ReducedFinger, rung: str) -> list[Press]:
-    return [press(reduced, SPECIMEN, force=force, fidelity=rung) for force in FORCES]
+def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
+    return [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in FORCES]
 
 
 def _finite_presses(finger: Finger, mesh: LayeredMesh, say: Progress) -> tuple[list[Press], float]:
@@ -91,9 +91,9 @@ def _finite_presses(finger: Finger, mesh: LayeredMesh, say: Progress) -> tuple[l
     return presses, float(np.mean([one.seconds for one in presses]))
 
 
-def _seconds_per_scene(reduced: ReducedFinger, rung: str) -> float:
+def _seconds_per_scene(reduced: ReducedFinger, fidelity: str) -> float:
     forces = np.geomspace(FORCES[0], FORCES[-1], SCENES)
-    return float(np.median([press(reduced, SPECIMEN, force=force, fidelity=rung).seconds for force in forces]))
+    return float(np.median([press(reduced, SPECIMEN, force=force, fidelity=fidelity).seconds for force in forces]))
 
 
 def ship() -> None:

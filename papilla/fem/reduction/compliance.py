@@ -160,7 +160,9 @@ def linear_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return np.column_stack([first_two, plain - first_two.sum(axis=1)])
 
 
-def edge_logarithm(s_start, r_start, s_end, r_end, d):
+def edge_logarithm(
+    s_start: np.ndarray, r_start: np.ndarray, s_end: np.ndarray, r_end: np.ndarray, d: np.ndarray
+) -> np.ndarray:
     """ln((R+ + s+)/(R- + s-)), taken from the side without cancellation; zero where the point is on the edge's line."""
     forward = s_start + s_end > 0
     upper = np.where(forward, r_end + s_end, r_start - s_start)

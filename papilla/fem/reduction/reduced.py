@@ -1,8 +1,10 @@
 """`ReducedFinger`: the finger condensed to what contact needs, a few MB that answer every press without a mesh."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -123,7 +125,7 @@ class ReducedFinger:
         return arrays | {"meta": np.array(json.dumps(meta))}
 
     @classmethod
-    def from_arrays(cls, arrays) -> "ReducedFinger":
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "ReducedFinger":
         """The finger of `to_arrays`; raises `FileFormatError` for anything else."""
         try:
             meta = json.loads(str(arrays["meta"]))
@@ -136,7 +138,7 @@ class ReducedFinger:
         except (KeyError, TypeError, json.JSONDecodeError) as error:
             raise FileFormatError(f"reduced finger: not a complete file ({error})") from error
 
-    def save(self, path) -> None:
+    def save(self, path: str | PathLike) -> None:
         """Write the finger as .npz (no pickle); the file appears whole or not at all."""
         from papilla.files import replacing
 
@@ -144,7 +146,7 @@ class ReducedFinger:
             np.savez(stream, allow_pickle=False, **self.to_arrays())
 
     @classmethod
-    def load(cls, path) -> "ReducedFinger":
+    def load(cls, path: str | PathLike) -> "ReducedFinger":
         """Read a finger that `save` wrote; raises `FileFormatError` or `FileAccessError`."""
         from zipfile import BadZipFile
 
