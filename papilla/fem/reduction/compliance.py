@@ -19,25 +19,28 @@ from papilla.specimen import Specimen
 NEAR = 3.0
 """Pairs closer than this many mean edge lengths are integrated exactly."""
 
+ROWS = 256
+"""Quadrature points evaluated against all others at a time: bounds the memory of large patches."""
+
+Kernel = Callable[..., np.ndarray]
+
 GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
 def half_space_compliance(patch: Patch) -> np.ndarray:
     """Matrix (n, n), in mm3, that times pressure / E* is the weak displacement of a half-space."""
-    points, weights, hats = quadrature(patch)
-    near_pairs = _near_potential(patch, points)
-    potential = _smooth_potential(patch, points, weights, hats, _inverse_distance) + near_pairs
-    compliance = hats.T @ (weights[:, None] * potential) / np.pi
-    return (compliance + compliance.T) / 2
+
+    def exact(points, corners):
+        return linear_potentials(points, corners)[..., None]
+
+    return symmetric(weak_terms(patch, _inverse_distance, exact)(0, 0) / np.pi)
 
 
 @lru_cache(maxsize=8)
 def kernel_compliance(patch: Patch, kernel: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Matrix (n, n), in mm4 times the kernel's unit, of a smooth kernel of distance (mm)."""
-    points, weights, hats = quadrature(patch)
-    compliance = hats.T @ (weights[:, None] * _smooth_potential(patch, points, weights, hats, kernel))
-    return (compliance + compliance.T) / 2
+    return symmetric(weak_terms(patch, lambda offset: kernel(np.hypot(*np.moveaxis(offset, -1, 0)))[None], None)(0, 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +65,9 @@ def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
     return patch.gap + hats.T @ (weights * specimen.gap(points))
 
 
-def _inverse_distance(r: np.ndarray) -> np.ndarray:
-    with np.errstate(divide="ignore"):
-        return np.where(r > 0, 1 / r, 0.0)
+def _inverse_distance(offset: np.ndarray) -> np.ndarray:
+    r = np.hypot(offset[..., 0], offset[..., 1])
+    return np.divide(1.0, r, out=np.zeros_like(r), where=r > 0)[None]
 
 
 @lru_cache(maxsize=8)
@@ -94,43 +97,62 @@ def _subdivided_rule(n: int) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def _smooth_potential(patch, points, weights, hats, kernel) -> np.ndarray:
-    """Potential (3t, n) of each hat function and its images, by quadrature."""
-    loaded = (hats.multiply(weights[:, None])).tocsr()
-    total = np.zeros(hats.shape)
+def symmetric(matrix: np.ndarray) -> np.ndarray:
+    """The symmetric part of a matrix (n, n), not to be written to: it is kept."""
+    matrix = (matrix + matrix.T) / 2
+    matrix.flags.writeable = False
+    return matrix
+
+
+def weak_terms(patch: Patch, kernel: Kernel, exact: Kernel | None) -> Callable[[int, int], np.ndarray]:
+    """terms(k, c) -> (n, n): double integral of the kernel's term k between hat functions, for sources of component c.
+
+    `kernel` maps offsets (..., 2) from source to point onto (terms, ...); `exact`, where the kernel is singular, gives
+    the integrals (pairs, 3, terms) of the terms times a near triangle's hat functions.
+    """
+    points, weights, hats = quadrature(patch)
+    loaded = hats.multiply(weights[:, None]).tocsr()
+    per_image = []
     for image in patch.images:
-        source = points * image
-        distance = np.hypot(points[:, None, 0] - source[None, :, 0], points[:, None, 1] - source[None, :, 1])
-        total += (loaded.T @ kernel(distance).T).T
-    return total
+        source, total = points * image, np.zeros(())
+        for first in range(0, len(points), ROWS):
+            rows = slice(first, first + ROWS)
+            values = kernel(points[rows, None] - source[None])
+            potentials = np.stack([(loaded.T @ value.T).T for value in values])
+            total = total + np.stack([loaded[rows].T @ potential for potential in potentials])
+        if exact is not None:
+            total = total + _near(patch, points, loaded, image, kernel, exact)
+        per_image.append(total)
+    signs = np.column_stack([np.ones(len(patch.images)), patch.images])
+
+    def terms(k: int, c: int) -> np.ndarray:
+        return np.einsum("i,iab->ab", signs[:, c], np.stack([total[k] for total in per_image]))
+
+    return terms
 
 
-def _near_potential(patch: Patch, points: np.ndarray) -> np.ndarray:
-    """What exact integration changes in the potentials (3t, n) of near triangles."""
+def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
+    """What exact integration over near triangles changes: (terms, n, n)."""
     corners = patch.xy[patch.triangles]
-    centres = corners.mean(axis=1)
     size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
-    correction = np.zeros((len(points), len(patch.xy)))
-    for image in patch.images:
-        flipped = corners * image
-        tree = cKDTree(points)
-        near = tree.query_ball_point(centres * image, NEAR * size)
-        triangle = np.repeat(np.arange(len(centres)), [len(found) for found in near])
-        point = np.concatenate([np.array(found, dtype=int) for found in near])
-        exact = linear_potentials(points[point], flipped[triangle])
-        nodes = patch.triangles[triangle]
-        quadrature = _gauss_potentials(points[point], flipped[triangle])
-        np.add.at(correction, (point[:, None], nodes), exact - quadrature)
-    return correction
+    flipped = corners * image
+    near = cKDTree(points).query_ball_point(flipped.mean(axis=1), NEAR * size)
+    triangle = np.repeat(np.arange(len(corners)), [len(found) for found in near])
+    point = np.concatenate([np.array(found, dtype=int) for found in near])
+    change = exact(points[point], flipped[triangle]) - _gauss(points[point], flipped[triangle], kernel)
+    n, nodes = len(patch.xy), patch.triangles[triangle]
+    total = np.zeros((change.shape[2], len(points), n))
+    for k, values in enumerate(total):
+        np.add.at(values, (point[:, None], nodes), change[:, :, k])
+    return np.stack([loaded.T @ values for values in total])
 
 
-def _gauss_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(k, 3) potentials 1/r of the hat functions of k triangles at k points, by the three-point rule."""
+def _gauss(points, corners, kernel) -> np.ndarray:
+    """(pairs, 3, terms) what the three-point rule makes of the kernel times hat functions."""
     source = np.einsum("ql,klj->kqj", GAUSS, corners)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
-    inverse = _inverse_distance(np.linalg.norm(source - points[:, None], axis=2))
-    return area[:, None] / 3 * inverse @ GAUSS
+    return np.einsum("k,tkq,ql->klt", area / 3, kernel(points[:, None] - source), GAUSS)
 
 
 def linear_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -9,15 +9,11 @@ Mirror images carry a component of q along a mirrored axis with the sign turned.
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from papilla.fem.reduction.compliance import GAUSS, NEAR, edge_logarithm, quadrature
+from papilla.fem.reduction.compliance import edge_logarithm, symmetric, weak_terms
 from papilla.fem.reduction.patch import Patch
 from papilla.references.tangential import BondedLayerGreen
 from papilla.specimen import Block, Specimen
-
-ROWS = 256
-"""Quadrature points evaluated against all others at a time: bounds the memory of large patches."""
 
 
 def traction_compliance(patch: Patch, specimen: Specimen) -> np.ndarray:
@@ -44,7 +40,7 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         e = offset * inverse[..., None]
         return np.stack([inverse, *(inverse * part for part in _monomials(e))])
 
-    terms = _weak(patch, kernel, linear_moments)
+    terms = weak_terms(patch, kernel, linear_moments)
     inverse, xx, xy, yy, x, y = range(6)
     n = len(patch.xy)
     parts = [np.zeros((3, n, 3, n)) for _ in range(3)]
@@ -56,7 +52,7 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         # The specimen feels -q, so what a half-space's tensor has here changes sign
         parts[2][0, :, a] = -terms(term, a)
         parts[2][a, :, 0] = terms(term, 0)
-    plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
+    plain, dyadic, coupled = (symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
     return plain, dyadic, coupled
 
 
@@ -69,7 +65,7 @@ def layer_part(patch: Patch, thickness: float, nu: float) -> np.ndarray:
         tensor = green(offset)
         return np.stack([tensor[..., 2, 2], *(tensor[..., a, b] for a, b in ((0, 0), (0, 1), (1, 1), (2, 0), (2, 1)))])
 
-    terms = _weak(patch, kernel, None)
+    terms = weak_terms(patch, kernel, None)
     n = len(patch.xy)
     part = np.zeros((3, n, 3, n))
     part[0, :, 0] = terms(0, 0)
@@ -78,70 +74,13 @@ def layer_part(patch: Patch, thickness: float, nu: float) -> np.ndarray:
     for a, term in ((1, 4), (2, 5)):
         part[0, :, a] = -terms(term, a)
         part[a, :, 0] = terms(term, 0)
-    return _symmetric(part.reshape(3 * n, 3 * n))
+    return symmetric(part.reshape(3 * n, 3 * n))
 
 
 def _monomials(e):
     """e e (xx, xy, yy) and e (x, y) of unit offsets (..., 2), as five arrays (...)."""
     x, y = e[..., 0], e[..., 1]
     return x * x, x * y, y * y, x, y
-
-
-def _symmetric(matrix: np.ndarray) -> np.ndarray:
-    matrix = (matrix + matrix.T) / 2
-    matrix.flags.writeable = False
-    return matrix
-
-
-def _weak(patch: Patch, kernel, exact):
-    """terms(k, c) -> (n, n): double integral of the kernel's term k between hat functions, for sources of component c.
-
-    `kernel` maps offsets (..., 2) from source to point onto (terms, ...); `exact`, where the kernel is singular, gives
-    the integrals (pairs, 3, terms) of the terms times a near triangle's hat functions.
-    """
-    points, weights, hats = quadrature(patch)
-    loaded = hats.multiply(weights[:, None]).tocsr()
-    per_image = []
-    for image in patch.images:
-        source, total = points * image, np.zeros(())
-        for first in range(0, len(points), ROWS):
-            rows = slice(first, first + ROWS)
-            values = kernel(points[rows, None] - source[None])
-            potentials = np.stack([(loaded.T @ value.T).T for value in values])
-            total = total + np.stack([loaded[rows].T @ potential for potential in potentials])
-        if exact is not None:
-            total = total + _near(patch, points, loaded, image, kernel, exact)
-        per_image.append(total)
-    signs = np.column_stack([np.ones(len(patch.images)), patch.images])
-
-    def terms(k: int, c: int) -> np.ndarray:
-        return np.einsum("i,iab->ab", signs[:, c], np.stack([total[k] for total in per_image]))
-
-    return terms
-
-
-def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
-    """What exact integration over near triangles changes: (terms, n, n)."""
-    corners = patch.xy[patch.triangles]
-    size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
-    flipped = corners * image
-    near = cKDTree(points).query_ball_point(flipped.mean(axis=1), NEAR * size)
-    triangle = np.repeat(np.arange(len(corners)), [len(found) for found in near])
-    point = np.concatenate([np.array(found, dtype=int) for found in near])
-    change = exact(points[point], flipped[triangle]) - _gauss(points[point], flipped[triangle], kernel)
-    n, nodes = len(patch.xy), patch.triangles[triangle]
-    total = np.zeros((change.shape[2], len(points), n))
-    for k, values in enumerate(total):
-        np.add.at(values, (point[:, None], nodes), change[:, :, k])
-    return np.stack([loaded.T @ values for values in total])
-
-
-def _gauss(points, corners, kernel) -> np.ndarray:
-    """(pairs, 3, terms) what the three-point rule makes of the kernel times hat functions."""
-    source = np.einsum("ql,klj->kqj", GAUSS, corners)
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
-    return np.einsum("k,tkq,ql->klt", area / 3, kernel(points[:, None] - source), GAUSS)
 
 
 def linear_moments(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
