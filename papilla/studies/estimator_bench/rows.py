@@ -152,14 +152,14 @@ def scene_row(name: str, kind: str, snr: float, plan: Plan) -> SceneRow:
         error=error,
         median=float(np.median(pooled)),
         answered=float(np.mean(np.concatenate(answered))),
-        error_answered=math.sqrt(_mean(partial)),
+        error_answered=math.sqrt(_known(np.mean, partial)),
         bound=bound,
         ratio=error / bound,
         outliers=float(np.mean(pooled > OUTLIER)),
         false_locks=float(np.mean(locks)),
-        sigma_ratio=math.sqrt(_mean(sigmas)),
-        lag_ms=_median(lags),
-        aligned=math.sqrt(_mean(aligned)),
+        sigma_ratio=math.sqrt(_known(np.mean, sigmas)),
+        lag_ms=_known(np.median, lags),
+        aligned=math.sqrt(_known(np.mean, aligned)),
     )
 
 
@@ -171,15 +171,8 @@ def step_row(name: str, before: float, after: float, plan: Plan) -> StepRow:
     for seed in plan.seeds:
         for phase in range(plan.phases):
             at = STEP_AT_S + phase * period_s / plan.phases
-            made = scene(
-                "const",
-                before,
-                seed=seed,
-                seconds=at + AFTER_STEP_S,
-                step_to_mm=after,
-                step_at_s=at,
-                gauge_positions_mm=competitor.gauges_mm,
-            )
+            made = scene("const", before, seed=seed, seconds=at + AFTER_STEP_S, step_to_mm=after, step_at_s=at,
+                         gauge_positions_mm=competitor.gauges_mm)  # fmt: skip
             times.append(settling_ms(made, competitor.make().process(made.block()).wavelength_mm, at))
     median, most = np.quantile(times, [0.5, 0.9], method="inverted_cdf")
     return StepRow(name, competitor.family, before, after, float(median), float(most))
@@ -197,11 +190,7 @@ def velocity_row(name: str, delay_ms: int, gain: float, plan: Plan) -> VelocityR
     return VelocityRow(name, competitor.family, delay_ms, gain, math.sqrt(np.mean(squares)))
 
 
-def _mean(values) -> float:
+def _known(middle, values) -> float:
+    """Mean or median of what is a number."""
     known = [value for value in values if value == value]
-    return float(np.mean(known)) if known else math.nan
-
-
-def _median(values) -> float:
-    known = [value for value in values if value == value]
-    return float(np.median(known)) if known else math.nan
+    return float(middle(known)) if known else math.nan

@@ -4,6 +4,7 @@ import multiprocessing
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
+from functools import partial
 
 from papilla.studies.estimator_bench.competitors import Competitor, chosen
 from papilla.studies.estimator_bench.likelihood import Likelihood, likelihood
@@ -71,7 +72,8 @@ def compare(
 def _jobs(entrants: Sequence[Competitor], plan: Plan) -> list[Job]:
     """All jobs, a scene's together so that a process makes each scene once."""
     jobs: list[Job] = [
-        (_likelihood, (kind, plan.wavelengths_mm, plan.draws, plan.seeds[0])) for kind in LIKELIHOOD_SCENES
+        (partial(likelihood, draws=plan.draws, seed=plan.seeds[0]), (kind, plan.wavelengths_mm))
+        for kind in LIKELIHOOD_SCENES
     ]
     for kind, snr in plan.conditions:
         jobs += [
@@ -84,10 +86,6 @@ def _jobs(entrants: Sequence[Competitor], plan: Plan) -> list[Job]:
         jobs += [(step_row, (item.name, before, after, plan)) for before, after in plan.steps_mm]
         jobs += [(velocity_row, (item.name, delay, gain, plan)) for delay, gain in velocities]
     return jobs
-
-
-def _likelihood(kind: str, wavelengths_mm, draws: int, seed: int) -> Likelihood:
-    return likelihood(kind, wavelengths_mm, draws=draws, seed=seed)
 
 
 def _run(jobs: Sequence[Job], workers: int, done: Callable[[int], None]) -> list:

@@ -78,16 +78,10 @@ class Scene:
         order = np.arange(1, HARMONICS + 1)
         present = self.frequency_Hz[:, None] * order < PASS_BAND * self.sample_rate_Hz
         ends = np.flatnonzero(self.judged())[:: max(1, round(stride_s * self.sample_rate_Hz))]
+        windows = [(slice(end - length, end), float(self.wavelength_mm[end])) for end in ends if end >= length]
         bounds = [
-            wavelength_bound(
-                self.position_mm[end - length : end],
-                float(self.wavelength_mm[end]),
-                amplitudes,
-                self.noise_sd,
-                present[end - length : end],
-            )
-            for end in ends
-            if end >= length
+            wavelength_bound(self.position_mm[rows], wavelength, amplitudes, self.noise_sd, present[rows])
+            for rows, wavelength in windows
         ]
         if not bounds:
             raise InputError(f"a window of {window_s:g} s does not fit into the scene of {self.time_s[-1]:g} s")

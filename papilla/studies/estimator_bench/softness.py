@@ -10,10 +10,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
-from papilla.calibration import LEVEL, NORMAL_FACTOR, Calibration
+from papilla.calibration import NORMAL_FACTOR, Calibration
 from papilla.errors import InputError
 from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.softness.surfaces import GaugeSurfaces
@@ -226,9 +227,9 @@ def compare_softness(
         raise InputError(f"trials must be at least 2, got {trials}")
     cases = list(_cases(calibration, fingers, moduli, noises, profiles, places_mm, entrants))
     rows: list[SoftnessRow] = []
-    total = sum(len(case.entrants) for case in cases)
+    total = sum(len(here) for _, here in cases)
     pressed: dict[tuple, np.ndarray] = {}
-    for case in cases:
+    for case, here in cases:
         force, reduced = force_profile(case.profile), fingers.get(case.mesh)
         key = case.mesh, case.profile, case.position_mm, case.modulus_MPa
         if key not in pressed:
@@ -240,24 +241,24 @@ def compare_softness(
         known = taken_as_exact(calibration) if reduced is None else calibration
         seeds = range(first_seed, first_seed + trials)
         blocks = [_noisy(pressed[key], force, case.gauge_sigma, case.force_sigma_N, seed) for seed in seeds]
-        for entrant in case.entrants:
+        for entrant in here:
             rows.append(_row(entrant, known, case, force, blocks))
             progress(len(rows), total)
     return tuple(rows)
 
 
-@dataclass(frozen=True)
-class _Case:
+class _Case(NamedTuple):
     mesh: str
     profile: str
     position_mm: float
     modulus_MPa: float
     gauge_sigma: float
     force_sigma_N: float
-    entrants: tuple[str, ...]
 
 
-def _cases(calibration: Calibration, fingers, moduli, noises, profiles, places_mm, entrants) -> Iterator[_Case]:
+def _cases(
+    calibration: Calibration, fingers, moduli, noises, profiles, places_mm, entrants
+) -> Iterator[tuple[_Case, tuple[str, ...]]]:
     """All scenes of the table, at the apex and beside it."""
     anywhere = calibration.position is not None
     places = [(SURFACE, x) for x in places_mm] + [(name, reduced.at[0]) for name, reduced in fingers.items()]
@@ -268,7 +269,7 @@ def _cases(calibration: Calibration, fingers, moduli, noises, profiles, places_m
         scenes = product(profiles[:1], moduli, noises[:1]) if x else product(profiles, moduli, noises)
         here = tuple(name for name in able if not x or name in BESIDE)
         for profile, modulus, (gauge_sigma, force_sigma_N) in scenes:
-            yield _Case(mesh, profile, x, modulus, gauge_sigma, force_sigma_N, here)
+            yield _Case(mesh, profile, x, modulus, gauge_sigma, force_sigma_N), here
 
 
 def _noisy(readings, force, gauge_sigma: float, force_sigma_N: float, seed: int) -> np.ndarray:
@@ -305,13 +306,8 @@ def _row(entrant: str, calibration: Calibration, case: _Case, force: np.ndarray,
     nothing = not told.any()
     rms = math.nan if nothing else math.sqrt(np.mean(error**2))
     return SoftnessRow(
-        estimator=entrant,
-        mesh=case.mesh,
-        profile=case.profile,
-        position_mm=case.position_mm,
-        modulus_MPa=modulus,
-        gauge_sigma=case.gauge_sigma,
-        force_sigma_N=case.force_sigma_N,
+        entrant,
+        *case,
         error=rms,
         bound=bound,
         error_over_bound=rms / bound,
@@ -333,19 +329,3 @@ def _last(estimator, block: np.ndarray) -> tuple[float, float]:
     estimator.reset()
     answer = estimator.process(block)
     return float(answer.modulus_MPa[-1]), float(answer.modulus_sigma_MPa[-1])
-
-
-def in_words(rows: Sequence[SoftnessRow]) -> dict[str, str]:
-    """Per estimator and place, the medians of the table in a sentence."""
-    sentences = {}
-    for key in dict.fromkeys((row.estimator, row.place) for row in rows):
-        own = [row for row in rows if (row.estimator, row.place) == key and math.isfinite(row.error)]
-        if own:
-            over, inside = (float(np.median([getattr(row, name) for row in own])) for name in _JUDGED)
-            sentences[", ".join(key)] = (
-                f"{over:.2f} x bound, {100 * inside:.0f} % within the stated {100 * LEVEL:.0f} %"
-            )
-    return sentences
-
-
-_JUDGED = ("error_over_bound", "coverage")

@@ -5,7 +5,7 @@ Targets are data: they are not moved to where an estimator is.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from papilla.studies.estimator_bench.competitors import PUBLISHED
 from papilla.studies.estimator_bench.rows import SceneRow, StepRow
@@ -139,15 +139,4 @@ def judged(target: Target, measured: float) -> Verdict:
         where = f"{target.where[0]:g} to {target.where[1]:g} mm"
     unit = next((unit for ending, unit in (("_ms", "ms"), ("_us", "us")) if target.measure.endswith(ending)), "")
     met = target.low <= measured <= target.high
-    return Verdict(
-        target.estimator,
-        where,
-        target.measure,
-        unit,
-        target.low,
-        target.high,
-        measured,
-        met,
-        target.stretch,
-        target.origin,
-    )
+    return Verdict(**asdict(target) | {"where": where, "unit": unit, "measured": measured, "met": met})
