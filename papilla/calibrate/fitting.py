@@ -11,7 +11,7 @@ from papilla import __version__
 from papilla.calibrate.press_table import Sweep
 from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import SurfaceFit, table_resolution, uncertainty, usable_part
-from papilla.calibration import Calibration, GaugeSurface, SdSurface
+from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface
 from papilla.errors import InputError
 
 
@@ -81,7 +81,7 @@ def provenance(source: str, **facts) -> dict:
     return {"source": source, **facts, "versions": versions, "created": datetime.now(UTC).isoformat(timespec="seconds")}
 
 
-def _refuse_no_spread(force, modulus, sd) -> None:
+def _refuse_no_spread(force: np.ndarray, modulus: np.ndarray, sd: np.ndarray) -> None:
     """ln S_d needs S_d > 0: it is zero for a finger with one gauge, or with gauges that all read the same."""
     if (sd <= 0).any():
         row = int(np.argmax(sd <= 0))
@@ -89,7 +89,7 @@ def _refuse_no_spread(force, modulus, sd) -> None:
         raise InputError(f"S_d is 0 at {where}: a calibration needs at least two gauges whose readings differ")
 
 
-def _doubts(sweep: Sweep, surface, usable, scatter) -> list[str]:
+def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, scatter: Sequence[Sweep]) -> list[str]:
     """What a user of the surface has to doubt."""
     notes = []
     missing, coarse = int((~sweep.valid).sum()), int((sweep.valid & ~sweep.resolved).sum())

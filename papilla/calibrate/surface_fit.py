@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import splu
 from scipy.special import stdtrit
@@ -171,7 +172,13 @@ class SurfaceFit:
         return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, residual)
 
 
-def usable_part(surface: Surface, missing_force=(), missing_modulus=(), forces=(), moduli=()):
+def usable_part(
+    surface: Surface,
+    missing_force: ArrayLike = (),
+    missing_modulus: ArrayLike = (),
+    forces: ArrayLike = (),
+    moduli: ArrayLike = (),
+) -> tuple[np.ndarray, np.ndarray]:
     """The part of ln S_d that has an inverse.
 
     Parameters
@@ -186,7 +193,7 @@ def usable_part(surface: Surface, missing_force=(), missing_modulus=(), forces=(
     """
     rising = _slope_bounds(surface).min(axis=(2, 3)) > 0
     supported = np.ones_like(rising)
-    for force, modulus in zip(missing_force, missing_modulus, strict=True):
+    for force, modulus in zip(np.asarray(missing_force), np.asarray(missing_modulus), strict=True):
         rows = _touched(surface.force_axis, *_neighbours(np.asarray(forces), force))
         columns = _touched(surface.modulus_axis, *_neighbours(np.asarray(moduli), modulus))
         supported[rows, columns] = False

@@ -4,10 +4,12 @@ f in gram-force, E in MPa, S_d in microstrain: the units of the publication.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla.errors import InputError
 
@@ -38,7 +40,7 @@ class Quadratic:
     condition: float
     notes: tuple[str, ...] = ()
 
-    def __call__(self, force_gf, modulus_MPa):
+    def __call__(self, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """S_d in microstrain at forces (gf) and moduli (MPa) that broadcast."""
         a, b, c, d, e = self.coefficients
         f, E = np.asarray(force_gf, float), np.asarray(modulus_MPa, float)
@@ -63,7 +65,7 @@ class QuadraticInverse:
     branch: int
     modulus_MPa: tuple[float, float] | None
 
-    def __call__(self, sd_microstrain, force_gf):
+    def __call__(self, sd_microstrain: ArrayLike, force_gf: ArrayLike) -> np.ndarray:
         """E in MPa; NaN where S_d belongs to no modulus of the rising range (answers outside it are refused)."""
         sd, f = np.asarray(sd_microstrain, float), np.asarray(force_gf, float)
         per_sd, per_f2, per_f, constant = self.coefficients
@@ -76,7 +78,7 @@ class QuadraticInverse:
         return np.where((modulus >= low - slack) & (modulus <= high + slack), modulus, np.nan)[()]
 
 
-def invert_quadratic(coefficients, modulus_MPa: tuple[float, float]) -> QuadraticInverse:
+def invert_quadratic(coefficients: Sequence[float] | np.ndarray, modulus_MPa: tuple[float, float]) -> QuadraticInverse:
     """The exact inverse of S_d = a f^2 + b f + c E^2 + d E + e on its rising branch, within a range of moduli.
 
     dS_d/dE = 2 c (E + shift) with shift = d / 2c, so the rising root has the sign of c. Raises `InputError` for c = 0.

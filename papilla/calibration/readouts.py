@@ -6,6 +6,7 @@ from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla.calibration.surface import POWERS, Axis, PointSurface, Surface, inside
 from papilla.errors import InputError
@@ -133,7 +134,7 @@ class GaugeSurface:
     surface: Surface
     uncertainty: Uncertainty
 
-    def reading(self, force_N, modulus_MPa):
+    def reading(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """Reading in microstrain at forces and moduli that broadcast; NaN outside the domain."""
         return np.asarray(force_N, float) * self.surface(force_N, modulus_MPa)
 
@@ -198,7 +199,7 @@ class PositionTerms:
         windows = np.lib.stride_tricks.sliding_window_view(self.coefficients, (4, 4, 4), axis=(1, 2, 3))
         return np.einsum("pa,gijkpqr,qb,rc->ijkgabc", POWERS, windows, POWERS, POWERS)
 
-    def change(self, force_N, modulus_MPa, position_mm) -> np.ndarray:
+    def change(self, force_N: ArrayLike, modulus_MPa: ArrayLike, position_mm: ArrayLike) -> np.ndarray:
         """(..., g) change in microstrain / N at forces, moduli and positions that broadcast; NaN outside the domain."""
         force, modulus, position = np.broadcast_arrays(
             *(np.asarray(value, float) for value in (force_N, modulus_MPa, position_mm))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla.errors import InputError
 
@@ -72,15 +73,15 @@ class Surface:
         last = self.polynomials[:, -1:].sum(axis=3)
         return np.concatenate([self.polynomials[..., 0], last], axis=1)
 
-    def __call__(self, force_N, modulus_MPa):
+    def __call__(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """Value at forces (N) and moduli (MPa) that broadcast; NaN outside the domain."""
         return self._evaluate(force_N, modulus_MPa, 0, 0)
 
-    def slopes(self, force_N, modulus_MPa):
+    def slopes(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """(d/d ln force, d/d ln modulus) at points that broadcast; NaN outside the domain."""
         return self._evaluate(force_N, modulus_MPa, 1, 0), self._evaluate(force_N, modulus_MPa, 0, 1)
 
-    def _evaluate(self, force_N, modulus_MPa, along_force: int, along_modulus: int):
+    def _evaluate(self, force_N: ArrayLike, modulus_MPa: ArrayLike, along_force: int, along_modulus: int) -> np.ndarray:
         i, t, inside_force = self.force_axis.locate(np.asarray(force_N, float))
         j, u, inside_modulus = self.modulus_axis.locate(np.asarray(modulus_MPa, float))
         left = _power_vector(t, along_force) / self.force_axis.step**along_force

@@ -117,7 +117,7 @@ def test_a_small_sweep_gets_polynomials(truth):
 
 
 @pytest.mark.slow
-def test_real_presses_between_the_points_and_on_another_mesh(tmp_path, monkeypatch):
+def test_real_presses_between_the_points_and_on_another_mesh():
     """The default finger on two of its reference meshes, noise-free: the figures that the README states."""
     from papilla.calibrate import sweep
     from papilla.fem import press
@@ -125,7 +125,6 @@ def test_real_presses_between_the_points_and_on_another_mesh(tmp_path, monkeypat
     from papilla.finger import Finger
     from papilla.specimen import Block
 
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     meshes = [prepare(Finger.default(), variant=variant) for variant in range(3)]
     few = np.geomspace(0.02, 5, 12), np.geomspace(0.05, 1, 20)
     calibration = fit(sweep(meshes[0]), scatter=[sweep(meshes[2], *few)])
