@@ -61,3 +61,8 @@ def test_poissons_ratio_ends_at_one_half(nu):
     assert checks.poisson("nu", 0) == 0 and checks.poisson("nu", 0.5) == 0.5
     with pytest.raises(InputError, match="^nu must lie between 0 and 0.5, got "):
         checks.poisson("nu", nu)
+
+
+def test_only_what_a_sensor_can_give_is_believed():
+    found = checks.believable(np.array([1e12, -1e12, 1.01e12, -1e300, np.inf, np.nan, 0.0]))
+    np.testing.assert_array_equal(found, [1e12, -1e12, np.nan, np.nan, np.nan, np.nan, 0.0])

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
-from papilla.cli.paths import about, design_files, keep_inputs
+from papilla.cli.paths import about, keep_inputs, surface_files
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -33,7 +33,7 @@ def calibrate(
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     keep_inputs([finger, bench], paths.values())
     design = Finger.load(finger) if finger else None
-    keep_inputs(design_files(finger, design) if design else [], paths.values())
+    keep_inputs(surface_files(design) if design else [], paths.values())
     log = read_presses(bench) if bench else None
     for note in log.notes if log is not None else ():
         say(f"{bench}: {note}")

@@ -21,11 +21,11 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
                 raise InputError(f"{output} would overwrite the input {name}: choose another name")
 
 
-def design_files(finger: Path | None, design: "Finger") -> list[Path | str | None]:
-    """The files of a design: its own, and those of its surfaces."""
+def surface_files(design: "Finger") -> list[str]:
+    """The files of a design's surfaces."""
     from papilla.finger import Surfaces
 
-    return [finger, *(vars(design.shape).values() if isinstance(design.shape, Surfaces) else ())]
+    return [*vars(design.shape).values()] if isinstance(design.shape, Surfaces) else []
 
 
 @contextmanager

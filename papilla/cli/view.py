@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from papilla.cli.output import Stopwatch, print_json, progress, tell
-from papilla.cli.paths import design_files, keep_inputs
+from papilla.cli.paths import keep_inputs, surface_files
 from papilla.cli.press import SpecimenKind, make_specimen
 from papilla.errors import InputError
 
@@ -52,7 +52,7 @@ def view(
     kind_of(target)
     keep_inputs([finger], [target])
     design = Finger.load(finger) if finger else Finger.default()
-    keep_inputs(design_files(finger, design), [target])
+    keep_inputs(surface_files(design), [target])
     check_writable(target.parent)
     facts = {"finger": design.name, "picture": what}
     with progress() as shown:
