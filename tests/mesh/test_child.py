@@ -109,6 +109,14 @@ def test_input_and_output_are_arrays_in_its_folder(worker):
     assert np.array_equal(points, np.ones((4, 3))) and np.array_equal(tets, np.ones((2, 4)))
 
 
+def test_the_child_imports_this_very_package(worker, monkeypatch):
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    worker("import papilla, sys\nsys.exit(papilla.__file__)\n")
+    with pytest.raises(MeshError) as caught:
+        tetrahedralise(SOUP)
+    assert str(caught.value).endswith(str(Path(child.__file__).parents[1] / "__init__.py"))
+
+
 def test_hang_is_stopped(worker, hanging):
     source, pipe = hanging
     worker(source)
