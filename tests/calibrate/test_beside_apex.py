@@ -8,6 +8,7 @@ import pytest
 from papilla.calibrate import beside_apex as position
 from papilla.calibrate.beside_apex import CELLS, ERROR, fit_positions, with_positions
 from papilla.errors import ContactRangeError, InputError
+from papilla.fem.reduction.finger_model import FingerModel
 from papilla.finger import Finger
 
 GAUGES_MM = np.array([-13.0, -7.0, 0.0, 7.0, 13.0])
@@ -51,7 +52,13 @@ def test_its_error_is_a_share_of_the_change_and_what_the_fit_misses():
 def test_a_finger_gets_its_positions(calibration, monkeypatch, tmp_path):
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     calls = []
-    monkeypatch.setattr(position, "move_presses", lambda *_: calls.append(1) or moved())
+
+    def move(model, reduced, domain):
+        assert isinstance(model, FingerModel) and reduced is stand_in and domain == calibration.domain
+        calls.append(1)
+        return moved()
+
+    monkeypatch.setattr(position, "move_presses", move)
     finger = Finger.default()
     stand_in = type("Reduced", (), {"to_arrays": lambda *_: {"meta": np.array("ab")}})()
     for _ in range(2):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.finger import Finger
 from papilla.logs import PressLog
+from papilla.specimen import Block
 
 VOID = {"meta", "img", "br"}
 
@@ -209,6 +211,28 @@ def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
     with pytest.raises(InputError, match="needs the finger"):
         write_report(tmp_path / "report.html", replace(swept, reduced=object()))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
+    from papilla.calibrate.report import page
+
+    finger, patch = Finger.default(), SimpleNamespace(xy=np.zeros((126, 2)))
+    reduced = SimpleNamespace(gains=np.ones(5), levers=np.zeros(5), mesh_size_mm=0.7, patch=patch)
+    figures = {"cells": 37000, "points": 7000, "volume_mm3": {"outer": 1234.5}, "mean_ratio_mean": 0.8}
+    figures |= {"mean_ratio_min": 0.2, "dihedral_min_deg": 9.0, "dihedral_max_deg": 160.0, "edge_min_mm": 0.5}
+    monkeypatch.setattr(page.mesh, "build", lambda given, size_mm: (given, size_mm))
+    monkeypatch.setattr(page.mesh, "quality", lambda built: figures | {"edge_max_mm": built[1]})
+    monkeypatch.setattr(page.fem, "press", lambda *given, **options: (given[1], options["force"]))
+    drawn = []
+    draw = lambda *given, **options: drawn.append(given) or b"a picture"  # noqa: E731
+    monkeypatch.setattr(page.view, "strain_picture", draw)
+    found = read(replace(swept, reduced=reduced), finger=finger)
+    assert drawn == [(finger, reduced, (Block(0.51, 10.0), 0.588), Block(0.51, 10.0))]
+    assert "data:image/png;base64,YSBwaWN0dXJl" in found.images
+    for words in ("tetrahedra, vertices 37 000, 7 000", "outer 1 234", "edges (mm) 0.500, 0.700", ") 126 "):
+        assert words in found.text
+    assert "The readings are strains, not a foil's output" in found.text
+    assert "Outer layer 0.136 MPa, inner layer 0.034 MPa" in found.text and "The papers give no moduli" in found.text
 
 
 def test_a_folder_that_is_not_there_is_refused_in_one_line(bench, tmp_path):
