@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from papilla.calibrate import fit
 from papilla.calibrate.job import Calibrated, Recovery, calibrate_measured
 from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
 from papilla.calibrate.report.page import number, plain, symbols, write_report
@@ -243,7 +244,7 @@ def test_a_folder_that_is_not_there_is_refused_in_one_line(bench, tmp_path):
 @pytest.mark.slow
 def test_the_report_of_the_default_finger_shows_its_field_and_mesh(read):
     from papilla import fem
-    from papilla.calibrate import fit, sweep
+    from papilla.calibrate import sweep
     from papilla.calibrate.job import recover
 
     finger = Finger.default()
@@ -296,6 +297,12 @@ def test_slopes_are_those_of_the_surface(calibration):
         rise = np.log(calibration.predict(force, modulus * (1 + step)) / calibration.predict(force, modulus)) / step
         assert slope == pytest.approx(rise, rel=1e-3)
         assert (scatter, cost) == (0, 0)
+
+
+def test_a_domain_without_50_gf_is_judged_in_its_middle(truth):
+    light = fit(truth.sweep(np.geomspace(0.05, 1, 12), np.geomspace(0.05, 0.3, 12)))
+    assert slopes(light)[0] == pytest.approx(np.sqrt(0.05 * 0.3))
+    assert force_cost(light)[0] == 0.3
 
 
 def test_the_cost_of_force_is_slope_over_slope(calibration):
