@@ -192,6 +192,14 @@ def test_the_hardest_modulus_that_can_be_told(calibration):
     assert nothing.hardest()[1] is None and nothing.share == 0
 
 
+def test_the_hardest_is_the_last_that_is_told_at_the_middle_force():
+    status = np.full((3, 4), SoftnessStatus.OK)
+    status[1] = [0, 0, 0, SoftnessStatus.HARDER]
+    answers = AnswerMap(np.array([0.1, 0.2, 0.4]), np.arange(1.0, 5.0), np.arange(12.0).reshape(3, 4), status)
+    assert answers.hardest() == (0.2, 3.0, 6.0)
+    assert answers.share == 11 / 12
+
+
 def test_provenance_names_all_sources(swept):
     rows = dict(provenance(swept.calibration))
     assert rows["finger: name"] == "made up" and rows["mesh: size mm"] == 1.0 and rows["presses"] == 900

@@ -161,6 +161,11 @@ def test_usable_part_and_its_sides(surface):
         assert sd.ln_modulus(float(centres[3]), value)[1] is SoftnessStatus[status]
 
 
+def test_statuses_have_numbers_and_sentences_of_their_own():
+    assert [int(status) for status in SoftnessStatus] == list(range(12))
+    assert len({status.sentence for status in SoftnessStatus}) == 12
+
+
 def test_scatter_is_linear_in_the_logarithm_of_the_force():
     known = Uncertainty(0.0, 2.0, 0.0, np.array([0.1, 0.4]), np.array([0.01, 0.03]), 2.0, 4)
     assert [known.scatter_at(f) for f in (0.05, 0.1, 0.2, 0.4, 0.9)] == pytest.approx([0.01, 0.01, 0.02, 0.03, 0.03])
