@@ -237,6 +237,10 @@ OF_SD = ("softness", "surface", "uncertainty")
             lambda d: put(d, [2, 1], "softness", "gauges", 0, "uncertainty", "scatter_force_N"),
             "gauges\\[0\\].* must rise",
         ),
+        (
+            lambda d: put(d, [0, 0, 0], *OF_SD, "scatter") or put(d, [0.1, 0.3, 0.2], *OF_SD, "scatter_force_N"),
+            "scatter_force_N.* must rise",
+        ),
         (lambda d: put(d, {}, "softness", "gauges"), "softness.gauges must be a valid list"),
         (lambda d: put(d, [0.05, 2.0], "domain", "force_N"), "domain differs"),
         (
