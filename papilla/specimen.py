@@ -41,6 +41,12 @@ class Surface(Protocol):
     def kernel(self, kernel: Callable[["np.ndarray"], "np.ndarray"], /) -> "np.ndarray":
         """(n, n) weak compliance of a smooth kernel: mm of displacement per N at a distance in mm."""
 
+    def half_space_tractions(self, nu: float, /) -> "np.ndarray":
+        """(3n, 3n) weak compliance of a half-space of 1 MPa against pressure and tangential tractions, in mm3 / MPa."""
+
+    def green_tractions(self, green: Callable[["np.ndarray"], "np.ndarray"], /) -> "np.ndarray":
+        """(3n, 3n) the same of a smooth Green's tensor (..., 3, 3), in mm / N, of offsets (..., 2) in mm."""
+
 
 @dataclass(frozen=True)
 class Specimen:
@@ -93,6 +99,13 @@ class Specimen:
         """Weak compliance (n, n) of the specimen on a patch, mm3 / MPa."""
         return surface.half_space / self.contact_modulus
 
+    def traction_compliance(self, surface: Surface) -> "np.ndarray":
+        """Weak compliance (3n, 3n) against pressure, then tangential tractions along x and y, mm3 / MPa.
+
+        Only friction asks for it; its first (n, n) block is `compliance`.
+        """
+        return surface.half_space_tractions(self.nu) / self.modulus
+
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` where `taken` mm off it, or a contact `radius` (mm), is beyond its law."""
 
@@ -137,6 +150,13 @@ class Block(Specimen):
         from papilla.references import BondedLayerKernel
 
         return super().compliance(surface) + surface.kernel(BondedLayerKernel(self.thickness, self.nu)) / self.modulus
+
+    def traction_compliance(self, surface: Surface) -> "np.ndarray":
+        """Weak compliance (3n, 3n) of the layer against all tractions, mm3 / MPa."""
+        from papilla.references import BondedLayerGreen
+
+        bonded = surface.green_tractions(BondedLayerGreen(self.thickness, self.nu)) / self.modulus
+        return super().traction_compliance(surface) + bonded
 
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` where more than half of the block is gone."""

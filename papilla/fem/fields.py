@@ -34,7 +34,7 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
     centroids = space.mesh.points[space.mesh.tets].mean(axis=1)
     cell_number, cell_image = _fold(mesh, mesh.points[mesh.tets].mean(axis=1), centroids)
     vertices = space.displacement.nodal_dofs[0]
-    for parity, solution in model.cell_displacements(press.pressure, reduced.at).items():
+    for parity, solution in model.cell_displacements(press.traction, reduced.at).items():
         cell_strain = _centroid_strain(space, solution)
         for image in np.unique(vertex_image, axis=0):
             signs = parity_signs(parity, tuple(image))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance, linear_potentials, quadrature
+from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance, linear_moments, quadrature
 from papilla.references import uniform_disc_mean_displacement
 
 TRIANGLES = np.array(
@@ -57,7 +57,7 @@ def polar_potentials(point, corners):
 def test_potentials_of_a_triangle(triangle, place):
     corners = TRIANGLES[triangle]
     point = np.array(PLACES[place]) @ corners
-    found = linear_potentials(point[None], corners[None])[0]
+    found = linear_moments(point[None], corners[None])[0, :, 0]
     assert found == pytest.approx(polar_potentials(point, corners), rel=1e-9, abs=1e-11)
 
 
@@ -76,10 +76,10 @@ def test_the_reference_itself_on_a_far_triangle():
 
 def test_potentials_do_not_depend_on_orientation_or_place():
     corners, point = TRIANGLES[1], np.array([0.1, 0.2])
-    found = linear_potentials(point[None], corners[None])[0]
-    turned = linear_potentials(point[None], corners[None, ::-1])[0][::-1]
-    moved = linear_potentials(point[None] + 7, corners[None] + 7)[0]
-    scaled = linear_potentials(1e3 * point[None], 1e3 * corners[None])[0] / 1e3
+    found = linear_moments(point[None], corners[None])[0, :, 0]
+    turned = linear_moments(point[None], corners[None, ::-1], (0,))[0, ::-1, 0]
+    moved = linear_moments(point[None] + 7, corners[None] + 7, (0,))[0, :, 0]
+    scaled = linear_moments(1e3 * point[None], 1e3 * corners[None], (0,))[0, :, 0] / 1e3
     for other in (turned, moved, scaled):
         assert other == pytest.approx(found, rel=1e-11)
 

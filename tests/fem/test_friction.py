@@ -9,8 +9,7 @@ from papilla.errors import SolverError
 from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.pressing.friction_path import FrictionPath
 from papilla.fem.pressing.friction_step import FrictionProblem, coulomb_step
-from papilla.fem.reduction.compliance import quadrature
-from papilla.fem.reduction.traction import traction_compliance
+from papilla.fem.reduction.compliance import PatchSurface, quadrature
 from papilla.references import (
     dundurs_beta,
     effective_modulus,
@@ -22,6 +21,10 @@ from papilla.specimen import HalfSpace
 
 RADIUS = 20.0
 STICK = math.inf
+
+
+def traction_compliance(patch, specimen):
+    return specimen.traction_compliance(PatchSurface(patch, None))
 
 
 def paraboloid(x, y):

@@ -23,7 +23,7 @@ def saved(coarse, tmp_path):
 def test_saved_and_loaded_is_the_same_to_the_bit(coarse, saved):
     loaded = ReducedFinger.load(saved)
     for item in fields(ReducedFinger):
-        if item.name == "patch":
+        if item.name in ("patch", "tangential_source"):
             continue
         before, after = getattr(coarse, item.name), getattr(loaded, item.name)
         assert type(before) is type(after) and np.array_equal(before, after), item.name

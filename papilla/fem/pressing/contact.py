@@ -91,28 +91,53 @@ def contact_press(
     solution = solve_contact(compliance, patch.mass, gap, force=share, indentation=indentation, start=start)
     if not solution.active.any():
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
-    total = float(reduced.multiplicity * patch.mass @ solution.pressure)
-    shape = _shape(reduced, specimen, solution.pressure, total)
-    coarse = too_coarse(shape.area, float(patch.edge_length[solution.active].mean()), reduced.mesh_size_mm)
-    status = coarse or f"contact: converged in {solution.iterations} exchanges"
+    return contact_result(
+        reduced,
+        specimen,
+        began,
+        force=force,
+        pressure=solution.pressure,
+        indentation=solution.indentation,
+        active=solution.active,
+        values=reduced.rows @ solution.pressure,
+        status=f"contact: converged in {solution.iterations} exchanges",
+    )
+
+
+def contact_result(
+    reduced: ReducedFinger,
+    specimen: Specimen,
+    began: float,
+    *,
+    force: float | None,
+    pressure: np.ndarray,
+    status: str,
+    active: np.ndarray,
+    **values,
+) -> Press:
+    """The press of a solved contact, and how far the mesh lets it be trusted; `force` (N) is the one asked for."""
+    patch = reduced.patch
+    total = float(reduced.multiplicity * patch.mass @ pressure)
+    shape = _shape(reduced, specimen, pressure, total)
+    coarse = too_coarse(shape.area, float(patch.edge_length[active].mean()), reduced.mesh_size_mm)
+    status = coarse or status
     if coarse is None and reduced.at != (0.0, 0.0):
         status += f"; off the apex the mesh is coarser, and readings are within {100 * OFF_APEX:g} %"
     return linear_press(
         reduced,
         specimen,
         began,
-        compliance=compliance,
+        compliance=reduced.total_compliance(specimen),
         force=total if force is None else force,
         fidelity="contact",
-        indentation=solution.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
-        values=reduced.rows @ solution.pressure,
         force_balance=0.0 if force is None else abs(total - force) / force,
         status=status,
         resolved=coarse is None,
-        pressure=solution.pressure,
-        active=solution.active,
+        pressure=pressure,
+        active=active,
+        **values,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem.pressing.contact import NoContactError, contact_press
+from papilla.fem.pressing.friction import coefficient, friction_press
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
@@ -44,6 +45,7 @@ def press(
     indentation_mm: float | None = None,
     fidelity: str = "auto",
     tolerance: float = 0.02,
+    friction: float | str = 0.0,
     start: np.ndarray | None = None,
     force: float | None = None,
     indentation: float | None = None,
@@ -57,7 +59,9 @@ def press(
         against contact for this finger, specimen and force, and on top of it what the mesh is known to cost) is within
         `tolerance`, else contact. The status says which quantity decided, and what both are known to be off by for the
         mesh and for small strain; "finite", which alone is free of the latter, needs the mesh: `press_finite`.
-    start : (n,) active nodes of a similar press, to start the contact search from.
+    friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz knows none. The force
+        grows from first touch along the contact normal: what friction does depends on it, and the status says so.
+    start : (n,) active nodes of a similar press without friction, to start the contact search from.
 
     Raises `InputError` for unusable values, `ContactRangeError` where the press leaves what the model covers.
     """
@@ -69,6 +73,11 @@ def press(
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
     if fidelity not in (*FIDELITIES, "auto"):
         raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
+    rubbing = coefficient(friction)
+    if fidelity == "hertz" and rubbing:
+        raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
+    if rubbing:
+        return friction_press(reduced, specimen, *load, rubbing, began)
     if fidelity == "hertz":
         return hertz_press(reduced, specimen, *load, "hertz: as asked", began)
     if fidelity == "contact":

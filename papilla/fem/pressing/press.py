@@ -38,6 +38,7 @@ class Press:
     force_balance : relative difference of the pressure's integral from the force.
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
+    shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
     """
 
     force: float
@@ -55,12 +56,19 @@ class Press:
     seconds: float
     pressure: np.ndarray
     active: np.ndarray
+    shear: np.ndarray | None = None
 
     def __repr__(self) -> str:
         return (
             f"Press({self.fidelity}, {self.force:.4g} N, {self.indentation:.4g} mm, {self.contact_area:.4g} mm2, "
             f"S_d {self.sd:.5g} microstrain: {self.status})"
         )
+
+    @property
+    def traction(self) -> np.ndarray:
+        """Pressure and tangential tractions (3, n) at the patch nodes, MPa."""
+        shear = np.zeros((2, len(self.pressure))) if self.shear is None else self.shear
+        return np.vstack([self.pressure, shear])
 
     @property
     def strain(self) -> np.ndarray:

@@ -1,13 +1,17 @@
-"""Compliance of the specimen on the patch: weak surface displacement under piecewise linear pressure.
+"""Compliance of the specimen on the patch: weak surface displacement under piecewise linear pressure and shear.
 
-The half-space kernel 1/(pi E* r) is singular: pairs of near triangles are integrated exactly inside (the potential of a
-linear density on a triangle, Wilton et al. 1984, doi:10.1109/TAP.1984.1143304) and by Gauss outside; far pairs
-by Gauss on both. A bonded block adds a smooth kernel.
+Unknowns are [p, q_1, q_2], each nodal (n,), in MPa of the contact plane: p pushes finger and specimen apart, q acts on
+the finger along the plane's two axes and is turned on the specimen. Conjugate to them are the closure (how far both
+surfaces give way) and the slip of the finger along the specimen, so that compliances are symmetric and add up. Without
+friction p alone is asked for. Mirror images carry a component of q along a mirrored axis with the sign turned.
+
+The half-space kernels go with 1/r: pairs of near triangles are integrated exactly inside and by Gauss outside; far
+pairs by Gauss on both. A bonded block adds a smooth kernel.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,25 +26,20 @@ NEAR = 3.0
 ROWS = 256
 """Quadrature points evaluated against all others at a time: bounds the memory of large patches."""
 
-Kernel = Callable[..., np.ndarray]
-
 GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
 def half_space_compliance(patch: Patch) -> np.ndarray:
     """Matrix (n, n), in mm3, that times pressure / E* is the weak displacement of a half-space."""
-
-    def exact(points, corners):
-        return linear_potentials(points, corners)[..., None]
-
-    return symmetric(weak_terms(patch, _inverse_distance, exact)(0, 0) / np.pi)
+    terms = _weak(patch, lambda offset: _inverse(offset)[None], partial(linear_moments, orders=(0,)))
+    return _symmetric(terms(0, 0)) / np.pi
 
 
 @lru_cache(maxsize=8)
 def kernel_compliance(patch: Patch, kernel: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Matrix (n, n), in mm4 times the kernel's unit, of a smooth kernel of distance (mm)."""
-    return symmetric(weak_terms(patch, lambda offset: kernel(np.hypot(*np.moveaxis(offset, -1, 0)))[None], None)(0, 0))
+    return _symmetric(_weak(patch, lambda offset: kernel(np.linalg.norm(offset, axis=-1))[None], None)(0, 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,17 +56,66 @@ class PatchSurface:
         """Weak compliance (n, n) of a smooth kernel: mm per N at a distance in mm."""
         return kernel_compliance(self.patch, kernel)
 
+    def half_space_tractions(self, nu: float) -> np.ndarray:
+        """Weak compliance (3n, 3n), in mm3 / MPa, of a half-space of 1 MPa; its first (n, n) block the normal one."""
+        plain, dyadic, coupling = half_space_parts(self.patch)
+        return (1 + nu) / np.pi * ((1 - nu) * plain + nu * dyadic + (1 - 2 * nu) / 2 * coupling)
+
+    def green_tractions(self, green: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Weak compliance (3n, 3n) of a smooth Green's tensor, displacement per force at offsets (..., 2) in mm."""
+        return green_compliance(self.patch, green)
+
+
+@lru_cache(maxsize=4)
+def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Three matrices (3n, 3n) in mm3 that hold for any Poisson's ratio: 1/r, e e/r (tangential), and e/r (coupling)."""
+
+    def kernel(offset):
+        inverse = _inverse(offset)
+        e = offset * inverse[..., None]
+        return np.stack([inverse, *(inverse * part for part in _monomials(e))])
+
+    terms = _weak(patch, kernel, linear_moments)
+    inverse, xx, xy, yy, x, y = range(6)
+    n = len(patch.xy)
+    parts = [np.zeros((3, n, 3, n)) for _ in range(3)]
+    for a in range(3):
+        parts[0][a, :, a] = terms(inverse, a)
+    for a, b, term in ((1, 1, xx), (1, 2, xy), (2, 1, xy), (2, 2, yy)):
+        parts[1][a, :, b] = terms(term, b)
+    for a, term in ((1, x), (2, y)):
+        # The specimen feels -q, so what a half-space's tensor has here changes sign
+        parts[2][0, :, a] = -terms(term, a)
+        parts[2][a, :, 0] = terms(term, 0)
+    plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
+    return plain, dyadic, coupled
+
+
+@lru_cache(maxsize=8)
+def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Weak compliance (3n, 3n) of a smooth Green's tensor (..., 3, 3), z into the specimen, of offsets (..., 2)."""
+
+    def kernel(offset):
+        tensor = green(offset)
+        return np.stack([tensor[..., 2, 2], *(tensor[..., a, b] for a, b in ((0, 0), (0, 1), (1, 1), (2, 0), (2, 1)))])
+
+    terms = _weak(patch, kernel, None)
+    n = len(patch.xy)
+    part = np.zeros((3, n, 3, n))
+    part[0, :, 0] = terms(0, 0)
+    for a, b, term in ((1, 1, 1), (1, 2, 2), (2, 1, 2), (2, 2, 3)):
+        part[a, :, b] = terms(term, b)
+    for a, term in ((1, 4), (2, 5)):
+        part[0, :, a] = -terms(term, a)
+        part[a, :, 0] = terms(term, 0)
+    return _symmetric(part.reshape(3 * n, 3 * n))
+
 
 @lru_cache(maxsize=64)
 def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
     """Weak gap (n,), in mm3, between the undeformed skin and a specimen that touches it."""
     points, weights, hats = quadrature(patch)
     return patch.gap + hats.T @ (weights * specimen.gap(points))
-
-
-def _inverse_distance(offset: np.ndarray) -> np.ndarray:
-    r = np.hypot(offset[..., 0], offset[..., 1])
-    return np.divide(1.0, r, out=np.zeros_like(r), where=r > 0)[None]
 
 
 @lru_cache(maxsize=8)
@@ -97,14 +145,25 @@ def _subdivided_rule(n: int) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def symmetric(matrix: np.ndarray) -> np.ndarray:
-    """The symmetric part of a matrix (n, n), not to be written to: it is kept."""
+def _inverse(offset: np.ndarray) -> np.ndarray:
+    """1/r (...) of offsets (..., 2), and 0 at none: near pairs are integrated otherwise."""
+    r = np.hypot(offset[..., 0], offset[..., 1])
+    return np.divide(1.0, r, out=np.zeros_like(r), where=r > 0)
+
+
+def _monomials(e):
+    """e e (xx, xy, yy) and e (x, y) of unit offsets (..., 2), as five arrays (...)."""
+    x, y = e[..., 0], e[..., 1]
+    return x * x, x * y, y * y, x, y
+
+
+def _symmetric(matrix: np.ndarray) -> np.ndarray:
     matrix = (matrix + matrix.T) / 2
     matrix.flags.writeable = False
     return matrix
 
 
-def weak_terms(patch: Patch, kernel: Kernel, exact: Kernel | None) -> Callable[[int, int], np.ndarray]:
+def _weak(patch: Patch, kernel, exact):
     """terms(k, c) -> (n, n): double integral of the kernel's term k between hat functions, for sources of component c.
 
     `kernel` maps offsets (..., 2) from source to point onto (terms, ...); `exact`, where the kernel is singular, gives
@@ -155,36 +214,86 @@ def _gauss(points, corners, kernel) -> np.ndarray:
     return np.einsum("k,tkq,ql->klt", area / 3, kernel(points[:, None] - source), GAUSS)
 
 
-def linear_potentials(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Integrals (k, 3) of each hat function over r, for k points (k, 2) in the plane of k triangles (k, 3, 2).
+def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, ...] = (0, 1, 2)) -> np.ndarray:
+    """Integrals (k, 3, 6) of each hat function times (1, e_x^2, e_x e_y, e_y^2, e_x, e_y) / r, exactly, for k points
+    (k, 2) in the plane of k triangles (k, 3, 2); e is the unit offset and r the distance from source to point.
 
-    Exact (Wilton et al. 1984, in-plane case): with edge distance d, edge coordinates s and R = |r| at the ends,
-    int 1/r = sum d ln((R+ + s+)/(R- + s-)), int rho/r = sum n (d^2 ln(...) + s+ R+ - s- R-) / 2.
+    In polar coordinates about the point the radial integral is elementary. With x = source - point, an edge at distance
+    d with coordinate s along it, r^2 = d^2 + s^2 and phi = phi_0 + g . x, what is left is, for m = 0, 1, 2 factors x,
+    int phi x^m / r^(m+1) dA = sum over edges of d int (phi_0 + g . x / 2) x^m / r^(m+1) ds; m = 0 is that of Wilton et
+    al. 1984, doi:10.1109/TAP.1984.1143304. `orders` are the m that are wanted; m = 0 alone gives (k, 3, 1).
     """
-    plain = np.zeros(len(points))
-    moment = np.zeros((len(points), 2))
+    value, gradient = _hats_at(points, corners)
+    total = np.zeros((len(points), 3, 6 if orders != (0,) else 1))
     middle = corners.mean(axis=1)
-    for k in range(3):
-        start, end = corners[:, k], corners[:, (k + 1) % 3]
+    for edge in range(3):
+        start, end = corners[:, edge], corners[:, (edge + 1) % 3]
         along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
         out = np.stack([along[:, 1], -along[:, 0]], axis=1)
         out *= np.sign(np.einsum("kj,kj->k", start - middle, out))[:, None]
         d = np.einsum("kj,kj->k", start - points, out)
-        s_end, s_start = (np.einsum("kj,kj->k", p - points, along) for p in (end, start))
-        r_end, r_start = np.hypot(s_end, d), np.hypot(s_start, d)
-        weighted = d * edge_logarithm(s_start, r_start, s_end, r_end, d)
-        plain += weighted
-        moment += out * ((d * weighted + s_end * r_end - s_start * r_start) / 2)[:, None]
+        s = np.stack([np.einsum("kj,kj->k", p - points, along) for p in (start, end)])
+        for m in orders:
+            columns = _COLUMNS[m]
+            # x^m of x = d n + s t, as polynomials in s: (pairs, columns, powers)
+            powers = _powers(d, out, along, m)
+            slope = np.stack(
+                [d[:, None] * (gradient @ out[:, :, None])[..., 0], (gradient @ along[:, :, None])[..., 0]], 2
+            )
+            integrals = _edge_integrals(d, s, m)
+            plain = np.einsum("kcp,kp->kc", powers, integrals[:, : m + 1])
+            tilted = np.einsum("kcp,khj,kpj->khc", powers, slope, np.stack([integrals[:, :-1], integrals[:, 1:]], 2))
+            # e points from the source to the point: x^m turned, which matters for m = 1
+            total[..., columns] += (-1) ** m * (value[:, :, None] * plain[:, None] + tilted / 2)
+    return total
+
+
+_COLUMNS = ([0], [4, 5], [1, 2, 3])
+
+
+def _hats_at(points, corners):
+    """Values (k, 3) of the hat functions, continued to the points, and their gradients (k, 3, 2)."""
     edges = np.stack([corners[:, 0] - corners[:, 2], corners[:, 1] - corners[:, 2]], axis=2)
-    gradients = np.linalg.inv(edges)
-    first_two = np.einsum("kij,kj->ki", gradients, points - corners[:, 2]) * plain[:, None]
-    first_two += np.einsum("kij,kj->ki", gradients, moment)
-    return np.column_stack([first_two, plain - first_two.sum(axis=1)])
+    inverse = np.linalg.inv(edges)
+    gradient = np.concatenate([inverse, -inverse.sum(axis=1, keepdims=True)], axis=1)
+    first = np.einsum("kij,kj->ki", inverse, points - corners[:, 2])
+    return np.column_stack([first, 1 - first.sum(axis=1)]), gradient
 
 
-def edge_logarithm(
-    s_start: np.ndarray, r_start: np.ndarray, s_end: np.ndarray, r_end: np.ndarray, d: np.ndarray
-) -> np.ndarray:
+def _powers(d, out, along, m):
+    """x^m, x = d n + s t, as its distinct components' polynomials in s: (pairs, components, m + 1)."""
+    if m == 0:
+        return np.ones((len(d), 1, 1))
+    across = d[:, None] * out
+    if m == 1:
+        return np.stack([across, along], axis=2)
+    pairs = ((0, 0), (0, 1), (1, 1))
+    constant = np.stack([across[:, a] * across[:, b] for a, b in pairs], axis=1)
+    linear = np.stack([across[:, a] * along[:, b] + along[:, a] * across[:, b] for a, b in pairs], axis=1)
+    return np.stack([constant, linear, np.stack([along[:, a] * along[:, b] for a, b in pairs], axis=1)], axis=2)
+
+
+def _edge_integrals(d, s, m):
+    """d int s^j / r^(m+1) ds over an edge for j = 0 ... m + 1, (pairs, m + 2); zero where the point is on its line."""
+    r = np.hypot(s, d)
+    off = np.abs(d) > 1e-14 * r.sum(axis=0)
+    safe, length = np.where(off, d, 1.0), s[1] - s[0]
+    r = np.where(off, r, 1.0)
+    change = r[1] - r[0]
+    if m == 1:
+        turn = np.arctan(s[1] / safe) - np.arctan(s[0] / safe)
+        columns = [turn, safe * np.log(r[1] / r[0]), safe * (length - safe * turn)]
+    else:
+        logarithm = np.where(off, _edge_logarithm(s[0], r[0], s[1], r[1], d), 0.0)
+        if m == 0:
+            columns = [safe * logarithm, safe * change]
+        else:
+            sine, inverse = s[1] / r[1] - s[0] / r[0], 1 / r[0] - 1 / r[1]
+            columns = [sine / safe, safe * inverse, safe * (logarithm - sine), safe * (change - safe**2 * inverse)]
+    return np.where(off, np.stack(columns), 0.0).T
+
+
+def _edge_logarithm(s_start, r_start, s_end, r_end, d):
     """ln((R+ + s+)/(R- + s-)), taken from the side without cancellation; zero where the point is on the edge's line."""
     forward = s_start + s_end > 0
     upper = np.where(forward, r_end + s_end, r_start - s_start)

@@ -6,7 +6,9 @@ and still costs a quarter of the whole mesh.
 """
 
 from collections.abc import Callable
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
+from weakref import WeakValueDictionary
 
 import numpy as np
 import scipy.sparse as sp
@@ -31,6 +33,9 @@ INCOMPRESSIBLE = 1e-7
 
 STABILISATION = 1e-5
 """Pressure mass, in units of 1/mu, that the stabilised matrix has; solves are refined against the true matrix."""
+
+_LIVING: WeakValueDictionary = WeakValueDictionary()
+"""Models that were reduced and still are in use: what they factorised need not be factorised again."""
 
 
 class FingerModel:
@@ -68,7 +73,8 @@ class FingerModel:
         loaded, parities = self._patch(at)
         cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
         refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
-        compliance, rows = self._condense(loaded, parities, gauge_functionals(self.finger, self.surfaces["interface"]))
+        compliance, rows = self._condense(loaded, parities, (0,), (0,))
+        _LIVING[self.finger.sha256, self.mesh.sha256, self.space.name] = self
         gauges = self.finger.gauges
         return ReducedFinger(
             finger_name=self.finger.name,
@@ -79,23 +85,34 @@ class FingerModel:
             gauge_names=tuple(gauge.name for gauge in gauges),
             outer_modulus=self.finger.outer.modulus / (1 - self.finger.outer.nu**2),
             patch=loaded.patch,
-            compliance=compliance,
+            compliance=(compliance + compliance.T) / 2,
             half_space=half_space_compliance(loaded.patch),
-            rows=rows.reshape(len(QUANTITIES), len(gauges), -1),
+            rows=rows,
             weights=gauge_weights(self.finger),
             layers=self._layers_below(loaded.frame),
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
             element=self.space.name,
+            tangential_source=partial(_tangential, self.finger, self.mesh, self.space.name, at),
         )
 
-    def cell_displacements(self, pressure: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
-        """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,) in MPa."""
+    def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+        """What tangential tractions add to the finger reduced at `at`: `ReducedFinger.tangential`."""
         loaded, parities = self._patch(at)
-        if np.shape(pressure) != (len(loaded.patch.xy),):
-            raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(pressure)}")
+        compliance, rows = self._condense(loaded, parities, (0, 1, 2), (1, 2))
+        n = len(loaded.patch.xy)
+        compliance[n:] = (compliance[n:] + compliance[n:].T) / 2
+        return compliance, rows
+
+    def cell_displacements(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
+        """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,), or pressures and
+        tangential tractions (3, n), in MPa."""
+        loaded, parities = self._patch(at)
+        given = np.atleast_2d(traction)
+        if given.shape not in ((1, len(loaded.patch.xy)), (3, len(loaded.patch.xy))):
+            raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(traction)}")
         solutions = {}
         for parity in parities:
-            load = loaded.loads(parity) @ pressure[:, None]
+            load = sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(given))
             solutions[parity] = self._solve(parity, load)[:, 0].reshape(-1, 3) / len(parities)
         return solutions
 
@@ -191,18 +208,24 @@ class FingerModel:
         )
         return pick @ sp.kron(values, sp.eye(3), format="csr")
 
-    def _condense(self, loaded, parities, functionals) -> tuple[np.ndarray, np.ndarray]:
-        """Patch compliance (n, n) and functional rows (k, n) against nodal pressure."""
+    def _condense(self, loaded, parities, moved: tuple, loaded_by: tuple) -> tuple[np.ndarray, np.ndarray]:
+        """Weak displacements (components in `moved` * n) and gauge rows (q, g) against nodal tractions (components in
+        `loaded_by` * n)."""
+        functionals = gauge_functionals(self.finger, self.surfaces["interface"])
         n = len(loaded.patch.xy)
-        compliance, influence = np.zeros((n, n)), np.zeros((len(functionals), n))
+        compliance, influence = np.zeros((len(moved) * n, len(loaded_by) * n)), []
         for parity in parities:
-            loads, rows = loaded.loads(parity), self.rows(functionals, parity)
-            for first in range(0, n, BATCH):
+            loads = [loaded.loads(parity, component) for component in range(3)]
+            felt = sp.hstack([loads[c] for c in moved], format="csc").T
+            rows, pushed = self.rows(functionals, parity), sp.hstack([loads[c] for c in loaded_by], format="csc")
+            solved = []
+            for first in range(0, pushed.shape[1], BATCH):
                 block = slice(first, first + BATCH)
-                solution = self._solve(parity, loads[:, block].toarray()) / len(parities)
-                compliance[:, block] += loads.T @ solution
-                influence[:, block] += rows @ solution
-        return (compliance + compliance.T) / 2, influence
+                solution = self._solve(parity, pushed[:, block].toarray()) / len(parities)
+                compliance[:, block] += felt @ solution
+                solved.append(rows @ solution)
+            influence.append(np.hstack(solved))
+        return compliance, np.sum(influence, axis=0).reshape(len(QUANTITIES), len(self.finger.gauges), -1)
 
     def _layers_below(self, frame: Frame) -> np.ndarray:
         """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to what is
@@ -238,7 +261,24 @@ def prepare(
             progress("factorising and reducing the finger")
         return FingerModel(finger, mesh).reduce((x, y)).to_arrays()
 
-    return ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
+    reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
+    return replace(reduced, tangential_source=partial(_cached_tangential, finger, mesh, (x, y)))
+
+
+def _tangential(finger: Finger, mesh: LayeredMesh, element: str, at: tuple[float, float]):
+    """What tangential tractions add to a reduced finger, by its model or, if that is gone, a new one."""
+    model = _LIVING.get((finger.sha256, mesh.sha256, element)) or FingerModel(finger, mesh, element)
+    return model.reduce_tangential(at)
+
+
+def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
+    def make():
+        compliance, rows = _tangential(finger, mesh, DEFAULT_ELEMENT, at)
+        return {"compliance": compliance, "rows": rows}
+
+    key = cache.key(__name__, "tangential", finger.sha256, mesh.sha256, *at)
+    arrays = cache.fetch("tangential", key, make)
+    return arrays["compliance"], arrays["rows"]
 
 
 def _crossing(down: np.ndarray, level: np.ndarray) -> float:

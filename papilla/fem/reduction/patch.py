@@ -108,11 +108,14 @@ class LoadedPatch:
     frame: Frame
     couplings: dict[tuple[int, int], sp.csr_matrix]
 
-    def loads(self, parity: tuple[int, int]) -> sp.csc_matrix:
-        """Displacement load (3 * nodes, n) of a unit pressure at each patch node, for fields of one parity."""
-        normal = self.frame.axes[2]
+    def loads(self, parity: tuple[int, int], component: int = 0) -> sp.csc_matrix:
+        """Displacement load (3 * nodes, n) of a unit traction at each patch node, for fields of one parity.
+
+        Component 0 is pressure; 1 and 2 are tangential tractions on the finger along the contact plane's axes.
+        """
+        direction = self.frame.axes[component - 1] if component else -self.frame.axes[2]
         parts = [
-            sp.kron(coupling, -(parity_signs(parity, image) * normal)[:, None])
+            sp.kron(coupling, (parity_signs(parity, image) * direction)[:, None])
             for image, coupling in self.couplings.items()
         ]
         return sum(parts[1:], start=parts[0]).tocsc()

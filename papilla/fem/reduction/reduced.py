@@ -1,15 +1,15 @@
 """`ReducedFinger`: the finger condensed to what contact needs, a few MB that answer every press without a mesh."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from papilla.errors import FileFormatError
+from papilla.errors import FileFormatError, InputError
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
@@ -31,6 +31,8 @@ class ReducedFinger:
     weights : (q, g) of the quantities in a reading.
     layers : (k, 2) thickness (mm) and Young's modulus (MPa) of the layers below the touch-down point, the skin first.
     outer_modulus : E / (1 - nu^2) of the outer layer, MPa: what a vanishing contact feels.
+    tangential_source : makes, when friction asks for it, (3n, 2n) weak displacements of the skin (inward, then along
+        either axis of the contact plane, mm3 / MPa) and (q, g, 2n) rows of the gauges, against tangential tractions.
     facets : how far (mm) the facets of a triangulated skin lie off the smooth surface that they stand for.
     element : that the finger was solved with.
     """
@@ -50,6 +52,7 @@ class ReducedFinger:
     layers: np.ndarray
     facets: float = 0.0
     element: str = "Taylor-Hood"
+    tangential_source: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
 
     def __repr__(self) -> str:
         return (
@@ -98,16 +101,38 @@ class ReducedFinger:
         thickness, modulus = self.layers.T
         return float(modulus.min() * (thickness / modulus).sum())
 
+    @cached_property
+    def tangential(self) -> tuple[np.ndarray, np.ndarray]:
+        """What `tangential_source` makes; made once. Raises `InputError` for a finger that was saved without it."""
+        if self.tangential_source is None:
+            raise InputError(f"{self!r} has no tangential compliance, which friction needs: reduce or prepare it anew")
+        return self.tangential_source()
+
+    @cached_property
+    def traction_rows(self) -> np.ndarray:
+        """What gauges feel (q, g, 3n) per MPa of nodal pressure, then of tangential tractions along either axis."""
+        return np.concatenate([self.rows, self.tangential[1]], axis=2)
+
+    @cached_property
+    def traction_compliance(self) -> np.ndarray:
+        """Weak displacement (3n, 3n) of the skin, inward and along either axis, against all tractions, mm3 / MPa."""
+        n, tangential = len(self.patch.xy), self.tangential[0]
+        return np.block([[np.vstack([self.compliance, tangential[:n].T]), tangential]])
+
     def specimen_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa."""
         return specimen.compliance(PatchSurface(self.patch, self.half_space))
+
+    def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
+        """Weak compliance (3n, 3n) of a specimen's surface against pressure and tangential tractions, mm3 / MPa."""
+        return specimen.traction_compliance(PatchSurface(self.patch, self.half_space))
 
     def total_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (n, n) of finger and specimen, mm3 / MPa; kept for the last specimens."""
         return _total_compliance(self, specimen)
 
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Everything as named arrays, ready for `numpy.savez`."""
+    def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
+        """Everything as named arrays, ready for `numpy.savez`; on request with what friction needs, made if it must."""
         meta = {
             "schema": SCHEMA,
             "finger_name": self.finger_name,
@@ -122,6 +147,8 @@ class ReducedFinger:
         }
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"patch_{item.name}": getattr(self.patch, item.name) for item in fields(Patch)}
+        if tangential:
+            arrays |= dict(zip(_TANGENTIAL, self.tangential, strict=True))
         return arrays | {"meta": np.array(json.dumps(meta))}
 
     @classmethod
@@ -134,16 +161,20 @@ class ReducedFinger:
             patch = Patch(**{item.name: np.asarray(arrays[f"patch_{item.name}"]) for item in fields(Patch)})
             meta["at"], meta["gauge_names"] = tuple(meta["at"]), tuple(meta["gauge_names"])
             values: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
-            return cls(patch=patch, **values, **meta)
+            tangential_source = None
+            if _TANGENTIAL[0] in arrays:
+                compliance, rows = (np.asarray(arrays[name]) for name in _TANGENTIAL)
+                tangential_source = partial(_both, compliance, rows)
+            return cls(patch=patch, tangential_source=tangential_source, **values, **meta)
         except (KeyError, TypeError, json.JSONDecodeError) as error:
             raise FileFormatError(f"reduced finger: not a complete file ({error})") from error
 
     def save(self, path: str | PathLike) -> None:
-        """Write the finger as .npz (no pickle); the file appears whole or not at all."""
+        """Write the finger as .npz (no pickle), all that it knows; the file appears whole or not at all."""
         from papilla.files import replacing
 
         with replacing(path) as temporary, open(temporary, "wb") as stream:
-            np.savez(stream, allow_pickle=False, **self.to_arrays())
+            np.savez(stream, allow_pickle=False, **self.to_arrays(tangential=self.tangential_source is not None))
 
     @classmethod
     def load(cls, path: str | PathLike) -> "ReducedFinger":
@@ -166,7 +197,12 @@ class ReducedFinger:
             raise FileFormatError(f"{path} is not a reduced finger: {error}") from error
 
 
+_TANGENTIAL = ("tangential_compliance", "tangential_rows")
 _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
+
+
+def _both(compliance: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return compliance, rows
 
 
 @lru_cache(maxsize=64)

@@ -1,0 +1,163 @@
+"""Presses with friction on a finger: against a solve on the uncondensed mesh, and what must hold of any press."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from papilla import Block, HalfSpace, PapillaError
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem import FingerModel, ReducedFinger, press, recover
+from papilla.fem.discrete.elements import SYMMETRIC
+from papilla.fem.pressing.friction import friction_path
+from papilla.specimen import Specimen
+
+RIGID = HalfSpace(1e9, 0.3)
+BLOCK = Block(0.2, 10)
+
+
+def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
+    """The same events, each solved on all unknowns of the mesh with Lagrange multipliers: no condensed matrix."""
+    path = friction_path(coarse, RIGID, math.inf)
+    aim = path.at(force=0.8)
+    loaded, _ = coarse_model._patch((0.0, 0.0))
+    free = coarse_model.space.free(SYMMETRIC, coarse_model.mesh.mirrors)
+    lower = coarse_model.space.matrix(coarse_model.layers)
+    matrix = (lower + sp.tril(lower, -1).T).tocsr()[free][:, free]
+    loads = sp.hstack([loaded.loads(SYMMETRIC, c) for c in range(3)])
+    loads = sp.vstack([loads, sp.csr_matrix((len(free) - loads.shape[0], loads.shape[1]))]).tocsr()[free]
+    traction, n = np.zeros(loads.shape[1]), len(coarse.patch.xy)
+    knots = [knot for knot in path.knots if knot.force < aim.force] + [aim]
+    for before, after in zip(knots, knots[1:], strict=False):
+        index = np.flatnonzero((path.problem.free & before.active).ravel())
+        held = loads[:, index].tocsc()
+        system = sp.block_array([[matrix, -held], [held.T, None]], format="csc")
+        sunk = np.where(index < n, coarse.patch.mass[index % n], 0.0) * (after.indentation - before.indentation)
+        solved = splu(system).solve(np.concatenate([np.zeros(matrix.shape[0]), sunk]))
+        traction[index] += solved[matrix.shape[0] :]
+    assert len(knots) > 4 and np.abs(traction[n:]).max() > 0.01 * traction.max()
+    # The specimen of the condensed solve is 1e9 MPa, not rigid
+    assert aim.traction.ravel() == pytest.approx(traction, abs=1e-5 * traction.max())
+
+
+def test_tangential_compliance_is_one_with_the_normal_one(coarse, coarse_model):
+    whole = coarse.traction_compliance
+    n = len(coarse.patch.xy)
+    assert whole == pytest.approx(whole.T, abs=1e-12 * np.abs(whole).max())
+    assert (whole[:n, :n] == coarse.compliance).all()
+    assert (coarse.traction_rows[:, :, :n] == coarse.rows).all()
+    free = np.append(np.ones(n, dtype=bool), (coarse.patch.xy != 0).T.ravel())
+    assert np.linalg.eigvalsh(whole[np.ix_(free, free)]).min() > 0
+
+
+@pytest.mark.parametrize("friction", ["stick", 0.05])
+def test_beside_the_apex_by_nothing_is_the_apex(coarse, coarse_model, friction):
+    """Four parities and the whole patch against one and its quarter; and no net shear."""
+    beside = coarse_model.reduce((1e-9, 0.0))
+    one, other = (press(finger, BLOCK, force=0.3, friction=friction, fidelity="contact") for finger in (coarse, beside))
+    assert other.reading == pytest.approx(one.reading, rel=1e-5)
+    assert other.indentation == pytest.approx(one.indentation, rel=1e-6)
+    assert np.abs(other.shear @ beside.patch.mass).max() < 1e-5 * 0.3
+
+
+def test_the_field_of_a_press_has_its_shear(reference, reference_model):
+    found = press(reference, BLOCK, force=0.3, friction="stick")
+    plain = press(reference, BLOCK, force=0.3, fidelity="contact")
+    assert np.abs(found.shear).max() > 0.01 * found.pressure.max()
+    solution = reference_model.cell_displacements(found.traction)[SYMMETRIC]
+    loaded, _ = reference_model._patch((0.0, 0.0))
+    moved = np.concatenate([loaded.loads(SYMMETRIC, c).T @ solution.ravel() for c in range(3)])
+    assert moved == pytest.approx(reference.traction_compliance @ found.traction.ravel(), rel=1e-6, abs=1e-9)
+    assert not np.allclose(found.values, plain.values, rtol=1e-3)
+    field, bare = recover(reference_model, reference, found), recover(reference_model, reference, plain)
+    assert np.abs(field.displacement - bare.displacement).max() > 1e-4
+
+
+def test_rubber_on_rubber_sticks_and_lowers_sd(reference):
+    """By 3 to 5 % at most, and a friction of 0.3 is already full stick (an outside reference: -3.0 on average, -4.2 at
+    most, largest ratio of tractions 0.22)."""
+    changes = []
+    for modulus in (0.1, 0.5):
+        specimen = Block(modulus, 10)
+        for force in (0.2, 0.4, 0.6, 1.0):
+            plain = press(reference, specimen, force=force, fidelity="contact")
+            stuck = press(reference, specimen, force=force, friction="stick")
+            rough = press(reference, specimen, force=force, friction=0.3)
+            changes.append(stuck.sd / plain.sd - 1)
+            assert rough.sd == pytest.approx(stuck.sd, rel=1e-9)
+            ratio = np.hypot(*stuck.shear)[stuck.active] / stuck.pressure[stuck.active]
+            assert ratio.max() < 0.25
+    assert -0.05 < min(changes) < -0.04 and -0.04 < np.mean(changes) < -0.03 and max(changes) < -0.02
+
+
+def test_friction_between_none_and_stick(reference):
+    found = [
+        press(reference, BLOCK, force=0.4, friction=value, fidelity="contact") for value in (0, 0.02, 0.05, "stick")
+    ]
+    sd = [one.sd for one in found]
+    assert sorted(sd, reverse=True) == sd
+    assert found[0].shear is None and "friction" not in found[0].status
+    assert (
+        found[1].status.startswith("contact: friction 0.02: ") and "nodes slip, the force grown from" in found[1].status
+    )
+    assert found[3].status.startswith("contact: stuck from the moment of contact, the force grown from first touch in")
+    for one in found:
+        assert one.force == pytest.approx(0.4) and one.force_balance < 1e-9
+    slid = found[2]
+    assert (np.hypot(*slid.shear) <= 0.05 * slid.pressure * (1 + 1e-6)).all()
+
+
+def test_by_depth_and_by_force_meet(reference):
+    for friction in ("stick", 0.05):
+        by_force = press(reference, BLOCK, force=0.4, friction=friction)
+        by_depth = press(reference, BLOCK, indentation=by_force.indentation, friction=friction)
+        assert by_depth.force == pytest.approx(0.4, rel=1e-6)
+        assert by_depth.reading == pytest.approx(by_force.reading, rel=1e-4)
+
+
+def test_saved_with_what_friction_needs(coarse, tmp_path):
+    coarse.save(tmp_path / "finger.npz")
+    loaded = ReducedFinger.load(tmp_path / "finger.npz")
+    one, other = (press(finger, BLOCK, force=0.3, friction="stick") for finger in (coarse, loaded))
+    assert (one.reading == other.reading).all()
+
+
+def test_a_model_that_is_gone_is_made_anew(coarse, coarse_model):
+    again = FingerModel(coarse_model.finger, coarse_model.mesh).reduce()
+    assert again.tangential[0] == pytest.approx(coarse.tangential[0], rel=1e-9, abs=1e-12)
+
+
+class Glued(Specimen):
+    """A specimen that gives its normal compliance alone, and not a half-space's."""
+
+    def compliance(self, surface):
+        return 2 * surface.half_space / self.contact_modulus
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"friction": -0.1}, 'friction must be a number of at least 0 or "stick", got -0.1'),
+        ({"friction": "glue"}, "friction must be a number of at least 0 or \"stick\", got 'glue'"),
+        ({"friction": math.nan}, "friction must be"),
+        ({"friction": 0.3, "fidelity": "hertz"}, "hertz knows no friction"),
+    ],
+)
+def test_unusable_friction_is_refused(coarse, options, message):
+    with pytest.raises(InputError, match=message):
+        press(coarse, BLOCK, force=0.3, **options)
+
+
+def test_what_cannot_rub_is_refused(coarse):
+    bare = dataclasses.replace(coarse, tangential_source=None)
+    with pytest.raises(InputError, match="has no tangential compliance, which friction needs"):
+        press(bare, BLOCK, force=0.3, friction="stick")
+    with pytest.raises(InputError, match="traction_compliance, which friction needs, does not fit compliance"):
+        press(coarse, Glued(0.2), force=0.3, friction="stick")
+    with pytest.raises(ContactRangeError, match="makes no contact on this mesh"):
+        press(coarse, BLOCK, indentation=1e-6, friction="stick")
+    with pytest.raises(PapillaError, match="rim|beyond the model"):
+        press(coarse, BLOCK, force=500.0, friction="stick")
