@@ -9,10 +9,12 @@ import pytest
 
 from papilla.calibrate import fit
 from papilla.calibrate.job import Calibrated, Recovery, calibrate_measured
+from papilla.calibrate.report import page
 from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
 from papilla.calibrate.report.page import number, plain, symbols, write_report
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
+from papilla.fem import prepare
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import Block
@@ -198,6 +200,17 @@ def test_the_hardest_is_the_last_that_is_told_at_the_middle_force():
     answers = AnswerMap(np.array([0.1, 0.2, 0.4]), np.arange(1.0, 5.0), np.arange(12.0).reshape(3, 4), status)
     assert answers.hardest() == (0.2, 3.0, 6.0)
     assert answers.share == 11 / 12
+
+
+def test_what_a_model_alone_has(monkeypatch):
+    finger, shown = Finger.default(), []
+    monkeypatch.setattr(page.view, "strain_picture", lambda *given, **_: shown.append(given) or b"\x89PNG")
+    found = page._of_the_model(SimpleNamespace(reduced=prepare(finger)), finger, None)
+    assert found["strain_picture"] == "data:image/png;base64,iVBORw=="
+    assert found["quality"]["cells"] > 1000 and found["default_finger"] is True
+    ((of, reduced, press, specimen),) = shown
+    assert of == finger and press.force == pytest.approx(page.SHOWN_FORCE_N)
+    assert reduced.finger_sha256 == finger.sha256 and specimen.modulus == page.SHOWN_MODULUS_MPA
 
 
 def test_provenance_names_all_sources(swept):
