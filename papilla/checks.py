@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
 
 
@@ -40,6 +42,12 @@ def within(name: str, value: Any, low: float, high: float) -> float:
 
 LARGEST = 1e12
 """No sensor gives a greater number; its square and the square's square are still finite."""
+
+
+def place(name: str, value: "Sequence[float]") -> tuple[float, float]:
+    """A point (x, y) in mm as floats; its squares are finite."""
+    x, y = (within(f"{name} {axis} (mm)", own, -LARGEST, LARGEST) for axis, own in zip("xy", value, strict=True))
+    return x, y
 
 
 def believable(values: "np.ndarray") -> "np.ndarray":

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from papilla.checks import finite, positive
+from papilla.checks import place, positive
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -42,8 +42,7 @@ def press(
         positive("--force (N)", force)
     else:
         positive("--indentation (mm)", indentation)
-    for axis, value in zip("XY", at, strict=True):
-        finite(f"--at {axis} (mm)", value)
+    place("--at", at)
 
     from papilla import fem
     from papilla.fem.reduction.finger_model import prepare

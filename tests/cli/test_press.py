@@ -53,7 +53,7 @@ def test_table_shows_units_and_the_status(papilla):
         (["--force", 0], "--force (N) must be greater than 0, got 0"),
         (["--force", "nan"], "--force (N) must be finite, got nan"),
         (["--indentation", -1], "--indentation (mm) must be greater than 0, got -1"),
-        (["--force", 1, "--at", 0, "inf"], "--at Y (mm) must be finite, got inf"),
+        (["--force", 1, "--at", 0, "inf"], "--at y (mm) must be finite, got inf"),
         (["--force", 1, "--radius", 9], "--radius is for a sphere, not for a block"),
         (["--force", 1, "--specimen", "sphere"], "a sphere needs --radius"),
         (["--force", 1, "--specimen", "sphere", "--radius", -9], "specimen radius (mm) must be greater than 0, got -9"),

@@ -90,7 +90,7 @@ class Scene:
     ) -> "Scene":
         """The scene of `press_finite`'s arguments, on the part of the mesh that its mirrors through `at` leave."""
         cards = _cards(finger, mesh, materials)
-        x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+        x, y = checks.place("at", at)
         surfaces = surfaces_of(finger)
         frame = Frame.at(surfaces["skin"], x, y)
         mesh = replace(mesh, mirrors=tuple(axis for axis in mesh.mirrors if frame.origin["xyz".index(axis)] == 0))

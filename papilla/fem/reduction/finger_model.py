@@ -183,7 +183,7 @@ class FingerModel:
 
     def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:
         """The loaded patch at a touch-down point and the parities that its loads excite."""
-        x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+        x, y = checks.place("at", at)
         frame = Frame.at(self.surfaces["skin"], x, y)
         mirrors = self.mesh.mirrors
         symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
@@ -253,7 +253,7 @@ def prepare(
     Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
     """
     mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
-    x, y = (checks.finite(f"at {axis} (mm)", value) for axis, value in zip("xy", at, strict=True))
+    x, y = checks.place("at", at)
     key = cache.key(__name__, finger.sha256, mesh.sha256, x, y)
 
     def make():
