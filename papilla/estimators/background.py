@@ -35,11 +35,12 @@ class Level(NamedTuple):
         return (1 + power / self.power / np.maximum(self.cells, 1e-9)) ** -self.cells
 
 
-def background(power: np.ndarray, at: np.ndarray, resolution: float) -> Level:
+def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: bool = True) -> Level:
     """The level (m,) of noise at indices `at` (m,).
 
     power : (n,) > 0 of a tapered spectrum, evenly from wavenumber or frequency 0. resolution : in indices. The cells
-    lie whole resolutions from the place itself, where a line there has no power.
+    lie whole resolutions from the place itself, where a line there has no power. pooled : its freedom is looked for, as
+    the mean of channels may have more than the two of one.
     """
     at = np.asarray(at, int)
     logarithm = np.append(np.log(power), np.inf)
@@ -57,27 +58,24 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float) -> Level:
         total += np.where(enough, np.take_along_axis(values, middles, axis=1).mean(axis=1), 0.0)
         spread += 1 / np.maximum(count, 1)
         known &= enough
-    stride = max(round(resolution), 1)
-    scatter = _freedom(power[::stride])
-    own = scatter[np.minimum(at // stride, len(scatter) - 1)]
+    own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
     # Wilson and Hilferty's median of a chi-square over its mean.
     level = np.exp(total / 2) / (1 - 2 / (9 * own)) ** 3
     return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
 
 
-def _freedom(power: np.ndarray) -> np.ndarray:
-    """Degrees of freedom (n,), 2 to 1000, around each of independent powers (n,), from the differences of their
-    logarithm."""
+def _freedom(power: np.ndarray, at: np.ndarray, stride: int) -> np.ndarray:
+    """Degrees of freedom (m,), 2 to 1000, around indices `at`, from the differences of the logarithm."""
     from scipy.ndimage import median_filter
 
-    if len(power) < 2 * WIDTH:
-        return np.full(len(power), 2.0)
-    logarithm = np.log(power)
+    logarithm = np.log(power[::stride])
+    if len(logarithm) < 2 * WIDTH:
+        return np.full(len(at), 2.0)
     # A taper ties neighbours together.
     steps = np.abs(logarithm[GUARD:] - logarithm[:-GUARD])
     values, spreads = _spreads()
-    seen = median_filter(steps, 2 * WIDTH + 1, mode="mirror")
-    return np.interp(-np.pad(seen, (GUARD, 0), mode="edge"), -spreads, values)
+    seen = np.pad(median_filter(steps, 2 * WIDTH + 1, mode="mirror"), (GUARD, 0), mode="edge")
+    return np.interp(-seen[np.minimum(at // stride, len(seen) - 1)], -spreads, values)
 
 
 @lru_cache(maxsize=1)

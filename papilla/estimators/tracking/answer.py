@@ -1,43 +1,27 @@
-"""What every tracker answers, and the state it can hand out and take back."""
+"""What a tracker of the wavelength answers."""
 
-from dataclasses import dataclass
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from papilla.errors import InputError
-from papilla.estimators.status_words import status_in_words
+from papilla.estimators.stream import Status, in_words
 
 
-class TrackingStatus(IntEnum):
-    """What became of an answer; `sentence` says it in words."""
+class TrackingStatus(Status):
+    """What became of an answer; those that begin with "ok" may be used."""
 
-    OK = 0
-    SEARCHING = 1
-    STANDSTILL = 2
-    MISSING = 3
-    NO_VELOCITY = 4
-    ALIASED = 5
-    NO_TEXTURE = 6
-    DISTURBED = 7
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    TrackingStatus.OK: "ok",
-    TrackingStatus.SEARCHING: "no wavelength stands out yet",
-    TrackingStatus.STANDSTILL: "no movement: the wavelength is held, and its sigma grows",
-    TrackingStatus.MISSING: "the reading is missing, not finite or saturated: the wavelength is held",
-    TrackingStatus.NO_VELOCITY: "no finite velocity: the wavelength is held, the frequency is not known",
-    TrackingStatus.ALIASED: "too fast for this sampling rate and wavelength: the sample is left out",
-    TrackingStatus.NO_TEXTURE: "no texture above the noise: the wavelength is the last one seen",
-    TrackingStatus.DISTURBED: "a hum, a second texture or the baseline is strong too: the wavelength may be far off",
-}
+    OK = 0, "ok"
+    SEARCHING = 1, "no wavelength stands out yet: what is told, if anything, is a guess"
+    STANDSTILL = 2, "no movement: the wavelength is held"
+    MISSING = 3, "the reading is missing, not finite or saturated: the wavelength is held"
+    NO_VELOCITY = 4, "no finite velocity or position: the wavelength is held, the frequency is not known"
+    ALIASED = 5, "too fast for this sampling rate and wavelength: the wavelength is held"
+    NO_TEXTURE = 6, "the line is no longer there: the wavelength is the last one seen"
+    TIME_LOCKED = 7, "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's"
+    CONSTANT_SPEED = 8, "ok, but the speed did not change: a vibration of that frequency is not excluded"
+    OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the range that was asked for"
+    INCOHERENT = 10, "the line is smeared: no single wavelength, or the path is wrong"
+    VAGUE = 11, "the standard deviation of the wavelength is too large"
 
 
 class WavelengthEstimate(NamedTuple):
@@ -55,29 +39,23 @@ class WavelengthEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(TrackingStatus, self.status)
+        return in_words(TrackingStatus, self.status)
 
 
-@dataclass(frozen=True)
-class TrackerState:
-    """All that a tracker remembers: its arrays by name, flattened; complex ones as real and imaginary parts in turn."""
+class FusedEstimate(NamedTuple):
+    """What `WavelengthEstimate` holds, of all gauges together; and wavelength_by_phase_mm with its sigma, from the
+    phases between gauges (NaN where their places are unknown or the whole turns are not clear); gauges : how many
+    have readings now. Of a block, arrays (n,)."""
 
-    arrays: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    wavelength_mm: float | np.ndarray
+    wavelength_sigma_mm: float | np.ndarray
+    frequency_Hz: float | np.ndarray
+    status: int | np.ndarray
+    wavelength_by_phase_mm: float | np.ndarray
+    wavelength_by_phase_sigma_mm: float | np.ndarray
+    gauges: int | np.ndarray
 
-    @classmethod
-    def of(cls, parts) -> "TrackerState":
-        """What (name, array or list) pairs hold."""
-        return cls(tuple((name, tuple(np.ravel(values).tolist())) for name, values in parts))
-
-    def into(self, parts) -> None:
-        """Write what was kept into such pairs, which stay as they are when nothing was.
-
-        Raises `InputError` where the state is of another tracker.
-        """
-        given = dict(self.arrays)
-        for name, values in parts if self.arrays else ():
-            if len(given.get(name, ())) != np.size(values):
-                held = len(given.get(name, ()))
-                raise InputError(f"the state holds {held} numbers of {name}, this tracker needs {np.size(values)}")
-            flat = values if isinstance(values, list) else values.reshape(-1)
-            flat[:] = given[name]
+    @property
+    def sentence(self):
+        """The status in words: a string, or a list of them."""
+        return in_words(TrackingStatus, self.status)

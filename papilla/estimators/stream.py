@@ -1,0 +1,91 @@
+"""What every streaming estimator is: `update` one sample, `process` a block, `reset`, and a `state` to keep or set."""
+
+import copy
+from abc import ABC, abstractmethod
+from enum import IntEnum
+from typing import Any, ClassVar
+
+import numpy as np
+
+from papilla.errors import InputError
+
+
+class Status(IntEnum):
+    """A status whose members carry their sentence: `OK = 0, "ok"`; `good` of those whose answer may be used."""
+
+    sentence: str
+
+    def __new__(cls, value: int, sentence: str):
+        """A member of this value with its sentence."""
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.sentence = sentence
+        return member
+
+    @property
+    def good(self) -> bool:
+        """Whether the answer may be used."""
+        return self.sentence.startswith("ok")
+
+
+def in_words(kind: type[Status], status):
+    """The sentence of a status, or, of an array (n,) of them, a list of n."""
+    if isinstance(status, np.ndarray):
+        return [kind(code).sentence for code in status.tolist()]
+    return kind(status).sentence
+
+
+class Stream(ABC):
+    """Base of estimators that remember one object, `_memory`; they define `columns`, `answer`, `_fresh` and `_take`.
+
+    columns : names of the values of a sample. answer : the NamedTuple of an estimate; its `status` is whole, all else
+    are floats.
+    """
+
+    columns: tuple[str, ...]
+    answer: ClassVar[Any]
+    _memory: Any
+
+    @abstractmethod
+    def _fresh(self) -> Any:
+        """What one remembers that knows nothing."""
+
+    @abstractmethod
+    def _take(self, sample: tuple[float, ...]) -> tuple:
+        """The estimate after one more sample."""
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._remember(self._fresh())
+
+    def _remember(self, memory) -> None:
+        self._memory = memory
+
+    @property
+    def state(self) -> Any:
+        """All that is remembered, to be kept or to be set again."""
+        return copy.deepcopy(self._memory)
+
+    @state.setter
+    def state(self, state) -> None:
+        self._remember(copy.deepcopy(state))
+
+    def update(self, sample):
+        """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
+        if len(sample) != len(self.columns):
+            raise InputError(f"a sample must be {', '.join(self.columns)}, got {len(sample)} values")
+        return self._take(tuple(map(float, sample)))
+
+    def process(self, block):
+        """Estimates after each row of a block (n, columns), as arrays (n,); bit for bit what `update` gives.
+
+        Raises `InputError` for a block of another shape.
+        """
+        rows = np.asarray(block, float)
+        if rows.ndim != 2 or rows.shape[1] != len(self.columns):
+            shape = " x ".join(map(str, rows.shape))
+            raise InputError(f"a block must be n x {len(self.columns)} ({', '.join(self.columns)}), got {shape}")
+        answers = [self._take(tuple(row)) for row in rows.tolist()]
+        kinds = [int if name in ("status", "gauges") else float for name in self.answer._fields]
+        columns = zip(*answers, strict=True) if answers else [()] * len(kinds)
+        return self.answer._make(np.array(column, kind) for column, kind in zip(columns, kinds, strict=True))

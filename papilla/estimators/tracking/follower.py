@@ -1,0 +1,345 @@
+"""The follower: cells of the path with what was read on them, looks at the latest of them, and what they add up to.
+
+Its memory is path: so many of the longest wavelengths, however slow the finger is. A look (`papilla.estimators.
+tracking.look`) finds the line; the follower asks whether two looks agree, whether the newest periods still show it,
+how late the path is, and how sure all of that is.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.tracking.answer import TrackingStatus
+from papilla.estimators.tracking.look import LOST, Finding, Look, Task, Verdict
+from papilla.estimators.tracking.spectrum import GRID
+
+CELL = 0.125
+"""Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
+SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
+"""Path that is remembered, in longest wavelengths; the least of it where the samples are dense; and what the grid of a
+spectrum is padded for."""
+MOST_CELLS = 1024
+HOP = 24
+"""Cells between two looks: a look has up to nine parts, one a sample."""
+STILL_S = 0.2
+"""Without movement for so long the finger stands."""
+FEWEST_STEPS = 2.2
+"""Steps of the path in a wavelength; two are the aliasing limit."""
+AGREED = 0.02
+"""Of the wavelength, by which two looks may differ."""
+VAGUE = 0.025
+"""Sigma over the wavelength from which it may not be used: 5 % are two of them."""
+LATEST_S, TRIAL_S = (-0.004, 0.032), 0.002
+"""Lateness of a path that is looked for where none is stated, and the step of the search."""
+LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
+"""What is known of it before, and how much it may drift from look to look."""
+SHARPER = 1.6
+"""By how much a line must be sharper for another lateness to be taken."""
+MAINS_HZ = (50.0, 60.0)
+
+
+class Options(NamedTuple):
+    """low, high : wavelengths in mm. rate_Hz : of the samples. scale_sigma : relative standard deviation of the path's
+    scale. latency_s : how late the path is, None to have it estimated. hums_Hz : frequencies below half the rate that a
+    line over time may have."""
+
+    low: float
+    high: float
+    rate_Hz: float
+    scale_sigma: float
+    latency_s: float | None
+    hums_Hz: tuple[float, ...]
+
+
+def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz) -> Options:
+    """The options, or `InputError` for what is not usable: a range must span a factor of 1.5 to 100."""
+    try:
+        first, last = wavelength_range_mm
+    except (TypeError, ValueError):
+        raise InputError(f"wavelength_range_mm must be two numbers (low, high), got {wavelength_range_mm!r}") from None
+    low = checks.positive("shortest wavelength (mm)", first)
+    high = checks.positive("longest wavelength (mm)", last)
+    if low >= high:
+        raise InputError(f"wavelength_range_mm must rise, got {low:g} and {high:g}")
+    if not 1.5 * low <= high <= 100 * low:
+        raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {low:g} to {high:g} mm")
+    rate = checks.positive("sample_rate_Hz", rate_Hz)
+    hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
+    hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
+    late = None if latency_s is None else checks.within("latency_s", latency_s, -0.1, 0.1)
+    return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)))
+
+
+@dataclass(eq=False)
+class Memory:
+    """rows (2 n, 3 + g) : time, place, samples and mean readings of each cell, oldest first; first : number of the cell
+    in row 0; count : rows in use. open_cell : sums of time, place, samples, and of each gauge's readings and their
+    number; began : place at which it began.
+
+    breaks : cells at which strokes begin; direction, extreme, extreme_cell : of the present stroke.
+    place, moved_s, time_s : where and when the last sample was, and when it last moved; step : its step, fading.
+
+    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look; look :
+    (begin, end, breaks, parts done, trial) of the one under way. finding : of the last; known : wavenumber and sigma
+    that are told; agreed : looks that agree. late_s, late_variance, sharper : of the path, and of each trial.
+    """
+
+    rows: np.ndarray
+    first: int = 0
+    count: int = 0
+    open_cell: list[float] = field(default_factory=list)
+    began: float = 0.0
+    breaks: list[int] = field(default_factory=list)
+    direction: float = 0.0
+    extreme: float = 0.0
+    extreme_cell: int = 0
+    place: float = math.nan
+    time_s: float = math.nan
+    moved_s: float = 0.0
+    step: float = 0.0
+    broken: bool = False
+    begin: int = 0
+    limit: float = math.inf
+    looked: int = 0
+    look: tuple | None = None
+    finding: Finding = field(default_factory=Finding)
+    known: tuple[float, float] = (0.0, 0.0)
+    agreed: int = 0
+    changed: bool = False
+    late_s: float = 0.0
+    late_variance: float = 0.0
+    trial: int = 0
+    sharper: list[float] = field(default_factory=list)
+
+
+class Follower:
+    """Wavelength of what g gauges slide over; `advance(time_s, place_mm, readings)` takes a sample."""
+
+    def __init__(self, gauges: int, options: Options):
+        self.options, self._gauges = options, gauges
+        self._cell = CELL * options.low
+        self._span = SPAN * options.high
+        self._cells = max(
+            min(math.ceil(self._span / self._cell), MOST_CELLS), math.ceil(LEAST_SPAN * options.high / self._cell)
+        )
+        self._grid = options.low / GRID
+        self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
+        self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
+        self._look: Look | None = None
+
+    def fresh(self) -> Memory:
+        """What it remembers when it knows nothing."""
+        given = self.options.latency_s
+        return Memory(
+            rows=np.zeros((2 * self._cells + 4 * HOP, 3 + self._gauges)),
+            limit=self._span,
+            late_s=given or 0.0,
+            late_variance=LATE_SIGMA_S**2 if given is None else 0.0,
+            sharper=[1.0] * len(self._trials),
+        )
+
+    def remember(self, memory: Memory) -> None:
+        """Go on from this memory; a look that was under way is done again up to where it was."""
+        if memory.rows.shape != (2 * self._cells + 4 * HOP, 3 + self._gauges):
+            raise InputError(f"the state is not of {self._gauges} gauges and this range of wavelengths")
+        self.memory, self._look = memory, None
+        if memory.look is not None:
+            begin, end, breaks, done, trial = memory.look
+            self._look = Look(self._task(begin, end, breaks, trial))
+            for _ in range(done):
+                self._look.advance()
+
+    def advance(self, time: float, place: float, readings: tuple[float, ...]) -> TrackingStatus:
+        """Take one sample; the status of what `estimate` then tells."""
+        memory = self.memory
+        moved = place - memory.place
+        if not math.isfinite(place):
+            memory.broken = True
+            return TrackingStatus.NO_VELOCITY
+        step = abs(moved) if moved == moved else 0.0
+        if step > self._span:
+            self.remember(self.fresh())
+            memory, step = self.memory, 0.0
+        if step > 0 or memory.place != memory.place:
+            memory.moved_s = time
+        # Of each step by its length: how far apart the readings on the path are.
+        memory.step += (step - memory.step) * min(4 * step / self._span, 1.0)
+        memory.place, memory.time_s = place, time
+        finite = [value for value in readings if math.isfinite(value)]
+        if finite:
+            self._fill(time, place, readings)
+        self._go_on()
+        if not finite:
+            return TrackingStatus.MISSING
+        if time - memory.moved_s > STILL_S:
+            return TrackingStatus.STANDSTILL
+        if FEWEST_STEPS * step > self.options.high:
+            return TrackingStatus.ALIASED
+        return self._status()
+
+    def estimate(self) -> tuple[float, float]:
+        """Wavelength and its standard deviation in mm; NaN before any."""
+        wavenumber, sigma = self.memory.known
+        if wavenumber <= 0:
+            return math.nan, math.nan
+        return 1 / wavenumber, math.hypot(sigma / wavenumber, self.options.scale_sigma) / wavenumber
+
+    def _status(self) -> TrackingStatus:
+        memory, verdict = self.memory, self.memory.finding.verdict
+        if memory.changed:
+            return TrackingStatus.NO_TEXTURE
+        if verdict == Verdict.TIME_LOCKED:
+            return TrackingStatus.TIME_LOCKED
+        if verdict == Verdict.OUT_OF_RANGE:
+            return TrackingStatus.OUT_OF_RANGE
+        if verdict == Verdict.INCOHERENT:
+            return TrackingStatus.INCOHERENT
+        wavenumber, sigma = memory.known
+        if verdict == Verdict.NOTHING or memory.agreed < 2 or wavenumber <= 0:
+            return TrackingStatus.SEARCHING
+        if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
+            return TrackingStatus.VAGUE
+        if not self.options.low * 0.98 <= 1 / wavenumber <= self.options.high * 1.02:
+            return TrackingStatus.OUT_OF_RANGE
+        return TrackingStatus.CONSTANT_SPEED if verdict == Verdict.UNDECIDED else TrackingStatus.OK
+
+    def _fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
+        """Add a sample to the open cell, or close that and begin another."""
+        memory, own = self.memory, self.memory.open_cell
+        if own and (abs(place - memory.began) >= self._cell or memory.broken):
+            self._close()
+            own = []
+        if not own:
+            memory.open_cell = own = [0.0] * (3 + 2 * self._gauges)
+            memory.began = place
+        own[0] += time
+        own[1] += place
+        own[2] += 1
+        for number, value in enumerate(readings):
+            if math.isfinite(value):
+                own[3 + 2 * number] += value
+                own[4 + 2 * number] += 1
+
+    def _close(self) -> None:
+        memory, (time, place, samples, *sums) = self.memory, self.memory.open_cell
+        if memory.count == len(memory.rows):
+            kept = self._cells + 2 * HOP
+            memory.rows[:kept] = memory.rows[-kept:]
+            memory.first += memory.count - kept
+            memory.count = kept
+        means = [total / number if number else math.nan for total, number in zip(sums[::2], sums[1::2], strict=True)]
+        memory.rows[memory.count] = (time / samples, place / samples, samples, *means)
+        number = memory.first + memory.count
+        memory.count += 1
+        self._turn(number, place / samples)
+
+    def _turn(self, number: int, place: float) -> None:
+        """Whether a stroke ends: the path turned, or was not known for a while."""
+        memory = self.memory
+        if memory.broken:
+            memory.broken = False
+            memory.breaks.append(number)
+            memory.extreme, memory.extreme_cell, memory.direction = place, number, 0.0
+        beyond = place - memory.extreme
+        if memory.direction == 0.0 and abs(beyond) > 0.5 * self.options.low:
+            memory.direction = math.copysign(1.0, beyond)
+        if beyond * memory.direction >= 0:
+            memory.extreme, memory.extreme_cell = place, number
+        elif abs(beyond) > 0.5 * self.options.low:
+            memory.breaks.append(memory.extreme_cell + 1)
+            memory.extreme, memory.extreme_cell, memory.direction = place, number, -memory.direction
+        oldest = number - self._cells - 2 * HOP
+        while memory.breaks and memory.breaks[0] < oldest:
+            memory.breaks.pop(0)
+
+    def _go_on(self) -> None:
+        """Do the next part of a look, or begin one."""
+        memory = self.memory
+        if self._look is not None and memory.look is not None:
+            done = self._look.advance()
+            begin, end, breaks, parts, trial = memory.look
+            memory.look = (begin, end, breaks, parts + 1, trial)
+            if done:
+                self._conclude(self._look, end)
+                self._look, memory.look = None, None
+            return
+        end = memory.first + memory.count
+        if end - memory.looked < HOP:
+            return
+        memory.looked = end
+        begin = self._window_begin(end)
+        if end - begin < HOP:
+            return
+        trial = math.nan
+        if self.options.latency_s is None:
+            memory.trial = (memory.trial + 1) % len(self._trials)
+            trial = self._trials[memory.trial]
+        memory.look = (begin, end, tuple(memory.breaks), 0, trial)
+        self._look = Look(self._task(begin, end, memory.look[2], trial))
+
+    def _window_begin(self, end: int) -> int:
+        """First cell of the window that ends before cell `end`: as much path as is allowed, of this texture."""
+        memory = self.memory
+        begin = max(memory.begin, end - self._cells, memory.first)
+        place = memory.rows[begin - memory.first : end - memory.first, 1]
+        path = np.cumsum(np.abs(np.diff(place)))
+        over = int(np.searchsorted(path, path[-1] - min(memory.limit, self._span))) if len(path) else 0
+        return begin + over
+
+    def _task(self, begin: int, end: int, breaks: tuple[int, ...], trial: float) -> Task:
+        memory, options = self.memory, self.options
+        rows = memory.rows[begin - memory.first : end - memory.first].copy()
+        return Task(
+            rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
+            self._size, memory.late_s, memory.late_variance, trial, memory.known[0] if memory.agreed else 0.0,
+            options.hums_Hz, options.rate_Hz,
+        )  # fmt: skip
+
+    def _conclude(self, look: Look, end: int) -> None:
+        """What a look that is done adds."""
+        memory, found = self.memory, look.finding
+        before, memory.finding = memory.known[0], found
+        good = found.verdict in (Verdict.FOUND, Verdict.UNDECIDED)
+        if good:
+            same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
+            memory.agreed = memory.agreed + 1 if same else 1
+            memory.known, memory.changed = (found.wavenumber, found.sigma), False
+            if memory.late_variance > 0:
+                memory.late_s = min(max(found.late_s, LATEST_S[0]), LATEST_S[1])
+                memory.late_variance = min(found.late_variance + LATE_DRIFT_S**2, LATE_SIGMA_S**2)
+        else:
+            memory.agreed = 0
+            if not memory.changed or before <= 0:
+                memory.known = (found.wavenumber, found.sigma) if found.wavenumber > 0 else memory.known
+        if found.verdict == Verdict.INCOHERENT:
+            memory.limit = max(0.6 * found.extent, 2 * self.options.high)
+        else:
+            memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
+        if good and found.kept + 3 * found.kept_sigma < LOST:
+            self._begin_anew(end, 2 / found.wavenumber)
+        self._weigh(look)
+
+    def _begin_anew(self, end: int, path: float) -> None:
+        """Another surface: only the newest path is of it."""
+        memory = self.memory
+        place = memory.rows[: end - memory.first, 1]
+        travelled = np.cumsum(np.abs(np.diff(place[::-1])))
+        memory.begin = end - 1 - int(np.searchsorted(travelled, path))
+        memory.agreed, memory.changed, memory.limit = 0, True, self._span
+
+    def _weigh(self, look: Look) -> None:
+        """Whether another lateness of the path makes the lines sharper."""
+        memory = self.memory
+        if not look.trial > 0 or not look.finding.score > 0:
+            return
+        ratio = min(look.trial / look.finding.score, 4.0)
+        memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
+        best = max(range(len(self._trials)), key=memory.sharper.__getitem__)
+        if memory.sharper[best] > SHARPER:
+            memory.late_s, memory.late_variance = self._trials[best], TRIAL_S**2
+            memory.sharper = [1.0] * len(self._trials)
+            memory.agreed = 0

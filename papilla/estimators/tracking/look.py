@@ -1,0 +1,408 @@
+"""One look at the latest path: which lines it has, which of them belong to the surface, and the wavelength of the best.
+
+A look is made of parts of some tens of microseconds, one a sample, so that no sample takes long. What is found:
+
+- lines over the path, against the background beside them, with the chance that noise makes them;
+- whether such a line is one over time instead (hum, resonance): of a line over the path and the lines over time, each
+  is credited with the energy that the others cannot explain. Where the speed hardly changed they are the same, and
+  only the frequency can tell;
+- the fundamental: a wavelength of which all others are harmonics, be it weak or out of the range;
+- the wavenumber from the phases of all harmonics, with the lateness of the path beside it.
+"""
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla.estimators.tracking.refine import phases_of, regressed
+from papilla.estimators.tracking.spectrum import GRID, Line, Spectrum, spectrum_of, strokes_of
+
+HARMONICS = 5
+MOST_LINES, TIME_LINES = 8, 3
+FALSE_ALARM = 1e-4
+"""Of one look, over all wavelengths: some 30 independent ones in a run of 4 s, 0.3 % of runs."""
+PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
+"""Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
+is the error of its place); and by how much time's must be more."""
+ALIKE = 0.05
+"""Share of a line's energy that a line over time must be able to explain to be its rival."""
+SLACK = 0.2
+"""Resolutions that a harmonic may lie off its place, beside the error of both."""
+SUBHARMONICS = 6
+COHERENT = 0.8
+"""Of the blocks' phases, below which a line is a hump: it is looked for in half the path."""
+LOST = 0.5
+"""Share of the amplitude, three sigmas included, below which the newest periods show another surface."""
+BAND = 0.45
+"""Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
+
+
+class Verdict(IntEnum):
+    """What a look says of its wavelength."""
+
+    NOTHING = 0
+    FOUND = 1
+    UNDECIDED = 2
+    TIME_LOCKED = 3
+    OUT_OF_RANGE = 4
+    INCOHERENT = 5
+
+
+@dataclass(frozen=True)
+class Finding:
+    """wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
+
+    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : lateness of
+    the path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown.
+    kept : share of the amplitude that the newest periods still have, and its sigma.
+    """
+
+    verdict: Verdict = Verdict.NOTHING
+    wavenumber: float = 0.0
+    sigma: float = 0.0
+    extent: float = 0.0
+    lines: tuple[tuple[float, float, float], ...] = ()
+    late_s: float = 0.0
+    late_variance: float = 0.0
+    phase: tuple[float, ...] = ()
+    phase_sigma: tuple[float, ...] = ()
+    kept: float = 1.0
+    kept_sigma: float = 0.0
+    score: float = 0.0
+
+
+class Task(NamedTuple):
+    """What a look is at: rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
+
+    low, high : wavelengths in mm; step, size : the grid; late_s : of the path, and its variance (0: known);
+    trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none.
+    hums_Hz : frequencies that time may be locked to; rate_Hz : of the samples.
+    """
+
+    rows: np.ndarray
+    breaks: tuple[int, ...]
+    low: float
+    high: float
+    step: float
+    size: int
+    late_s: float
+    late_variance: float
+    trial_s: float
+    before: float
+    hums_Hz: tuple[float, ...]
+    rate_Hz: float
+
+
+class Look:
+    """A look at a task; `advance` does one part and says whether it is done; `finding` then holds what was found."""
+
+    def __init__(self, task: Task):
+        self._task, self.finding = task, Finding(late_s=task.late_s, late_variance=task.late_variance)
+        self.trial = np.nan
+        self._parts = [self._gather, self._transform, self._detect, self._transform_time, self._decide]
+        self.done = 0
+
+    def advance(self) -> bool:
+        """Do the next part; True when there is none left."""
+        self._parts[self.done]()
+        self.done += 1
+        return self.done == len(self._parts)
+
+    def _stop(self) -> None:
+        del self._parts[self.done + 1 :]
+
+    def _gather(self) -> None:
+        task = self._task
+        window = _window(task, task.late_s)
+        if window is None:
+            self._stop()
+            return
+        self._time, self._place, self._count, self._stroke, begin, readings = window
+        self._strokes = strokes_of(self._place, readings, begin)
+        self._begin = begin
+
+    def _transform(self) -> None:
+        self._spectrum = spectrum_of(self._strokes, self._task.step, self._task.size)
+
+    def _detect(self) -> None:
+        """Lines over the path, within reach of what the steps and the extent show."""
+        task, spectrum = self._task, self._spectrum
+        steps = np.abs(np.diff(self._place))
+        self._highest = min(1 / task.low, 0.45 / max(float(np.quantile(steps, 0.9)), 1e-12))
+        resolution = 1 / self._strokes.extent
+        found = spectrum.lines(2 * resolution, min(2 / task.low, self._highest * 2), 3 * MOST_LINES)
+        octaves = np.log(max(task.high / task.low, 2.0)) / resolution
+        real = [line for line in found if line.chance * max(octaves * line.wavenumber, 1.0) < FALSE_ALARM]
+        self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_LINES]
+        inside = [line for line in self._lines if 1 / task.high <= line.wavenumber <= self._highest]
+        self.finding = replace(
+            self.finding,
+            extent=self._strokes.extent,
+            lines=tuple((1 / line.wavenumber, line.ratio, line.chance) for line in inside),
+            score=max((line.ratio for line in found if line.wavenumber >= 1 / task.high), default=0.0),
+        )
+        if not inside:
+            # The best guess is told, but not as one that may be used.
+            near = [line for line in found if 1 / task.high <= line.wavenumber <= self._highest]
+            if near:
+                best = max(near, key=lambda line: line.amplitude)
+                self.finding = replace(self.finding, wavenumber=best.wavenumber, sigma=0.3 * resolution)
+            elif self._lines:
+                self.finding = replace(self.finding, verdict=Verdict.OUT_OF_RANGE)
+            self._parts = self._parts[: self.done + 1] + ([self._try] if self._task.trial_s == self._task.trial_s else [])
+        self._inside = inside
+
+    def _transform_time(self) -> None:
+        """Lines over time, in the frequencies that lines in the range have at the speeds of the strokes."""
+        task, time = self._task, self._time
+        spans = [time[b] - time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
+        speed = np.abs(np.gradient(self._place)) / np.maximum(np.abs(np.gradient(time)), 1e-9)
+        self._speed = speed
+        fastest = float(np.quantile(speed, 0.95))
+        step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
+        self._time_lines: list[Line] = []
+        if min(spans) <= 0:
+            return
+        size = 1 << max(int(np.ceil(np.log2(1.5 * max(spans) / step))), 4)
+        if size <= 4096:
+            strokes = strokes_of(time, np.where(self._strokes.seen, self._strokes.readings, np.nan), self._begin, 1)
+            spectrum = spectrum_of(strokes, step, size)
+            self._time_lines = spectrum.lines(2 / min(spans), fastest / task.low, TIME_LINES)
+
+    def _decide(self) -> None:
+        """The strongest line that is the surface's, and its fundamental."""
+        task = self._task
+        verdict, chosen = Verdict.TIME_LOCKED, None
+        strongest = self._inside[0]
+        for line in self._ranked():
+            origin = self._origin(line)
+            if origin == Verdict.TIME_LOCKED:
+                continue
+            chosen, verdict = line, origin
+            break
+        if chosen is None:
+            self.finding = replace(
+                self.finding, verdict=verdict, wavenumber=strongest.wavenumber, sigma=0.3 / self._strokes.extent
+            )
+            self._stop()
+            return
+        fundamental = self._fundamental(chosen)
+        self._wavenumber, self._late = fundamental, task.late_s
+        if not 1 / task.high <= fundamental * 1.02:
+            self.finding = replace(
+                self.finding,
+                verdict=Verdict.OUT_OF_RANGE,
+                wavenumber=chosen.wavenumber,
+                sigma=0.3 / self._strokes.extent,
+            )
+            self._stop()
+            return
+        self._verdict, self._level = verdict, self._noise(fundamental)
+        self._parts += [self._refine, self._refine, self._judge]
+        if task.trial_s == task.trial_s:
+            self._parts.append(self._try)
+
+    def _ranked(self) -> list[Line]:
+        """Lines in the range, strongest first; the one that is known comes first while nothing is much stronger."""
+        before, most = self._task.before, self._inside[0].amplitude
+        near = 1 / self._strokes.extent
+        known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.7 * most]
+        return known[:1] + [line for line in self._inside if line not in known[:1]]
+
+    def _origin(self, line: Line) -> Verdict:
+        """FOUND for a line that is the path's, UNDECIDED where time may be as well, TIME_LOCKED where it is time's."""
+        path, time = self._credits(line)
+        enough = max(PROVED, DISTINCT * line.ratio)
+        if path > enough and EXCLUDED * path > time:
+            return Verdict.FOUND
+        if time > enough and time > EXCLUDED * path:
+            return Verdict.TIME_LOCKED
+        weight = self._strokes.weight
+        speed = float((weight @ self._speed) / weight.sum())
+        frequency = line.wavenumber * speed
+        spans = [self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
+        resolution = 1 / max(min(spans), 1e-9)
+        near = any(abs(frequency - hum) < resolution for hum in self._task.hums_Hz)
+        return Verdict.TIME_LOCKED if near else Verdict.UNDECIDED
+
+    def _credits(self, line: Line) -> tuple[float, float]:
+        """Energy over the background that only this line explains, and the most that only one of time's lines does."""
+        spectrum, weight = self._spectrum, self._strokes.weight
+        turns = [line.wavenumber * self._place, *(other.wavenumber * self._time for other in self._time_lines)]
+        atoms = np.exp(2j * np.pi * np.array(turns))
+        credit = np.zeros(len(atoms))
+        for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
+            own = atoms[:, first:last]
+            weighted = np.conj(own) * weight[first:last]
+            gram = weighted @ own.T
+            size = float(gram[0, 0].real)
+            if size <= 0:
+                continue
+            gram += 1e-6 * size * np.eye(len(gram))
+            inverse = np.linalg.inv(gram)
+            amplitude = inverse @ (weighted @ self._strokes.readings[first:last])
+            energy = np.abs(amplitude) ** 2 * size / inverse.diagonal().real[:, None]
+            shared = np.abs(gram[0]) ** 2 / (size * gram.diagonal().real)
+            credit += np.where(shared > ALIKE, energy @ (1 / spectrum.own), 0.0)
+        shown = max(int(np.isfinite(spectrum.own).sum()), 1)
+        credit /= shown * line.amplitude**2 / line.ratio
+        return float(credit[0]), float(credit[1:].max(initial=0.0))
+
+    def _fundamental(self, chosen: Line) -> float:
+        """The wavenumber of which the chosen line and others are harmonics; its own where there is no sign of it."""
+        slack = SLACK / self._strokes.extent
+        k = chosen.wavenumber
+        for divisor in range(2, SUBHARMONICS + 1):
+            base = k / divisor
+            for other in self._lines:
+                order = round(other.wavenumber / base)
+                off = abs(other.wavenumber - order * base)
+                fits = order >= 1 and order % divisor and off < min(slack, 0.1 * base)
+                if fits and other is not chosen and other.amplitude > 0.05 * chosen.amplitude:
+                    # An inner line, or the fundamental itself: neighbours of a hum or a second texture seldom fit.
+                    support = self._support(base, slack)
+                    if support >= 3 or (support >= 2 and divisor <= 3) or order == 1:
+                        return base
+        return k
+
+    def _support(self, base: float, slack: float) -> int:
+        """How many of the lines are harmonics of this wavenumber."""
+        offs = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) for line in self._lines]
+        return sum(off < min(slack, 0.1 * base) for off in offs)
+
+    def _noise(self, wavenumber: float) -> np.ndarray:
+        """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
+        spectrum, strokes = self._spectrum, self._strokes
+        orders = np.arange(1, HARMONICS + 1)
+        at = np.minimum(np.round(orders * wavenumber / spectrum.step).astype(int), len(spectrum.power) - 1)
+        level = spectrum.level(at)
+        finite = np.isfinite(level)
+        level = np.where(finite, level, level[finite].max(initial=1.0))
+        band = orders * wavenumber * float(np.median(self._speed)) < BAND * self._task.rate_Hz
+        reachable = (orders * wavenumber < 2 / self._task.step / GRID * 2) & band
+        reachable[0] = True
+        level = np.where(reachable, level, np.inf)
+        return level[:, None] * spectrum.own / float((strokes.weight**2 / self._count).sum())
+
+    def _refine(self) -> None:
+        """One step of the wavenumber and of the lateness."""
+        task = self._task
+        if self._late != task.late_s:
+            window = _window(task, self._late)
+            if window is not None and len(window[0]) > 16:
+                self._time, self._place, self._count, self._stroke, self._begin, readings = window
+                self._strokes = strokes_of(self._place, readings, self._begin)
+        speed = np.gradient(self._place) / np.maximum(np.gradient(self._time), 1e-9)
+        regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
+        if task.late_variance == 0:
+            regressors = regressors[:, :1]
+        phases = phases_of(
+            self._wavenumber * self._place, regressors, self._path_weight(), self._count, self._strokes.readings, self._strokes.seen,
+            self._stroke, self._level,
+        )  # fmt: skip
+        prior, off = np.array([1e-12]), np.zeros(1)
+        if task.late_variance > 0:
+            prior = np.append(prior, 1 / task.late_variance)
+            off = np.append(off, task.late_s - self._late)
+        fit = regressed(phases, prior, off)
+        limit = 0.7 / self._strokes.extent
+        self._wavenumber += float(np.clip(fit.step[0], -limit, limit))
+        if task.late_variance > 0:
+            self._late += float(np.clip(fit.step[1], -0.004, 0.004))
+        self._phases, self._fit = phases, fit
+
+    def _path_weight(self) -> np.ndarray:
+        """(m,) path that each row stands for."""
+        return np.maximum(np.abs(np.gradient(self._place)), 1e-12)
+
+    def _judge(self) -> None:
+        """What the look says in the end."""
+        phases, fit = self._phases, self._fit
+        verdict = self._verdict if phases.coherence > COHERENT else Verdict.INCOHERENT
+        if not phases.information.any():
+            verdict = Verdict.INCOHERENT
+        kept, kept_sigma = self._newest()
+        last = phases.amplitude[-1]
+        angle = np.angle(last) / (2 * np.pi)
+        power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
+        spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
+        self.finding = replace(
+            self.finding,
+            verdict=verdict,
+            wavenumber=self._wavenumber,
+            sigma=float(fit.covariance[0, 0] ** 0.5),
+            late_s=self._late,
+            late_variance=float(fit.covariance[1, 1]) if len(fit.covariance) > 1 else 0.0,
+            phase=tuple(angle.tolist()),
+            phase_sigma=tuple(spread.tolist()),
+            kept=kept,
+            kept_sigma=kept_sigma,
+        )
+
+    def _newest(self) -> tuple[float, float]:
+        """Share of the amplitude that the newest whole periods have, and its sigma from what is left of the readings;
+        of as many periods as it takes to miss the line, if it is missing."""
+        first = int(self._begin[-2])
+        cycles = self._wavenumber * np.abs(self._place[first:] - self._place[-1])
+        wanted, weight = self._phases.amplitude[-1], 1 / self._level[0]
+        size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
+        kept, sigma = 1.0, 1.0
+        for periods in (2, 4, 8):
+            if cycles.max() < periods + 1:
+                break
+            rows = first + np.flatnonzero(cycles <= periods)
+            used = self._strokes.seen[rows] * self._path_weight()[rows, None]
+            total = np.maximum(used.sum(axis=0), 1e-300)
+            values = self._strokes.readings[rows]
+            values = values - (used * values).sum(axis=0) / total
+            wave = np.exp(-2j * np.pi * self._wavenumber * self._place[rows])[:, None]
+            own = 2 * (wave * used * values).sum(axis=0) / total
+            rest = (used * (values - (own * np.conj(wave)).real) ** 2).sum(axis=0) / total
+            share = (used**2).sum(axis=0) / total**2
+            kept = float(((np.conj(wanted) * own).real * weight).sum()) / size
+            sigma = float(np.sqrt(2 * (rest * share * np.abs(wanted) ** 2 * weight**2).sum())) / size
+            if kept + 3 * sigma < LOST:
+                break
+        return kept, sigma
+
+    def _try(self) -> None:
+        """How sharp the lines would be if the path were late by another time."""
+        window = _window(self._task, self._task.trial_s)
+        if window is None:
+            return
+        _, place, _, _, begin, readings = window
+        spectrum = spectrum_of(strokes_of(place, readings, begin), self._task.step, self._task.size)
+        lines = spectrum.lines(1 / self._task.high, self._highest, MOST_LINES)
+        self.trial = max((line.ratio for line in lines), default=0.0)
+
+
+def _window(task: Task, late_s: float):
+    """Time, place, count, stroke (m,), begin (s + 1,) and readings (m, g) of the strokes that are long enough.
+
+    The path is late: at a time t the finger is where the path says at t + late. None where there is too little.
+    """
+    rows = task.rows
+    time, place = rows[:, 0], rows[:, 1]
+    breaks = np.array(task.breaks, int)
+    if late_s:
+        at = time + late_s
+        known = (at >= time[0]) & (at <= time[-1])
+        place = np.interp(at, time, place)
+        # Where the path turned at t + late, the finger did at t.
+        breaks = np.searchsorted(at, time[breaks])
+        first, last = int(known.argmax()), len(known) - int(known[::-1].argmax())
+        rows, place, time = rows[first:last], place[first:last], time[first:last]
+        breaks = breaks - first
+    edges = [0, *(int(b) for b in breaks if 0 < b < len(rows)), len(rows)]
+    pieces = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 8]
+    extents = [float(np.ptp(place[a:b])) for a, b in pieces]
+    longest = max(extents, default=0.0)
+    if longest < 4 * task.low:
+        return None
+    kept = [piece for piece, extent in zip(pieces, extents, strict=True) if extent >= 0.6 * longest]
+    index = np.concatenate([np.arange(a, b) for a, b in kept])
+    begin = np.concatenate([[0], np.cumsum([b - a for a, b in kept])])
+    stroke = np.repeat(np.arange(len(kept)), np.diff(begin))
+    return time[index], place[index], rows[index, 2], stroke, begin, rows[index, 3:]

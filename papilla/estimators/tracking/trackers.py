@@ -1,0 +1,165 @@
+"""Trackers of the wavelength: the follower behind samples with a velocity, or a position, of one gauge or of several."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.stream import Stream
+from papilla.estimators.tracking.answer import FusedEstimate, TrackingStatus, WavelengthEstimate
+from papilla.estimators.tracking.between_gauges import UNKNOWN, wavelength_between
+from papilla.estimators.tracking.follower import Follower, Memory, checked
+
+DEFAULT_RANGE_MM = (0.4, 6.0)
+SCALE_SIGMA = 0.015
+"""A velocity or a path of a hand-held finger is right to 3 %, two standard deviations."""
+_NO_PATH = TrackingStatus.NO_VELOCITY
+
+
+@dataclass(eq=False)
+class PathMemory:
+    """follower : its memory; samples : taken; place_mm : integral of the velocity_mm_s, of which the last is kept."""
+
+    follower: Memory
+    samples: int = 0
+    place_mm: float = 0.0
+    velocity_mm_s: float = math.nan
+
+
+class FusedTracker(Stream):
+    """Streaming wavelength of g gauges together; one sample is (g1, ..., gg, velocity_mm_s), evenly in time.
+
+    A line is detected in a spectrum over the path, against the background beside it, and refined by the phases of its
+    harmonics along the path (`papilla.estimators.tracking.look`); gauges add their power, not their readings.
+
+    Parameters
+    ----------
+    gauges : their number, or the places (g,) of the gauges along the movement in mm, with which the phases between them
+        tell the wavelength too.
+    wavelength_range_mm : (shortest, longest) wavelength that is looked for.
+    sample_rate_Hz : of the samples.
+    scale_sigma : relative standard deviation of the velocity's scale; it is in the wavelength's in full.
+    latency_s : how late the velocity is beside the readings; None: it is estimated wherever the speed changes.
+    resonances_Hz : frequencies at which the finger or its mount rings: at a constant speed a line there is not ok.
+    saturation : |reading| from which a reading is not one.
+
+    Raises `InputError` for unusable values.
+    """
+
+    answer: ClassVar = FusedEstimate
+
+    def __init__(
+        self,
+        gauges,
+        *,
+        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
+        sample_rate_Hz: float = 1000.0,
+        scale_sigma: float = SCALE_SIGMA,
+        latency_s: float | None = None,
+        resonances_Hz: tuple[float, ...] = (),
+        saturation: float = 1e12,
+    ):
+        self._places = None if isinstance(gauges, int) else tuple(checks.finite("gauges", place) for place in gauges)
+        number = gauges if self._places is None else len(self._places)
+        if number < 1:
+            raise InputError(f"gauges must be at least 1, got {number}")
+        self._limit = checks.positive("saturation", saturation)
+        options = checked(wavelength_range_mm, sample_rate_Hz, scale_sigma, latency_s, resonances_Hz)
+        self._follower, self._dt = Follower(number, options), 1 / options.rate_Hz
+        self.columns = (*(f"g{n}" for n in range(1, number + 1)), "velocity_mm_s")
+        self.reset()
+
+    @property
+    def latency_s(self) -> float:
+        """How late the velocity is, as it was stated or found."""
+        return self._follower.memory.late_s
+
+    @property
+    def lines(self) -> tuple[tuple[float, float, float], ...]:
+        """(wavelength_mm, power over the background, chance) of the lines of the last look, strongest first."""
+        return self._follower.memory.finding.lines
+
+    def _fresh(self) -> PathMemory:
+        return PathMemory(self._follower.fresh())
+
+    def _remember(self, memory: PathMemory) -> None:
+        self._memory = memory
+        self._follower.remember(memory.follower)
+
+    def _take(self, sample):
+        memory, *readings, velocity = self._memory, *sample
+        known = math.isfinite(velocity)
+        if known and memory.velocity_mm_s == memory.velocity_mm_s:
+            memory.place_mm += 0.5 * (memory.velocity_mm_s + velocity) * self._dt
+        elif memory.samples and not known:
+            memory.velocity_mm_s = math.nan
+        memory.velocity_mm_s = velocity if known else math.nan
+        memory.samples += 1
+        place = memory.place_mm if known else math.nan
+        return self.follow(memory.samples * self._dt, place, velocity, tuple(readings))
+
+    def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]):
+        """The estimate after one more sample at this time and place, for whoever keeps both himself."""
+        limit = self._limit
+        readings = tuple(value if -limit < value < limit else math.nan for value in readings)
+        status = self._follower.advance(time_s, place_mm, readings)
+        self._memory.follower = self._follower.memory
+        wavelength, sigma = self._follower.estimate()
+        frequency = math.nan if status == _NO_PATH else abs(velocity_mm_s) / wavelength
+        return self._told(wavelength, sigma, frequency, int(status), readings)
+
+    def _told(self, wavelength, sigma, frequency, status, readings):
+        by_phase = UNKNOWN
+        if self._places is not None and TrackingStatus(status).good:
+            by_phase = self._by_phase(wavelength)
+        return FusedEstimate(
+            wavelength, sigma, frequency, status, *by_phase, sum(value == value for value in readings)
+        )
+
+    def _by_phase(self, wavelength: float) -> tuple[float, float]:
+        """Wavelength and sigma from the phases between the gauges."""
+        finding = self._follower.memory.finding
+        known = [
+            (place, 2 * math.pi * phase, 2 * math.pi * sigma)
+            for place, phase, sigma in zip(self._places or (), finding.phase, finding.phase_sigma, strict=False)
+            if sigma < 0.1
+        ]
+        return wavelength_between(*zip(*known, strict=True), wavelength) if len(known) > 1 else UNKNOWN
+
+
+class SpaceTracker(FusedTracker):
+    """Streaming wavelength of one gauge; one sample is (reading, velocity_mm_s). Parameters as `FusedTracker`."""
+
+    answer: ClassVar = WavelengthEstimate
+
+    def __init__(self, **options):
+        super().__init__(1, **options)
+        self.columns = ("reading", "velocity_mm_s")
+
+    def _told(self, wavelength, sigma, frequency, status, readings):
+        return WavelengthEstimate(wavelength, sigma, frequency, status)
+
+
+class LineTracker(FusedTracker):
+    """Streaming wavelength of g channels over a known path; one sample is (g1, ..., gg, position_mm), at any rate.
+
+    Without times a line over time cannot be told apart: `FusedTracker` and `Pipeline` have them. Parameters as
+    `FusedTracker`.
+    """
+
+    answer: ClassVar = WavelengthEstimate
+
+    def __init__(self, channels: int, *, wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM, **options):
+        super().__init__(
+            channels, wavelength_range_mm=wavelength_range_mm, **({"sample_rate_Hz": 1.0, "latency_s": 0.0} | options)
+        )
+        self.columns = (*self.columns[:-1], "position_mm")
+
+    def _take(self, sample):
+        *readings, place = sample
+        self._memory.samples += 1
+        return self.follow(self._memory.samples * self._dt, place, math.nan, tuple(readings))
+
+    def _told(self, wavelength, sigma, frequency, status, readings):
+        return WavelengthEstimate(wavelength, sigma, frequency, status)
