@@ -52,10 +52,10 @@ def estimate(
         summary = Summary(recorded)
         check_writable(out.parent)
         with table_writer(out, ("t_s", *COLUMNS)) as write:
-            bar.line(_first_stage(pipeline, recorded.sample_rate_Hz))
+            bar.line(_first_stage(pipeline))
             for block in recorded.blocks():
                 answer = pipeline.process(block)
-                write([block[:, 0], *answer])
+                write([block[:, 0], *answer[: len(COLUMNS)]])
                 summary.add(block, answer)
                 bar.line("estimating")
                 bar.steps(summary.rows, recorded.report.rows)
@@ -136,12 +136,11 @@ def _pipeline(
     )
 
 
-def _first_stage(pipeline: "Pipeline", rate_Hz: float) -> str:
-    """What the first block waits for: where the trackers are not compiled yet, that takes far longer than the rows."""
-    from papilla.estimators.pipeline.parts import TRACKER_RATE_HZ
-    from papilla.estimators.tracking import blind_kernel, compiled, tracker_kernel
+def _first_stage(pipeline: "Pipeline") -> str:
+    """What the first block waits for: where the blind tracker is not compiled yet, far longer than for the rows."""
+    from papilla.estimators.tracking import blind_kernel, compiled
 
-    kernels = blind_kernel.COMPILED if "wavelength" in pipeline.off else tracker_kernel.KERNELS
-    if rate_Hz < TRACKER_RATE_HZ or not compiled.numba_available() or compiled.kernel_cache(kernels).exists():
+    needed = "frequency" in pipeline.outputs and compiled.numba_available()
+    if not needed or compiled.kernel_cache(blind_kernel.COMPILED).exists():
         return "estimating"
-    return "compiling the trackers; this is kept for the next time"
+    return "compiling the tracker; this is kept for the next time"

@@ -3,8 +3,6 @@
 from .channel_lags import channel_lags as channel_lags
 from .friction import Friction as Friction
 from .friction import FrictionEstimate as FrictionEstimate
-from .line_tracker import LineEstimate as LineEstimate
-from .line_tracker import LineTracker as LineTracker
 from .lines import find_lines as find_lines
 from .lines import travelled as travelled
 from .pipeline import Pipeline as Pipeline
@@ -15,6 +13,7 @@ from .published import Okamoto as Okamoto
 from .published import RoughnessEstimate as RoughnessEstimate
 from .published import ShortTimeSpectrum as ShortTimeSpectrum
 from .published import ZeroCrossing as ZeroCrossing
+from .published.reciprocal import ReciprocalCounter as ReciprocalCounter
 from .softness import GaugeEstimate as GaugeEstimate
 from .softness import GaugeSoftness as GaugeSoftness
 from .softness import GaugeState as GaugeState
@@ -23,10 +22,9 @@ from .softness import SoftnessEstimate as SoftnessEstimate
 from .softness import SoftnessState as SoftnessState
 from .tracking import FusedEstimate as FusedEstimate
 from .tracking import FusedTracker as FusedTracker
-from .tracking import ReciprocalCounter as ReciprocalCounter
+from .tracking import LineTracker as LineTracker
 from .tracking import SpaceTracker as SpaceTracker
 from .tracking import WavelengthEstimate as WavelengthEstimate
-from .tracking import WavenumberBank as WavenumberBank
 from .tracking.blind import ChirpEstimate as ChirpEstimate
 from .tracking.blind import ChirpTracker as ChirpTracker
 from .wavelet import CrossRidge as CrossRidge

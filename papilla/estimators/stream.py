@@ -15,7 +15,7 @@ class Status(IntEnum):
 
     sentence: str
 
-    def __new__(cls, value: int, sentence: str):
+    def __new__(cls, value: int, sentence: str = ""):
         """A member of this value with its sentence."""
         member = int.__new__(cls, value)
         member._value_ = value
@@ -26,13 +26,6 @@ class Status(IntEnum):
     def good(self) -> bool:
         """Whether the answer may be used."""
         return self.sentence.startswith("ok")
-
-
-def in_words(kind: type[Status], status):
-    """The sentence of a status, or, of an array (n,) of them, a list of n."""
-    if isinstance(status, np.ndarray):
-        return [kind(code).sentence for code in status.tolist()]
-    return kind(status).sentence
 
 
 class Stream(ABC):

@@ -25,7 +25,6 @@ from papilla.estimators import (
     ShortTimeSpectrum,
     Softness,
     SpaceTracker,
-    WavenumberBank,
     ZeroCrossing,
 )
 
@@ -79,7 +78,6 @@ CASES = {
     "Friction": Case(lambda c: Friction(), "tfv"),
     "SpaceTracker": Case(lambda c: SpaceTracker(), "gv"),
     "FusedTracker": Case(lambda c: FusedTracker((0.0, 2.0, 5.0)), "gggv"),
-    "WavenumberBank": Case(lambda c: WavenumberBank(), "gv"),
     "ReciprocalCounter": Case(lambda c: ReciprocalCounter(), "gv"),
     "ChirpTracker": Case(lambda c: ChirpTracker(), "gv"),
     "CrossRidge": Case(lambda c: CrossRidge(), "gg"),

@@ -18,16 +18,13 @@ from papilla.estimators.published import (
     ShortTimeSpectrum,
     ZeroCrossing,
 )
-from papilla.estimators.tracking import ReciprocalCounter, SpaceTracker, TrackingStatus, WavenumberBank
+from papilla.estimators.published.reciprocal import ReciprocalCounter
+from papilla.estimators.tracking import SpaceTracker, TrackingStatus
 from papilla.studies.estimator_bench.scenes import scene
 
 PUBLISHED = (ImpulseDensity, ImpulseInterval, ShortTimeSpectrum, ZeroCrossing, Okamoto)
 SPECTRA = (ShortTimeSpectrum, Okamoto)
-TRACKERS = {
-    "reciprocal": ReciprocalCounter,
-    "bank": WavenumberBank,
-    "space tracker": partial(SpaceTracker, compiled=False),
-}
+TRACKERS = {"reciprocal": ReciprocalCounter, "space tracker": SpaceTracker}
 MAKERS = {f"{kind.__name__} {variant}": partial(kind, variant=variant) for kind in PUBLISHED for variant in
           ("as_printed", "corrected")} | TRACKERS  # fmt: skip
 EXACT = {
@@ -59,6 +56,11 @@ def sound(name, found, rows):
     columns = [found.wavelength_mm] + ([found.wavelength_sigma_mm] if name in TRACKERS else [])
     assert all(np.all(np.isnan(column) | ((column > 0) & (column < math.inf))) for column in columns)
     assert np.all(np.isnan(found.frequency_Hz) | ((found.frequency_Hz >= 0) & (found.frequency_Hz < math.inf)))
+
+
+def good(found):
+    """(n,) rows that may be used."""
+    return np.array([sentence.startswith("ok") for sentence in found.sentence])
 
 
 def grating(wavelength=1.2, **options):
@@ -140,11 +142,11 @@ def test_standing_still_for_two_seconds(name):
         assert np.all(found.frequency_Hz[2100:3800] == 0)
 
 
-def test_at_rest_the_sigma_grows():
+def test_at_rest_the_sigma_does_not_shrink():
     made = grating()
     still = np.column_stack([np.full(1000, made.signal[-1, 0]), np.zeros(1000)])
     sigma = run("space tracker", np.vstack([made.block(), still])).wavelength_sigma_mm[1810:]
-    assert np.all(np.diff(sigma) >= 0) and sigma[-1] > sigma[0]
+    assert np.all(np.diff(sigma) >= 0)
 
 
 @pytest.mark.parametrize("name", TRACKERS)
@@ -153,7 +155,7 @@ def test_reversals(name):
     made = scene("act1", 1.8, snr_dB=SNR, seed=11, seconds=2.6)
     found = run(name, made.block())
     after = made.time_s > 1
-    answered = found.wavelength_mm[after & (found.status == 0)]
+    answered = found.wavelength_mm[after & good(found)]
     assert answered.size > 0.9 * after.sum()
     assert np.abs(answered / 1.8 - 1).max() < 0.03
 
@@ -165,11 +167,11 @@ def test_a_dead_gauge_has_no_wavelength(name):
     assert np.all(found.status != 0)
 
 
-def test_noise_without_texture_is_seldom_called_ok():
+def test_noise_without_texture_is_never_called_ok():
     rng = np.random.default_rng(8)
-    for _ in range(2):
+    for _ in range(3):
         found = run("space tracker", np.column_stack([rng.standard_normal(2000), np.full(2000, 100.0)]))
-        assert np.mean(found.status[500:] == 0) < 0.35
+        assert not any(sentence.startswith("ok") for sentence in found.sentence)
 
 
 @every
@@ -178,7 +180,7 @@ def test_a_saturated_stretch(name):
     made = grating(seconds=2.4)
     block = made.block()
     # The small trackers have no limit of their own: their readings are infinite beyond it.
-    limit = {} if name in ("reciprocal", "bank") else {"saturation": 3.0}
+    limit = {} if name == "reciprocal" else {"saturation": 3.0}
     block[1000:1300, 0] = 4.0 if limit else math.inf
     found = run(name, block, **limit)
     wanted = TrackingStatus.MISSING if name in TRACKERS else RoughnessStatus.SATURATED

@@ -69,7 +69,7 @@ def test_repeated_and_late_rows_are_left_out_and_said_so():
     doubled[1::2, 1:4] += 500
     doubled[501, 0] -= 0.1
     clean, answer = tracked(rows, "velocity_mm_s"), tracked(doubled, "velocity_mm_s")
-    for a, b in zip(answer[:-1], clean[:-1], strict=True):
+    for a, b in zip(answer[:-2], clean[:-2], strict=True):
         np.testing.assert_array_equal(a[::2], b)
         assert np.isnan(a[1::2]).all()
     assert answer.status[::2] == clean.status
@@ -83,7 +83,7 @@ def test_after_a_long_gap_everything_begins_anew():
     answer = tracked(rows, "velocity_mm_s")
     assert answer.status[1000].startswith("time: begun anew")
     alone = tracked(rows[1000:], "velocity_mm_s")
-    for a, b in zip(answer[:-1], alone[:-1], strict=True):
+    for a, b in zip(answer[:-2], alone[:-2], strict=True):
         np.testing.assert_array_equal(a[1000:], b)
 
 
@@ -119,7 +119,7 @@ def test_slow_sampling_is_answered_by_spectra_over_the_path(rate, speed, wavelen
     answer = tracked(rows, "velocity_mm_s", rate=rate, wavelength_range_mm=wavelengths)
     settled(answer, 3.99, 5e-3, last=20)
     pipeline = Pipeline(gauges=3, columns=("velocity_mm_s",), sample_rate_Hz=rate)
-    assert any("trackers need 200 Hz" in line for line in pipeline.messages)
+    assert any("may pose as a longer one" in line for line in pipeline.messages)
 
 
 @pytest.mark.parametrize("rate", [2500.0, 10_000.0])
@@ -148,7 +148,7 @@ def test_without_a_velocity_a_slow_log_has_no_frequency_and_says_so():
     pipeline = Pipeline(gauges=1, columns=(), sample_rate_Hz=20.0)
     assert "20 Hz is too slow without a velocity" in pipeline.off["frequency"]
     answer = pipeline.update((0.0, 1.0))
-    assert np.isnan(answer[:-1]).all() and answer.status.startswith("nothing to estimate; no modulus")
+    assert np.isnan(answer[:-2]).all() and answer.status.startswith("nothing to estimate; no modulus")
 
 
 def test_a_gauge_alone_is_tracked():
@@ -199,7 +199,7 @@ def test_unusable_arguments_are_refused(calibration):
         ({"columns": ("speed",)}, "columns must be among force_N, .* got speed"),
         ({"columns": ("force_N", "force_N")}, "columns must differ"),
         ({"wavelength_range_mm": (6, 0.4)}, "wavelength_range_mm must rise, got 6 and 0.4"),
-        ({"wavelength_range_mm": (np.nan, 4)}, "wavelength_range_mm must be finite"),
+        ({"wavelength_range_mm": (np.nan, 4)}, "must be finite"),
         ({"sample_rate_Hz": 0}, "sample_rate_Hz must be greater than 0"),
         ({"saturation": -1}, "saturation must be greater than 0"),
     ):

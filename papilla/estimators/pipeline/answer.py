@@ -9,7 +9,8 @@ class PipelineEstimate(NamedTuple):
     """The columns of `papilla estimate`: NaN where there is no answer, and a status that says why.
 
     status : "ok", or what is wrong with the time, the gauges and each estimator, then `no <output>: <why>` of what is
-    switched off. Of a block, arrays (n,) and a list of n sentences.
+    switched off. wavelength_status : of the wavelength alone; it begins with "ok" where that may be used. Of a block,
+    arrays (n,) and lists of n sentences.
     """
 
     modulus_MPa: float | np.ndarray
@@ -20,9 +21,11 @@ class PipelineEstimate(NamedTuple):
     mu_kinetic: float | np.ndarray
     mu_static: float | np.ndarray
     status: str | list[str]
+    wavelength_status: str | list[str]
 
 
-COLUMNS = PipelineEstimate._fields
+COLUMNS = PipelineEstimate._fields[:-1]
+"""Those that `papilla estimate` writes."""
 
 
 def sentence(live: list[str], off: dict[str, str]) -> str:

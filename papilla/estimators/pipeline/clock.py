@@ -113,6 +113,11 @@ class Clock:
         self._velocity, self._offset, self._pace = state.velocity_mm_s, state.offset_mm, state.pace
         self._mean, self._steps, self._trail = state.mean_step, state.steps, state.trail
 
+    @property
+    def time_s(self) -> float:
+        """Time of the last sample that was not left out."""
+        return self._time
+
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """What this sample is; without a finite time it is taken to be one period after the last."""
         rate, last = self._rate, self._time

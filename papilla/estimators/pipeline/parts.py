@@ -8,15 +8,12 @@ import numpy as np
 
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.estimators.line_tracker import LineTracker
 from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.softness.faults import in_words
-from papilla.estimators.tracking import FusedTracker, SpaceTracker, TrackingStatus
+from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.blind import ChirpStatus, ChirpTracker
 
-TRACKER_RATE_HZ = 200.0
-"""The tracker's bank remembers 0.25 s: with fewer than 50 samples in it, spectra of a stretch of the path answer."""
 LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
 CONTRADICTED_SHARE, CONTRADICTED_SAMPLES = 0.25, 100
@@ -28,7 +25,9 @@ _BY_SD, _STATUSES = 32, 64
 
 
 class Row(NamedTuple):
-    """One sample that is not left out: readings (g), forces in N (NaN where unknown), and its `Tick`."""
+    """One sample that is not left out: time_s, readings (g), forces in N (NaN where unknown), and its `Tick`."""
+
+    time_s: float
 
     readings: tuple[float, ...]
     force_N: float
@@ -135,43 +134,20 @@ class SdPart(Part):
         return SoftnessStatus(status).sentence
 
 
-class TrackerPart(Part):
-    """frequency_Hz, wavelength_mm, wavelength_sigma_mm of the trackers of all gauges, at the pace of the clock."""
+class WavelengthPart(Part):
+    """frequency_Hz, wavelength_mm, wavelength_sigma_mm of all gauges, over the path and the time of the clock."""
 
     def __init__(self, gauges: int, **options):
-        self.estimator = SpaceTracker(**options) if gauges == 1 else FusedTracker(gauges, **options)
-        self._lost = (_NONE,) * gauges
+        self.estimator = FusedTracker(gauges, **options)
 
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""
-        even, places = _evenly(rows, lambda row: (*row.readings, row.tick.pace_mm_s), self._lost)
-        for row, place in zip(rows, places, strict=True):
-            begin = place - row.tick.missing
-            even[begin] = (*even[begin][:-1], row.tick.first_mm_s)
-        answers = _run(self.estimator, even)
-        return [
-            (*_with_frequency(row.tick.velocity_mm_s, *answers[place][:2]), answers[place][3])
-            for row, place in zip(rows, places, strict=True)
-        ]
-
-    def sentence(self, status):
-        """The status in words."""
-        return TrackingStatus(status).sentence
-
-
-class LinePart(Part):
-    """The same columns of spectra over the path, for samples that are too far apart for a tracker."""
-
-    def __init__(self, gauges: int, wavelength_range_mm: tuple[float, float]):
-        self.estimator = LineTracker(gauges, wavelength_range_mm=wavelength_range_mm)
-
-    def advance(self, rows):
-        """For each row its columns, and last the status as a number."""
-        answers = _run(self.estimator, [(*row.readings, row.tick.place_mm) for row in rows])
-        return [
-            (*_with_frequency(row.tick.velocity_mm_s, wavelength, sigma), status)
-            for row, (wavelength, sigma, status) in zip(rows, answers, strict=True)
-        ]
+        answers = []
+        for row in rows:
+            tick = row.tick
+            found = self.estimator.follow(row.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
+            answers.append((found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, found.status))
+        return answers
 
     def sentence(self, status):
         """The status in words."""
@@ -244,10 +220,6 @@ def _evenly(rows: list[Row], values, lost: tuple) -> tuple[list[tuple], list[int
         places.append(len(even))
         even.append(own)
     return even, places
-
-
-def _with_frequency(velocity: float, wavelength: float, sigma: float) -> tuple[float, float, float]:
-    return abs(velocity) / wavelength, wavelength, sigma
 
 
 def _median(answers: list[tuple[float, int]]) -> tuple[float, int]:

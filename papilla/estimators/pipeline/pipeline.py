@@ -18,22 +18,22 @@ from papilla.estimators.pipeline.health import SATURATED, GaugeHealth, HealthSta
 from papilla.estimators.pipeline.parts import (
     LOW_PASS_HZ,
     LOW_PASS_SHARE,
-    TRACKER_RATE_HZ,
     BlindPart,
     FrictionPart,
     GaugesPart,
-    LinePart,
     Part,
     Row,
     SdPart,
-    TrackerPart,
+    WavelengthPart,
 )
 from papilla.estimators.softness.faults import numbered
+from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
-DEFAULT_RANGE_MM = (0.4, 6.0)
 POSITION_SIGMA_MM = 1.0
+SLOW_HZ = 200.0
+"""Below it the steps of usual movements come near the wavelengths of usual textures."""
 CHUNK = 512
 """Rows that are handed to the estimators at once: few enough to stay in the cache, whatever the block."""
 _NONE = math.nan
@@ -68,9 +68,9 @@ class Pipeline:
     calibration : of the same gauges in the same order; without it there is no modulus.
     gauges : number of gauges, g, or their g names, by which every status calls them (else g1, g2 ...).
     columns : which of force_N, velocity_mm_s, position_mm, tangential_N a sample has, in this order.
-    sample_rate_Hz : nominal rate. From 200 Hz on the trackers of `papilla.estimators.tracking` answer for the
-        wavelength, below it the spectra of `LineTracker`.
+    sample_rate_Hz : nominal rate.
     wavelength_range_mm : (shortest, longest) wavelength that is looked for.
+    scale_sigma, latency_s, resonances_Hz : of the path, see `FusedTracker`; the scale's error is in every wavelength.
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
@@ -91,6 +91,9 @@ class Pipeline:
         force_sigma_N: float = 1e-3,
         saturation: float = 1e12,
         position_sigma_mm: float | None = POSITION_SIGMA_MM,
+        scale_sigma: float = SCALE_SIGMA,
+        latency_s: float | None = None,
+        resonances_Hz: tuple[float, ...] = (),
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
         if not named:
@@ -101,9 +104,6 @@ class Pipeline:
             raise InputError(f"columns must be among {', '.join(OPTIONAL)}, got {', '.join(map(str, unknown))}")
         if len(set(columns)) < len(columns):
             raise InputError(f"columns must differ, got {', '.join(columns)}")
-        low, high = (checks.positive("wavelength_range_mm", value) for value in wavelength_range_mm)
-        if low >= high:
-            raise InputError(f"wavelength_range_mm must rise, got {low:g} and {high:g}")
         rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
         limit = checks.positive("saturation", saturation)
         if position_sigma_mm is not None and not position_sigma_mm > 0:
@@ -116,7 +116,8 @@ class Pipeline:
         self._notes: list[str] = []
         noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N}
         self._add_modulus(calibration, rate, position_sigma_mm, noise)
-        self._add_wavelength(rate, (low, high))
+        path = {"scale_sigma": scale_sigma, "latency_s": latency_s, "resonances_Hz": resonances_Hz}
+        self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate)
         self._words = lru_cache(maxsize=1024)(self._sentence)
 
@@ -138,16 +139,18 @@ class Pipeline:
                 self._notes.append(f"modulus: {instead}: {error}")
         self._parts["modulus"] = SdPart(calibration, rate, **noise)
 
-    def _add_wavelength(self, rate, wavelengths) -> None:
+    def _add_wavelength(self, rate, wavelengths, path) -> None:
+        wavelength = WavelengthPart(self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate, **path)
         if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
-            if rate >= TRACKER_RATE_HZ:
-                tracker = TrackerPart(self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate)
-                self._parts["wavelength"] = tracker
-            else:
-                self._parts["wavelength"] = LinePart(self._gauges, wavelengths)
+            self._parts["wavelength"] = wavelength
+            if rate < SLOW_HZ:
                 self._notes.append(
-                    f"wavelength: from spectra over the path, because trackers need {TRACKER_RATE_HZ:g} Hz; "
-                    "a wavelength below two steps of the path is not seen and may pose as a longer one"
+                    "wavelength: one below two steps of the path is not seen at this rate and may pose as a longer one"
+                )
+            if path["scale_sigma"] > 0:
+                self._notes.append(
+                    f"wavelength: its standard deviation holds {path['scale_sigma']:.1%} for the scale of the path "
+                    "(scale_sigma), which is mostly all of it"
                 )
             return
         self.off["wavelength"] = "no column velocity_mm_s or position_mm"
@@ -173,6 +176,11 @@ class Pipeline:
                 f"friction: forces behind a low-pass of {low_pass:.3g} Hz, {LOW_PASS_SHARE:g} of the sampling rate, "
                 "which lowers the static coefficient"
             )
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of what is estimated."""
+        return tuple(self._parts)
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -218,8 +226,8 @@ class Pipeline:
         answers: list[tuple] = []
         for begin in range(0, len(rows), CHUNK):
             answers += self._advance(checks.believable(rows[begin : begin + CHUNK]).tolist())
-        columns = list(zip(*answers, strict=True)) if answers else [()] * len(COLUMNS)
-        return PipelineEstimate._make([*(np.array(column, float) for column in columns[:-1]), list(columns[-1])])
+        columns = list(zip(*answers, strict=True)) if answers else [()] * len(PipelineEstimate._fields)
+        return PipelineEstimate._make([*(np.array(column, float) for column in columns[:-2]), *map(list, columns[-2:])])
 
     def update(self, sample) -> PipelineEstimate:
         """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
@@ -253,7 +261,9 @@ class Pipeline:
             if SATURATED in found:
                 readings = tuple(_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True))
             normal = _NONE if force is None else sample[force]
-            rows.append(Row(readings, normal, _NONE if tangential is None else sample[tangential], tick))
+            rows.append(
+                Row(self._clock.time_s, readings, normal, _NONE if tangential is None else sample[tangential], tick)
+            )
         return answers + self._answers(times, rows)
 
     def _answers(self, times, rows: list[Row]) -> list[tuple]:
@@ -265,23 +275,28 @@ class Pipeline:
         answers = []
         for time, gauges in times:
             if time == REPEATED:
-                answers.append((*_NOTHING, self._words(REPEATED, (), ())))
+                answers.append((*_NOTHING, *self._words(REPEATED, (), ())))
                 continue
             columns, codes = list(_NOTHING), []
             for place, (*values, code) in zip(places, next(found, ()), strict=True):
                 columns[place] = values
                 codes.append(int(code))
-            answers.append((*columns, self._words(time, gauges, tuple(codes))))
+            answers.append((*columns, *self._words(time, gauges, tuple(codes))))
         return answers
 
-    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> str:
-        """The status in words, of the time's, the gauges' and each running estimator's."""
+    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> tuple[str, str]:
+        """The status in words, of the time's, the gauges' and each running estimator's; and the wavelength's alone."""
         if time == REPEATED:
-            return ClockStatus(time).sentence
+            return (ClockStatus(time).sentence,) * 2
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
+        remarks, alone = [], f"no wavelength: {self.off['wavelength']}" if "wavelength" in self.off else "ok"
         for (name, part), code in zip(self._parts.items(), codes, strict=True):
             text = part.sentence(code)
-            if text != "ok":
+            alone = text if name == "wavelength" else alone
+            if text.startswith("ok, "):
+                remarks.append(f"{name}: {text[4:]}")
+            elif text != "ok":
                 live.append(f"{name}: {text}")
-        return sentence(live if codes or live else ["nothing to estimate"], self.off)
+        live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
+        return sentence(live, self.off), alone

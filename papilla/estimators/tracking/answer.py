@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.stream import Status, in_words
+from papilla.estimators.status_words import status_in_words
+from papilla.estimators.stream import Status
 
 
 class TrackingStatus(Status):
@@ -17,7 +18,10 @@ class TrackingStatus(Status):
     NO_VELOCITY = 4, "no finite velocity or position: the wavelength is held, the frequency is not known"
     ALIASED = 5, "too fast for this sampling rate and wavelength: the wavelength is held"
     NO_TEXTURE = 6, "the line is no longer there: the wavelength is the last one seen"
-    TIME_LOCKED = 7, "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's"
+    TIME_LOCKED = (
+        7,
+        "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's",
+    )
     CONSTANT_SPEED = 8, "ok, but the speed did not change: a vibration of that frequency is not excluded"
     OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the range that was asked for"
     INCOHERENT = 10, "the line is smeared: no single wavelength, or the path is wrong"
@@ -39,7 +43,7 @@ class WavelengthEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return in_words(TrackingStatus, self.status)
+        return status_in_words(TrackingStatus, self.status)
 
 
 class FusedEstimate(NamedTuple):
@@ -58,4 +62,4 @@ class FusedEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return in_words(TrackingStatus, self.status)
+        return status_in_words(TrackingStatus, self.status)

@@ -1,6 +1,7 @@
 """The spatial-ridge frequency of one gauge, the velocity being unknown: a chirp tracker that follows reversals."""
 
 import math
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -10,7 +11,6 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.status_words import status_in_words
 from papilla.estimators.tracking import blind_filter, blind_kernel
-from papilla.estimators.tracking.answer import TrackerState
 from papilla.estimators.tracking.blind_search import LOOK_REMEMBERED, look_room, search_settings
 from papilla.estimators.tracking.compiled import kernels, numba_available
 
@@ -25,6 +25,13 @@ independent places find as much in noise in 2 % of looks."""
 PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are expected to have been removed by anti-aliasing."""
 LONGEST_LAG_S = 0.03
+
+
+@dataclass(frozen=True)
+class TrackerState:
+    """All that a tracker remembers: its arrays by name, flattened."""
+
+    arrays: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
 
 class ChirpStatus(IntEnum):

@@ -20,7 +20,6 @@ import numpy as np
 from platformdirs import user_cache_dir
 
 from papilla.errors import MissingExtraError
-from papilla.estimators.tracking.vectors import LOOPS
 from papilla.files import private, reason, write_text
 
 SEAL = "sealed.sha256"
@@ -71,7 +70,7 @@ def _compiled(functions: tuple[Callable, ...], apart: frozenset[Callable]) -> Si
     compiler: Any = numba.njit
     made: dict[str, Any] = {}
     for function in functions:
-        source = cast(FunctionType, LOOPS.get(function, function))
+        source = cast(FunctionType, function)
         # A copy whose globals name the compiled callees: the plain functions stay plain.
         copy = FunctionType(source.__code__, {**source.__globals__, **made}, function.__name__)
         copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__

@@ -14,7 +14,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.look import LOST, Finding, Look, Task, Verdict
+from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Task, Verdict
 from papilla.estimators.tracking.spectrum import GRID
 
 CELL = 0.125
@@ -293,6 +293,8 @@ class Follower:
     def _task(self, begin: int, end: int, breaks: tuple[int, ...], trial: float) -> Task:
         memory, options = self.memory, self.options
         rows = memory.rows[begin - memory.first : end - memory.first].copy()
+        # Differences are all that counts: a long path or a late hour must not cost digits.
+        rows[:, :2] -= rows[0, :2]
         return Task(
             rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
             self._size, memory.late_s, memory.late_variance, trial, memory.known[0] if memory.agreed else 0.0,
@@ -319,7 +321,7 @@ class Follower:
             memory.limit = max(0.6 * found.extent, 2 * self.options.high)
         else:
             memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
-        if good and found.kept + 3 * found.kept_sigma < LOST:
+        if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
         self._weigh(look)
 

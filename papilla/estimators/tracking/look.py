@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.estimators.tracking.refine import phases_of, regressed
-from papilla.estimators.tracking.spectrum import GRID, Line, Spectrum, spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import GRID, Line, spectrum_of, strokes_of
 
 HARMONICS = 5
 MOST_LINES, TIME_LINES = 8, 3
@@ -28,13 +28,13 @@ PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 is the error of its place); and by how much time's must be more."""
 ALIKE = 0.05
 """Share of a line's energy that a line over time must be able to explain to be its rival."""
-SLACK = 0.2
-"""Resolutions that a harmonic may lie off its place, beside the error of both."""
-SUBHARMONICS = 6
+SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
+"""Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
+harmonic that line may be."""
 COHERENT = 0.8
 """Of the blocks' phases, below which a line is a hump: it is looked for in half the path."""
-LOST = 0.5
-"""Share of the amplitude, three sigmas included, below which the newest periods show another surface."""
+LOST, SURE = 0.6, 2.5
+"""Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
 
@@ -54,8 +54,8 @@ class Verdict(IntEnum):
 class Finding:
     """wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
 
-    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : lateness of
-    the path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown.
+    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
+    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown.
     kept : share of the amplitude that the newest periods still have, and its sigma.
     """
 
@@ -125,6 +125,8 @@ class Look:
 
     def _transform(self) -> None:
         self._spectrum = spectrum_of(self._strokes, self._task.step, self._task.size)
+        if not np.isfinite(self._spectrum.own).any():
+            self._stop()
 
     def _detect(self) -> None:
         """Lines over the path, within reach of what the steps and the extent show."""
@@ -151,7 +153,9 @@ class Look:
                 self.finding = replace(self.finding, wavenumber=best.wavenumber, sigma=0.3 * resolution)
             elif self._lines:
                 self.finding = replace(self.finding, verdict=Verdict.OUT_OF_RANGE)
-            self._parts = self._parts[: self.done + 1] + ([self._try] if self._task.trial_s == self._task.trial_s else [])
+            self._parts = self._parts[: self.done + 1] + (
+                [self._try] if self._task.trial_s == self._task.trial_s else []
+            )
         self._inside = inside
 
     def _transform_time(self) -> None:
@@ -252,25 +256,20 @@ class Look:
 
     def _fundamental(self, chosen: Line) -> float:
         """The wavenumber of which the chosen line and others are harmonics; its own where there is no sign of it."""
-        slack = SLACK / self._strokes.extent
         k = chosen.wavenumber
         for divisor in range(2, SUBHARMONICS + 1):
             base = k / divisor
-            for other in self._lines:
-                order = round(other.wavenumber / base)
-                off = abs(other.wavenumber - order * base)
-                fits = order >= 1 and order % divisor and off < min(slack, 0.1 * base)
-                if fits and other is not chosen and other.amplitude > 0.05 * chosen.amplitude:
-                    # An inner line, or the fundamental itself: neighbours of a hum or a second texture seldom fit.
-                    support = self._support(base, slack)
-                    if support >= 3 or (support >= 2 and divisor <= 3) or order == 1:
-                        return base
+            slack = min(SLACK / self._strokes.extent, 0.1 * base)
+            orders = [
+                round(line.wavenumber / base)
+                for line in self._lines
+                if line.amplitude > FAINT * chosen.amplitude
+                and abs(line.wavenumber - round(line.wavenumber / base) * base) < slack
+            ]
+            # The fundamental itself, or two lines that the chosen one does not explain: a second texture seldom fits.
+            if 1 in orders or sum(order % divisor != 0 for order in orders) >= 2:
+                return base
         return k
-
-    def _support(self, base: float, slack: float) -> int:
-        """How many of the lines are harmonics of this wavenumber."""
-        offs = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) for line in self._lines]
-        return sum(off < min(slack, 0.1 * base) for off in offs)
 
     def _noise(self, wavenumber: float) -> np.ndarray:
         """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
@@ -299,8 +298,8 @@ class Look:
         if task.late_variance == 0:
             regressors = regressors[:, :1]
         phases = phases_of(
-            self._wavenumber * self._place, regressors, self._path_weight(), self._count, self._strokes.readings, self._strokes.seen,
-            self._stroke, self._level,
+            self._wavenumber * self._place, regressors, self._path_weight(), self._count, self._strokes.readings,
+            self._strokes.seen, self._stroke, self._level,
         )  # fmt: skip
         prior, off = np.array([1e-12]), np.zeros(1)
         if task.late_variance > 0:
@@ -349,12 +348,12 @@ class Look:
         wanted, weight = self._phases.amplitude[-1], 1 / self._level[0]
         size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
         kept, sigma = 1.0, 1.0
-        for periods in (2, 4, 8):
+        for periods in (2, 4, 8, 12, 16):
             if cycles.max() < periods + 1:
                 break
             rows = first + np.flatnonzero(cycles <= periods)
             used = self._strokes.seen[rows] * self._path_weight()[rows, None]
-            total = np.maximum(used.sum(axis=0), 1e-300)
+            total = np.maximum(used.sum(axis=0), 1e-150)
             values = self._strokes.readings[rows]
             values = values - (used * values).sum(axis=0) / total
             wave = np.exp(-2j * np.pi * self._wavenumber * self._place[rows])[:, None]
@@ -363,7 +362,7 @@ class Look:
             share = (used**2).sum(axis=0) / total**2
             kept = float(((np.conj(wanted) * own).real * weight).sum()) / size
             sigma = float(np.sqrt(2 * (rest * share * np.abs(wanted) ** 2 * weight**2).sum())) / size
-            if kept + 3 * sigma < LOST:
+            if kept + SURE * sigma < LOST:
                 break
         return kept, sigma
 

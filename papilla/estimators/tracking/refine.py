@@ -17,7 +17,7 @@ PRESENT = 12.0
 """Energy of a harmonic over half the noise from which it takes part: less is mostly noise fitted to itself."""
 MEDIAN_TO_SIGMA = 1.4826
 OUTLYING = 3.0
-"""Sigmas of a block's phase beyond which it counts less (Huber 1964, doi:10.1214/aoms/1177703732): a step spoils one."""
+"""Sigmas of a block's phase beyond which it counts less (Huber 1964, doi:10.1214/aoms/1177703732)."""
 
 
 class Phases(NamedTuple):
@@ -43,9 +43,9 @@ class Fit(NamedTuple):
 def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) -> Phases:
     """Phases of blocks of whole periods.
 
-    cycles (m,) : the model's phase; regressors (m, p) : its derivatives by the parameters; weight (m,) : of the path, so
-    that a block is evenly filled; count (m,) : samples a row stands for; readings (m, g), 0 where not seen; stroke (m,) :
-    number of each row's stroke; noise (h, g) : variance of a sample at each harmonic, infinite where there is none.
+    cycles (m,) : the model's phase; regressors (m, p) : its derivatives by the parameters; weight (m,) : of the path,
+    so that a block is evenly filled; count (m,) : samples a row stands for; readings (m, g), 0 where not seen;
+    stroke (m,) : number of each row's; noise (h, g) : variance of a sample at each harmonic, infinite for none.
     """
     strokes, parameters = int(stroke[-1]) + 1, regressors.shape[1]
     low = np.array([cycles[stroke == s].min() for s in range(strokes)])
@@ -76,7 +76,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     np.add.at(sizes, of_stroke, amount * whole)
     mean /= np.maximum(sizes, 1e-300)[:, None, :]
     # Each block's noise: variance of a quadrature of its mean, per harmonic and gauge.
-    variance = 0.5 * noise * (square / np.maximum(amount, 1e-300) ** 2)[:, None, :]
+    variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
     size = np.abs(mean) ** 2
     told = np.zeros((strokes, *blocks.shape[1:]))
     inverse = np.where(whole[:, :, None] & (amount > 0)[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
@@ -112,7 +112,7 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Fit:
         inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-9 * np.eye(len(prior))) / np.outer(scale, scale)
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
         rest = np.abs(cycles - regressors @ step) * np.sqrt(phases.information)
-        # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter by more than the noise; most of them tell.
+        # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter by more than the noise; most tell.
         usual = (MEDIAN_TO_SIGMA * float(np.median(rest[known])) if known.any() else 0.0) or 1.0
         pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
         weight = phases.information * pull**2
@@ -126,7 +126,5 @@ def _centred(phases: Phases, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray
     total = np.maximum(np.bincount(phases.stroke, weight, strokes), 1e-300)
     columns = [*phases.regressors.T, phases.cycles]
     means = [np.bincount(phases.stroke, weight * column, strokes) / total for column in columns]
-    *regressors, cycles = (
-        column - mean[phases.stroke] for column, mean in zip(columns, means, strict=True)
-    )
+    *regressors, cycles = (column - mean[phases.stroke] for column, mean in zip(columns, means, strict=True))
     return np.stack(regressors, axis=1), cycles

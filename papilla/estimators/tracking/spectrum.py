@@ -33,13 +33,13 @@ class Strokes(NamedTuple):
 
 class Line(NamedTuple):
     """A peak: wavenumber (or frequency), power over the background, amplitude in units of the gauges' own noise,
-    probability that noise reaches it, and its index in the spectrum."""
+    probability that noise reaches it, and its place in the spectrum."""
 
     wavenumber: float
     ratio: float
     amplitude: float
     chance: float
-    index: int
+    place: int
 
 
 class Spectrum(NamedTuple):
@@ -125,14 +125,17 @@ def spectrum_of(strokes: Strokes, step: float, size: int) -> Spectrum:
 def _less_trend(basis: np.ndarray, weight: np.ndarray, readings: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Readings (m, g) less the weighted fit of basis (m, p); 0 where not seen."""
     values = np.where(seen, readings, 0.0)
+    # What is left of a gauge that never changes is rounding, not a signal.
+    least = 1e-12 * np.abs(values).max(axis=0)
     if seen.all():
         weighted = basis.T * weight
-        return values - basis @ np.linalg.lstsq(weighted @ basis, weighted @ values, rcond=None)[0]
+        values = values - basis @ np.linalg.lstsq(weighted @ basis, weighted @ values, rcond=None)[0]
+        return np.where(np.abs(values) > least, values, 0.0)
     for gauge in range(values.shape[1]):
         weighted = basis.T * (weight * seen[:, gauge])
         fit = np.linalg.lstsq(weighted @ basis, weighted @ values[:, gauge], rcond=None)[0]
         values[:, gauge] = seen[:, gauge] * (values[:, gauge] - basis @ fit)
-    return values
+    return np.where(np.abs(values) > least, values, 0.0)
 
 
 def _vertex(left: float, middle: float, right: float) -> float:

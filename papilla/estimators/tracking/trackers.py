@@ -1,8 +1,8 @@
-"""Trackers of the wavelength: the follower behind samples with a velocity, or a position, of one gauge or of several."""
+"""Trackers of the wavelength: the follower behind samples with a velocity or a position, of one gauge or several."""
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from papilla import checks
 from papilla.errors import InputError
@@ -35,8 +35,8 @@ class FusedTracker(Stream):
 
     Parameters
     ----------
-    gauges : their number, or the places (g,) of the gauges along the movement in mm, with which the phases between them
-        tell the wavelength too.
+    gauge_positions_mm : places (g,) of the gauges along the movement, with which the phases between them tell the
+        wavelength too; or their number g, where the places are not known.
     wavelength_range_mm : (shortest, longest) wavelength that is looked for.
     sample_rate_Hz : of the samples.
     scale_sigma : relative standard deviation of the velocity's scale; it is in the wavelength's in full.
@@ -47,11 +47,11 @@ class FusedTracker(Stream):
     Raises `InputError` for unusable values.
     """
 
-    answer: ClassVar = FusedEstimate
+    answer: ClassVar[Any] = FusedEstimate
 
     def __init__(
         self,
-        gauges,
+        gauge_positions_mm,
         *,
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
         sample_rate_Hz: float = 1000.0,
@@ -60,10 +60,13 @@ class FusedTracker(Stream):
         resonances_Hz: tuple[float, ...] = (),
         saturation: float = 1e12,
     ):
-        self._places = None if isinstance(gauges, int) else tuple(checks.finite("gauges", place) for place in gauges)
-        number = gauges if self._places is None else len(self._places)
-        if number < 1:
-            raise InputError(f"gauges must be at least 1, got {number}")
+        given, self._places = gauge_positions_mm, None
+        if not isinstance(given, int):
+            self._places = tuple(checks.finite("gauge position (mm)", place) for place in given)
+            given = len(self._places)
+        number = int(given)
+        if number < 1 or (self._places is not None and len(set(self._places)) < number):
+            raise InputError(f"gauge_positions_mm must be a number, or different places, got {gauge_positions_mm}")
         self._limit = checks.positive("saturation", saturation)
         options = checked(wavelength_range_mm, sample_rate_Hz, scale_sigma, latency_s, resonances_Hz)
         self._follower, self._dt = Follower(number, options), 1 / options.rate_Hz
@@ -88,7 +91,7 @@ class FusedTracker(Stream):
         self._follower.remember(memory.follower)
 
     def _take(self, sample):
-        memory, *readings, velocity = self._memory, *sample
+        memory, velocity = self._memory, sample[-1]
         known = math.isfinite(velocity)
         if known and memory.velocity_mm_s == memory.velocity_mm_s:
             memory.place_mm += 0.5 * (memory.velocity_mm_s + velocity) * self._dt
@@ -97,7 +100,7 @@ class FusedTracker(Stream):
         memory.velocity_mm_s = velocity if known else math.nan
         memory.samples += 1
         place = memory.place_mm if known else math.nan
-        return self.follow(memory.samples * self._dt, place, velocity, tuple(readings))
+        return self.follow(memory.samples * self._dt, place, velocity, sample[:-1])
 
     def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]):
         """The estimate after one more sample at this time and place, for whoever keeps both himself."""
@@ -113,9 +116,7 @@ class FusedTracker(Stream):
         by_phase = UNKNOWN
         if self._places is not None and TrackingStatus(status).good:
             by_phase = self._by_phase(wavelength)
-        return FusedEstimate(
-            wavelength, sigma, frequency, status, *by_phase, sum(value == value for value in readings)
-        )
+        return FusedEstimate(wavelength, sigma, frequency, status, *by_phase, sum(value == value for value in readings))
 
     def _by_phase(self, wavelength: float) -> tuple[float, float]:
         """Wavelength and sigma from the phases between the gauges."""
@@ -125,13 +126,14 @@ class FusedTracker(Stream):
             for place, phase, sigma in zip(self._places or (), finding.phase, finding.phase_sigma, strict=False)
             if sigma < 0.1
         ]
-        return wavelength_between(*zip(*known, strict=True), wavelength) if len(known) > 1 else UNKNOWN
+        places, phases, sigmas = zip(*known, strict=True) if len(known) > 1 else ((), (), ())
+        return wavelength_between(places, phases, sigmas, wavelength) if places else UNKNOWN
 
 
 class SpaceTracker(FusedTracker):
     """Streaming wavelength of one gauge; one sample is (reading, velocity_mm_s). Parameters as `FusedTracker`."""
 
-    answer: ClassVar = WavelengthEstimate
+    answer: ClassVar[Any] = WavelengthEstimate
 
     def __init__(self, **options):
         super().__init__(1, **options)
@@ -148,7 +150,7 @@ class LineTracker(FusedTracker):
     `FusedTracker`.
     """
 
-    answer: ClassVar = WavelengthEstimate
+    answer: ClassVar[Any] = WavelengthEstimate
 
     def __init__(self, channels: int, *, wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM, **options):
         super().__init__(

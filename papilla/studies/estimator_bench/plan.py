@@ -53,7 +53,7 @@ class Plan:
 
 LONG = Plan()
 SHORT = Plan(
-    names=("zero crossing", "STFT 32 ms", "reciprocal", "space tracker, 500", "chirp"),
+    names=("zero crossing", "STFT 32 ms", "reciprocal", "space tracker", "chirp"),
     wavelengths_mm=(0.6, 3.0),
     seeds=(HELD_OUT, HELD_OUT + 1),
     seconds=3.0,

@@ -11,7 +11,7 @@ from papilla.studies.estimator_bench.competitors import PUBLISHED
 from papilla.studies.estimator_bench.rows import SceneRow, StepRow
 from papilla.studies.estimator_bench.timing import Cost
 
-SHORT_MEMORY, LONG_MEMORY, CHIRP = "space tracker, 200 ms", "space tracker, 500 ms", "chirp tracker"
+TRACKER, CHIRP = "space tracker", "chirp tracker"
 GUIDED = "guided space-domain filter: from a prototype's figures and the Cramér-Rao bound of its memory"
 BUDGET = "a control loop at 1 kHz: 5 % of its period for a tracker, 1 % for a published estimator, 15 % at the 99.9 %"
 
@@ -76,7 +76,6 @@ def _active(name: str) -> list[Target]:
         Target(name, ("harsh", 20.0), "error", 1.0e-2, GUIDED),
         Target(name, ("harsh", 20.0), "median", 1.0e-3, GUIDED),
         Target(name, ("harsh", 20.0), "error", 3.0e-3, "with the skin's shear as a state", stretch=True),
-        Target(name, "compiled", "block_us", 0.6, "prototype's bank and filter: 0.5 us"),
         Target(name, "NumPy", "update_us", 50.0, BUDGET),
         Target(name, "NumPy", "update_p999_us", 150.0, BUDGET),
     ]
@@ -107,10 +106,8 @@ def _published() -> list[Target]:
 
 
 TARGETS: tuple[Target, ...] = (
-    *_of_memory(SHORT_MEMORY),
-    Target(SHORT_MEMORY, ("const", 20.0), "error", 4.0e-4, GUIDED),
-    *_of_memory(LONG_MEMORY),
-    *_active(LONG_MEMORY),
+    *_of_memory(TRACKER),
+    *_active(TRACKER),
     *_blind(),
     *_published(),
 )

@@ -1,0 +1,123 @@
+"""The wavelength over the path: what is answered, what is refused, and how sure it is, on scenes with a known truth."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
+from papilla.estimators.tracking import TrackingStatus
+from papilla.studies.estimator_bench.scenes import scene
+
+RATE = 1000.0
+
+
+def good(found):
+    """(n,) rows that may be used."""
+    return np.array([sentence.startswith("ok") for sentence in found.sentence])
+
+
+@pytest.mark.parametrize("kind, bound", [("const", 2e-4), ("act1", 5e-4), ("harsh", 2e-2)])
+def test_a_grating_is_known_to_a_fraction_of_a_percent(kind, bound):
+    made = scene(kind, 1.8, seed=3, seconds=2.5)
+    found = SpaceTracker(scale_sigma=0.0).process(made.block())
+    usable = good(found) & made.judged()
+    assert usable.sum() > 0.7 * made.judged().sum()
+    assert np.sqrt(np.mean((found.wavelength_mm[usable] / 1.8 - 1) ** 2)) < bound
+
+
+def test_sigma_is_true_and_holds_the_scale():
+    ratios = []
+    for seed in range(12):
+        made = scene("const", 1.1, seed=seed, seconds=1.0, snr_dB=10)
+        found = SpaceTracker(scale_sigma=0.0).process(made.block())
+        ratios.append((found.wavelength_mm[-1] - 1.1) / found.wavelength_sigma_mm[-1])
+    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.6
+    told = SpaceTracker(scale_sigma=0.02).process(made.block()).wavelength_sigma_mm[-1]
+    assert told == pytest.approx(np.hypot(found.wavelength_sigma_mm[-1], 0.02 * 1.1), rel=1e-3)
+
+
+@pytest.mark.parametrize("late_ms", [0, 10, 20])
+def test_a_late_velocity_is_found(late_ms):
+    made = scene("act1", 1.2, seed=5, seconds=3.0)
+    tracker = SpaceTracker()
+    found = tracker.process(made.block(late_ms))
+    assert 1e3 * tracker.latency_s == pytest.approx(late_ms, abs=1.0)
+    usable = good(found)
+    assert usable[2000:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.05
+
+
+def test_hum_at_a_constant_speed_is_not_a_texture():
+    time = np.arange(2500) / RATE
+    hum = np.sin(2 * np.pi * 50 * time) + np.random.default_rng(0).normal(0, 0.1, 2500)
+    found = SpaceTracker().process(np.column_stack([hum, np.full(2500, 97.0)]))
+    assert not good(found).any() and TrackingStatus.TIME_LOCKED in found.status
+    other = np.sin(2 * np.pi * 77 * time) + np.random.default_rng(0).normal(0, 0.1, 2500)
+    block = np.column_stack([other, np.full(2500, 97.0)])
+    assert SpaceTracker().process(block).status[-1] == TrackingStatus.CONSTANT_SPEED
+    assert not good(SpaceTracker(resonances_Hz=(77.0,)).process(block)).any()
+
+
+def test_a_vibration_that_keeps_its_frequency_is_none_of_the_surface():
+    time = np.arange(4000) / RATE
+    velocity = 60 + 30 * np.sin(2 * np.pi * 1.3 * time)
+    ringing = np.sin(2 * np.pi * 77 * time) + np.random.default_rng(0).normal(0, 0.1, 4000)
+    assert not good(SpaceTracker().process(np.column_stack([ringing, velocity]))).any()
+
+
+def test_one_millimetre_a_second_is_as_good_as_fast():
+    position = np.arange(20_000) / RATE
+    reading = np.sin(2 * np.pi * position / 0.7) + np.random.default_rng(0).normal(0, 0.1, 20_000)
+    found = SpaceTracker().process(np.column_stack([reading, np.ones(20_000)]))
+    assert good(found)[12_000:].all()
+    assert np.abs(found.wavelength_mm[good(found)] / 0.7 - 1).max() < 0.01
+
+
+def test_another_surface_is_noticed():
+    made = scene("const", 1.0, seed=1, seconds=2.0, step_to_mm=2.2, step_at_s=1.0)
+    found = SpaceTracker().process(made.block())
+    usable, off = good(found), np.abs(found.wavelength_mm / made.wavelength_mm - 1)
+    assert usable[800:1000].all() and usable[1400:].all()
+    assert off[usable & (made.time_s > 1.15)].max() < 0.02
+
+
+def test_the_position_of_the_gauges_tells_the_wavelength_whatever_the_velocity_says():
+    places = (0.0, 2.3, 5.9, 7.1)
+    made = scene("const", 1.3, seed=2, seconds=1.5, gauge_positions_mm=places)
+    found = FusedTracker(places).process(made.block(gain=1.02))
+    assert found.wavelength_mm[-1] == pytest.approx(1.3 * 1.02, rel=2e-3)
+    assert found.wavelength_by_phase_mm[-1] == pytest.approx(1.3, rel=4e-3)
+    assert found.gauges[-1] == 4
+
+
+def test_a_path_at_any_rate_and_a_dead_gauge():
+    position = np.arange(1200) * 0.14
+    readings = np.sin(2 * np.pi * position[:, None] / 3.99 + np.arange(3))
+    readings += np.random.default_rng(1).normal(0, 0.5, readings.shape) + 30 * np.sin(position / 40)[:, None]
+    readings[:, 1] = 7.0
+    found = LineTracker(3, wavelength_range_mm=(1, 8)).process(np.column_stack([readings, position]))
+    assert found.wavelength_mm[-1] == pytest.approx(3.99, rel=3e-3) and good(found)[-1]
+
+
+def test_what_the_wavelength_status_says():
+    made = scene("act1", 1.8, seed=3, seconds=1.5)
+    pipeline = Pipeline(None, gauges=1, columns=("velocity_mm_s",))
+    found = pipeline.process(np.column_stack([made.time_s, made.block()]))
+    assert found.wavelength_status[-1] == "ok" and found.wavelength_status[0].startswith("no wavelength stands out")
+    assert any("scale of the path" in line for line in pipeline.messages)
+
+
+@pytest.mark.parametrize(
+    "make, told",
+    [
+        (lambda: SpaceTracker(wavelength_range_mm=(6, 1)), "must rise"),
+        (lambda: SpaceTracker(wavelength_range_mm=(1, 1.2)), "factor 1.5 to 100"),
+        (lambda: SpaceTracker(scale_sigma=-1), "scale_sigma"),
+        (lambda: SpaceTracker(latency_s=1.0), "latency_s"),
+        (lambda: FusedTracker(()), "different places"),
+        (lambda: FusedTracker((1.0, 1.0)), "different places"),
+        (lambda: LineTracker(0), "different places"),
+    ],
+)
+def test_unusable_options_are_refused(make, told):
+    with pytest.raises(InputError, match=told):
+        make()
