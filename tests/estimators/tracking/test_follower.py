@@ -73,7 +73,7 @@ def test_one_millimetre_a_second_is_as_good_as_fast():
 
 
 def test_another_surface_is_noticed():
-    made = scene("const", 1.0, seed=1, seconds=2.0, step_to_mm=2.2, step_at_s=1.0)
+    made = scene("const", 1.3, seed=1, seconds=2.0, step_to_mm=2.3, step_at_s=1.0)
     found = SpaceTracker().process(made.block())
     usable, off = good(found), np.abs(found.wavelength_mm / made.wavelength_mm - 1)
     assert usable[800:1000].all() and usable[1400:].all()
