@@ -33,7 +33,7 @@ SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 harmonic that line may be."""
 COHERENT = 0.8
 """Of the blocks' phases, below which a line is a hump: it is looked for in half the path."""
-LOST, SURE = 0.6, 2.5
+LOST, SURE = 0.5, 3.0
 """Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
