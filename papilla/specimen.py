@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from papilla import checks
-from papilla.errors import ContactRangeError
+from papilla.errors import ContactRangeError, InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,6 +29,30 @@ DEEPEST = 0.5
 
 EXTREME = 1e100
 """Moduli (MPa) and lengths (mm) above this, or below its inverse, are refused: their squares leave the numbers."""
+
+
+STICK = "stick"
+"""Friction that nothing overcomes."""
+
+Friction = float | str
+"""Coulomb's coefficient between finger and specimen, 0 for none, or `STICK`."""
+
+DEFAULT_FRICTION: Friction = 0.0
+"""What a press, a sweep and a calibration take unless told: in S_d small strain and no friction are off by as much, in
+opposite directions, so that friction comes together with large strain or not at all (docs/adr/0010)."""
+
+
+def friction_coefficient(friction: Friction) -> float:
+    """Coulomb's coefficient of a `friction`, infinite for `STICK`; raises `InputError` for anything else."""
+    if friction == STICK:
+        return math.inf
+    try:
+        value = checks.finite("friction", friction)
+    except InputError:
+        value = -1.0
+    if value < 0:
+        raise InputError(f'friction must be a number of at least 0 or "{STICK}", got {friction!r}')
+    return value
 
 
 class Surface(Protocol):

@@ -59,7 +59,13 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
         inverse=forward.inverse,
         surface=SdSurface(surface, usable, twofold, uncertainty(fitted, others)),
         gauges=gauge_surfaces(sweep, solver, scatter),
-        provenance=provenance("sweep", presses=int(valid.sum()), left_out=int(missing.sum()), specimen=sweep.specimen),
+        provenance=provenance(
+            "sweep",
+            presses=int(valid.sum()),
+            left_out=int(missing.sum()),
+            specimen=sweep.specimen,
+            friction=sweep.friction,
+        ),
         notes=(*forward.notes, *_doubts(sweep, surface, usable, scatter)),
     )
 

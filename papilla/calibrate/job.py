@@ -1,7 +1,7 @@
 """The main job: from a finger's design, or from measured presses, to a calibration and how well it gives E back."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.logs import PressLog
+from papilla.specimen import DEFAULT_FRICTION, Friction
 
 SCATTER_VARIANTS = (1, 2, 3, 4)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
@@ -74,6 +75,7 @@ class Calibrated:
 def calibrate_finger(
     finger: Finger,
     *,
+    friction: Friction = DEFAULT_FRICTION,
     progress: Callable[[str], None] = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
 ) -> Calibrated:
@@ -81,23 +83,27 @@ def calibrate_finger(
 
     Parameters
     ----------
+    friction : between finger and specimens: 0, Coulomb's coefficient or "stick".
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
 
     Raises what meshing, reduction and fitting raise.
     """
     reduced = fem.prepare(finger, progress=progress)
     progress("sweeping over force and modulus")
-    presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, steps)
+    presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, friction, steps)
     scatter = []
     for variant in SCATTER_VARIANTS:
         progress(f"mesh scatter, mesh {variant} of {len(SCATTER_VARIANTS)}")
         other = fem.prepare(finger, variant=variant, progress=progress)
-        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, steps))
+        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, friction, steps))
     progress("fitting")
     calibration = fit(presses, scatter)
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced)
-    return Calibrated(calibration, presses, recover(calibration, reduced), reduced)
+    if friction:
+        note = "what a place beside the apex changes is computed without friction"
+        calibration = replace(calibration, notes=(*calibration.notes, note))
+    return Calibrated(calibration, presses, recover(calibration, reduced, friction), reduced)
 
 
 def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:
@@ -119,12 +125,13 @@ def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrate
     return Calibrated(calibration, log, Recovery(force, modulus, np.asarray(answer.modulus_MPa)))
 
 
-def recover(calibration: Calibration, reduced: fem.ReducedFinger) -> Recovery:
+def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction = DEFAULT_FRICTION) -> Recovery:
     """Press between the points of the default sweep, and let the calibration's surface tell the modulus."""
     rows = []
     for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
         for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
-            found = fem.press(reduced, default_specimen(modulus), force=force, fidelity="contact")
+            touched = default_specimen(modulus)
+            found = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
             rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))
     return Recovery(*np.array(rows).T)
 
@@ -141,7 +148,9 @@ def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
     return (values >= limits[0]) & (values <= limits[1])
 
 
-def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, steps) -> Sweep:
-    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces)
-    arrays = cache.fetch("sweep", key, lambda: sweep(reduced, moduli, forces, progress=steps).to_arrays())
-    return Sweep.from_arrays(arrays)
+def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, friction: Friction, steps) -> Sweep:
+    def make():
+        return sweep(reduced, moduli, forces, progress=steps, friction=friction).to_arrays()
+
+    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, friction)
+    return Sweep.from_arrays(cache.fetch("sweep", key, make))

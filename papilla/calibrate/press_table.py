@@ -10,7 +10,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
-from papilla.specimen import THICKNESS_MM, Block, Specimen
+from papilla.specimen import DEFAULT_FRICTION, THICKNESS_MM, Block, Friction, Specimen
 from papilla.tables import write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
@@ -39,7 +39,8 @@ class Sweep:
     resolved : (n,) bool, whether the mesh was fine enough.
     status : n sentences.
     gauge_names : g names.
-    specimen : what was pressed, in words; finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
+    specimen : what was pressed, in words; friction : between it and the finger, a number or "stick".
+    finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
     """
 
     force_N: np.ndarray
@@ -53,6 +54,7 @@ class Sweep:
     status: tuple[str, ...]
     gauge_names: tuple[str, ...]
     specimen: str = ""
+    friction: float | str = 0.0
     finger_name: str = ""
     finger_sha256: str = ""
     mesh_sha256: str = ""
@@ -113,6 +115,7 @@ def sweep(
     forces: Sequence[float] = DEFAULT_FORCES,
     specimen: Specimen | Callable[[float], Specimen] = default_specimen,
     progress: Callable[[int, int], None] | None = None,
+    friction: Friction = DEFAULT_FRICTION,
 ) -> Sweep:
     """Press specimens of each modulus (MPa) at each force (N).
 
@@ -123,6 +126,7 @@ def sweep(
     ----------
     specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`.
     progress : called with (presses done, presses in all).
+    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus.
 
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
@@ -133,7 +137,7 @@ def sweep(
         touched, start = make(modulus), None
         for force in forces:
             try:
-                found = press(reduced, touched, force=force, fidelity="contact", start=start)
+                found = press(reduced, touched, force=force, fidelity="contact", start=start, friction=friction)
             except ContactRangeError as error:
                 blank = [float("nan")] * len(reduced.gauge_names)
                 rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
@@ -150,6 +154,7 @@ def sweep(
         **values,
         status=status,
         specimen=_in_words(make(moduli[0])),
+        friction=friction,
         **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN)},
     )
 

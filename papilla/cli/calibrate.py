@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from papilla.cli.friction import FrictionOption, read_friction
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
 from papilla.cli.paths import about, keep_inputs, surface_files
+from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -18,6 +20,7 @@ DEFAULT_OUT = Path("calibration")
 def calibrate(
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
     bench: Annotated[Path | None, typer.Option(help="Refit from this log of real presses (CSV).")] = None,
+    friction: FrictionOption = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -26,6 +29,9 @@ def calibrate(
     Writes calibration.json, sweep.csv and report.html.
     """
     watch = Stopwatch()
+    if bench is not None and friction is not None:
+        raise InputError("--friction is for presses that are computed, not for those of --bench")
+    rubbing = read_friction(friction)
     from papilla.files import check_writable
     from papilla.finger import Finger
     from papilla.logs import read_presses
@@ -45,7 +51,7 @@ def calibrate(
     with progress() as shown:
         if log is None or bench is None:
             design = design or Finger.default()
-            done = job.calibrate_finger(design, progress=shown.line, steps=shown.steps)
+            done = job.calibrate_finger(design, friction=rubbing, progress=shown.line, steps=shown.steps)
         else:
             with about(bench):
                 done = job.calibrate_measured(log, design)

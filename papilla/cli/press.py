@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from papilla.checks import place, positive
+from papilla.cli.friction import FrictionOption, read_friction
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -28,6 +29,7 @@ def press(
     fidelity: Annotated[
         Fidelity, typer.Option(help="auto: the cheaper of hertz and contact within 2 %; finite: large strain, seconds.")
     ] = "auto",
+    friction: FrictionOption = None,
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -35,6 +37,9 @@ def press(
 
     Give the force or the indentation.
     """
+    rubbing = read_friction(friction)
+    if fidelity == "finite" and rubbing != 0:
+        raise InputError("--fidelity finite knows no friction yet: leave it to auto, or take contact")
     touched = make_specimen(specimen, modulus, thickness, radius)
     if (force is None) == (indentation is None):
         raise InputError("give exactly one of --force and --indentation")
@@ -58,8 +63,10 @@ def press(
             )
         else:
             reduced = prepare(design, at=at, progress=shown.line)
-            found = fem.press(reduced, touched, force=force, indentation=indentation, fidelity=fidelity)
-    named = {"finger": design.name, "specimen": describe(touched), "at_mm": list(at)}
+            found = fem.press(
+                reduced, touched, force=force, indentation=indentation, fidelity=fidelity, friction=rubbing
+            )
+    named = {"finger": design.name, "specimen": describe(touched), "at_mm": list(at), "friction": rubbing}
     if as_json:
         print_json({**found.to_json(), **named})
     else:

@@ -22,8 +22,9 @@ def pressed(monkeypatch):
     """The calls that a sweep makes; a press on less than 0.1 MPa by more than 0.5 N leaves the patch."""
     calls = []
 
-    def press(reduced, specimen, *, force, fidelity, start):
+    def press(reduced, specimen, *, force, fidelity, start, friction):
         calls.append((specimen, force, fidelity, start))
+        assert friction in (0, "stick")
         if specimen.modulus < 0.1 and force > 0.5:
             raise ContactRangeError("the contact reaches the rim of its patch")
         reading = np.array([force, -force]) * 100 * specimen.modulus
@@ -61,6 +62,12 @@ def test_presses_are_on_one_rung_and_start_from_the_lighter_one(pressed):
     assert {fidelity for _, _, fidelity, _ in pressed} == {"contact"}
     assert [None if start is None else start.tolist() for *_, start in pressed] == [None, [0.1], None, [0.1]]
     assert all(isinstance(specimen, HalfSpace) for specimen, *_ in pressed)
+
+
+def test_friction_reaches_every_press_and_the_label(pressed):
+    assert sweep(REDUCED, [0.2], [0.1, 0.3]).friction == 0
+    stuck = sweep(REDUCED, [0.2], [0.1, 0.3], friction="stick")
+    assert stuck.friction == "stick" and Sweep.from_arrays(stuck.to_arrays()).friction == "stick"
 
 
 def test_a_specimen_stands_for_its_kind_with_every_modulus(pressed):

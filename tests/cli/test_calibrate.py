@@ -93,6 +93,8 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     [
         (["--finger", "nowhere.toml"], "cannot read finger file nowhere.toml"),
         (["--bench", "nowhere.csv"], "cannot read nowhere.csv"),
+        (["--bench", "one.csv", "--friction", "stick"], "--friction is for presses that are computed"),
+        (["--friction", "-1"], 'friction must be a number of at least 0 or "stick", got -1'),
         (["--bench", "nan.csv"], "nan.csv, line 5, column g2: expected a finite number, got nan"),
         (["--bench", "one.csv"], "one.csv has one row"),
         (["--bench", "soft.csv"], "soft.csv: "),

@@ -37,6 +37,15 @@ def test_force_and_indentation_are_two_ways_to_one_scene(papilla):
 
 
 @pytest.mark.slow
+def test_friction_is_an_option_and_is_named(papilla):
+    scene = ["press", "--modulus", 0.51, "--force", 0.4, "--fidelity", "contact", "--json"]
+    plain, stuck = (json.loads(papilla(*scene, *more).out) for more in ([], ["--friction", "stick"]))
+    assert plain["friction"] == 0 and stuck["friction"] == "stick"
+    assert -0.05 < stuck["sd_microstrain"] / plain["sd_microstrain"] - 1 < -0.03
+    assert "stuck from the moment of contact" in stuck["status"]
+
+
+@pytest.mark.slow
 def test_table_shows_units_and_the_status(papilla):
     answer = papilla("press", "--modulus", 0.51, "--force", 0.588)
     assert answer.code == 0
@@ -50,6 +59,10 @@ def test_table_shows_units_and_the_status(papilla):
     [
         ([], "give exactly one of --force and --indentation"),
         (["--force", 1, "--indentation", 1], "give exactly one of --force and --indentation"),
+        (["--force", 1, "--friction", "glue"], "friction must be a number of at least 0 or \"stick\", got 'glue'"),
+        (["--force", 1, "--friction", -0.2], 'friction must be a number of at least 0 or "stick", got -0.2'),
+        (["--force", 1, "--friction", "stick", "--fidelity", "hertz"], "fidelity hertz knows no friction"),
+        (["--force", 1, "--friction", 1, "--fidelity", "finite"], "--fidelity finite knows no friction yet"),
         (["--force", 0], "--force (N) must be greater than 0, got 0"),
         (["--force", "nan"], "--force (N) must be finite, got nan"),
         (["--indentation", -1], "--indentation (mm) must be greater than 0, got -1"),

@@ -14,12 +14,12 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem.pressing.contact import NoContactError, contact_press
-from papilla.fem.pressing.friction import coefficient, friction_press
+from papilla.fem.pressing.friction import friction_press
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.specimen import Specimen
+from papilla.specimen import DEFAULT_FRICTION, Friction, Specimen, friction_coefficient
 
 FIDELITIES = ("hertz", "contact")
 """From cheap to dear."""
@@ -45,7 +45,7 @@ def press(
     indentation_mm: float | None = None,
     fidelity: str = "auto",
     tolerance: float = 0.02,
-    friction: float | str = 0.0,
+    friction: Friction = DEFAULT_FRICTION,
     start: np.ndarray | None = None,
     force: float | None = None,
     indentation: float | None = None,
@@ -73,16 +73,19 @@ def press(
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
     if fidelity not in (*FIDELITIES, "auto"):
         raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
-    rubbing = coefficient(friction)
+    rubbing = friction_coefficient(friction)
     if fidelity == "hertz" and rubbing:
         raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
-    if rubbing:
-        return friction_press(reduced, specimen, *load, rubbing, began)
     if fidelity == "hertz":
         return hertz_press(reduced, specimen, *load, "hertz: as asked", began)
+    if fidelity == "contact" and rubbing:
+        return friction_press(reduced, specimen, *load, rubbing, began)
     if fidelity == "contact":
         return contact_press(reduced, specimen, *load, start, began)
-    found = _cheapest(reduced, specimen, load, tolerance, start, began)
+    if rubbing:
+        found = friction_press(reduced, specimen, *load, rubbing, began)
+    else:
+        found = _cheapest(reduced, specimen, load, tolerance, start, began)
     return replace(
         found, status=found.status + shared_losses(reduced, found.force, tolerance), seconds=perf_counter() - began
     )

@@ -5,7 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla import checks
 from papilla.errors import InputError
 from papilla.fem.pressing.contact import NoContactError, contact_result
 from papilla.fem.pressing.friction_path import FrictionPath
@@ -15,26 +14,8 @@ from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
-STICK = "stick"
-"""Friction that nothing overcomes."""
-
-Friction = float | str
-"""Coulomb's coefficient, 0 for none, or `STICK`."""
-
 UNLIKE = 1e-6
 """Difference, as a share of the largest, between the two compliances that a specimen gives for pressure alone."""
-
-
-def coefficient(friction: Friction) -> float:
-    """Coulomb's coefficient of a `friction`, infinite for "stick"; raises `InputError` for anything else."""
-    if isinstance(friction, str):
-        if friction != STICK:
-            raise InputError(f'friction must be a number of at least 0 or "{STICK}", got {friction!r}')
-        return math.inf
-    value = checks.finite("friction", friction)
-    if value < 0:
-        raise InputError(f'friction must be a number of at least 0 or "{STICK}", got {value:g}')
-    return value
 
 
 def friction_press(
