@@ -38,8 +38,8 @@ def press(
     Give the force or the indentation.
     """
     rubbing = read_friction(friction)
-    if fidelity == "finite" and rubbing != 0:
-        raise InputError("--fidelity finite knows no friction yet: leave it to auto, or take contact")
+    if rubbing and fidelity in ("hertz", "finite"):
+        raise InputError(f"--fidelity {fidelity} knows no friction: leave it to auto, or take contact")
     touched = make_specimen(specimen, modulus, thickness, radius)
     if (force is None) == (indentation is None):
         raise InputError("give exactly one of --force and --indentation")
