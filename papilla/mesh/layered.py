@@ -40,16 +40,9 @@ class LayeredMesh:
     mirrors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        arrays = {
-            "points": np.array(self.points, dtype=float, order="C"),
-            "tets": np.array(self.tets, dtype=np.int64, order="C"),
-            "layer": np.array(self.layer, dtype=np.int8, order="C"),
-        }
-        boundaries = {name: np.array(self.boundaries[name], dtype=np.int64, order="C") for name in BOUNDARIES}
-        for array in (*arrays.values(), *boundaries.values()):
-            array.flags.writeable = False
-        for name, array in arrays.items():
-            object.__setattr__(self, name, array)
+        for name, kind in (("points", float), ("tets", np.int64), ("layer", np.int8)):
+            object.__setattr__(self, name, _frozen(getattr(self, name), kind))
+        boundaries = {name: _frozen(self.boundaries[name], np.int64) for name in BOUNDARIES}
         object.__setattr__(self, "boundaries", MappingProxyType(boundaries))
 
     def __repr__(self) -> str:
@@ -69,22 +62,20 @@ class LayeredMesh:
         if not self.mirrors:
             return self
         axes = ["xyz".index(axis) for axis in self.mirrors]
-        tets, layer = _on_positive_side(self.points, self.tets, axes, self.layer)
-        used, tets = np.unique(tets, return_inverse=True)
-        number = np.full(len(self.points), -1)
-        number[used] = np.arange(len(used))
-        boundaries = {
-            name: number[_on_positive_side(self.points, triangles, axes)[0]]
-            for name, triangles in self.boundaries.items()
-        }
-        return LayeredMesh(self.points[used], tets.reshape(-1, 4), layer, boundaries, self.size_mm)
+
+        def kept(simplices: np.ndarray) -> np.ndarray:
+            return np.all(self.points[simplices].mean(axis=1)[:, axes] > 0, axis=1)
+
+        inside = kept(self.tets)
+        used, tets = np.unique(self.tets[inside], return_inverse=True)
+        boundaries = {name: np.searchsorted(used, faces[kept(faces)]) for name, faces in self.boundaries.items()}
+        return LayeredMesh(self.points[used], tets.reshape(-1, 4), self.layer[inside], boundaries, self.size_mm)
 
 
-def _on_positive_side(
-    points: np.ndarray, simplices: np.ndarray, axes: list[int], *labels: np.ndarray
-) -> tuple[np.ndarray, ...]:
-    keep = np.all(points[simplices].mean(axis=1)[:, axes] > 0, axis=1)
-    return (simplices[keep], *(label[keep] for label in labels))
+def _frozen(values: np.ndarray, kind: type) -> np.ndarray:
+    array = np.array(values, dtype=kind, order="C")
+    array.flags.writeable = False
+    return array
 
 
 def mirrored(cell: LayeredMesh, mirrors: tuple[str, ...]) -> LayeredMesh:

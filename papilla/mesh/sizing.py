@@ -10,8 +10,11 @@ cheapest that do so with the default finger at 0.7 and 0.35 mm (about 7,700 and 
 """
 
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
+
+from papilla.mesh.topology import volumes
 
 FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""
@@ -65,28 +68,16 @@ def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarr
 
     `shift` lies in [-0.5, 0.5]: one spacing is kept free around the box.
     """
-    lines = []
-    for axis in range(3):
-        count = int(np.ceil((high[axis] - low[axis]) / spacing)) + 3
-        lines.append(low[axis] + spacing * (np.arange(count) - 1 + shift[axis]))
-    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-    number = np.arange(len(points)).reshape([len(line) for line in lines])
-    corner = [
-        number[i : number.shape[0] - 1 + i, j : number.shape[1] - 1 + j, k : number.shape[2] - 1 + k].ravel()
-        for i in (0, 1)
-        for j in (0, 1)
-        for k in (0, 1)
-    ]
-    # Kuhn's six tetrahedra of a cube share its main diagonal, so that neighbouring cubes fit.
-    middle = ((4, 6), (6, 2), (2, 3), (3, 1), (1, 5), (5, 4))
-    tets = np.vstack([np.stack([corner[0], corner[a], corner[b], corner[7]], axis=1) for a, b in middle])
+    counts = np.ceil((high - low) / spacing).astype(int) + 3
+    places = np.stack(np.indices(counts), axis=-1).reshape(-1, 3)
+    points = low + spacing * (places - 1 + shift)
+    # Kuhn's six tetrahedra of a cube: along each axis in each order, so that neighbouring cubes fit.
+    first = np.flatnonzero(np.all(places < counts - 1, axis=1))
+    steps = permutations((counts[1] * counts[2], counts[2], 1))
+    tets = np.vstack([first[:, None] + np.cumsum([0, *order]) for order in steps])
     return points, positively_oriented(points, tets)
 
 
 def positively_oriented(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """The tetrahedra with two vertices swapped wherever the volume is negative."""
-    edges = points[tets[:, 1:]] - points[tets[:, :1]]
-    negative = np.linalg.det(edges) < 0
-    tets = tets.copy()
-    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
-    return tets
+    return np.where(volumes(points, tets)[:, None] < 0, tets[:, [0, 2, 1, 3]], tets)

@@ -26,12 +26,13 @@ def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation
     a, c = surface.axes
     end = surface.depth / 2
     layers = max(1, round(divisions * end / (np.pi / 2 * max(a, c))))
-    x, z, origin = np.eye(3)[0], np.eye(3)[2], np.zeros(3)
+    x, _, z, origin = np.vstack([np.eye(3), np.zeros(3)])
     section, faces = _patch(x, z, origin, divisions, _onto_disc)
     section = section * [a, 1, c]
-    walls = [_wall(section[rim], end, layers) for rim in _rims(divisions)]
-    far = section + [0, end, 0]
-    return merge([(section, faces), (far, faces[:, ::-1]), *walls])
+    edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    wall = _wall(section[edges[first[count == 1]]], end, layers)
+    return merge([(section, faces), (section + [0, end, 0], faces[:, ::-1]), wall])
 
 
 def merge(parts: list[Triangulation]) -> Triangulation:
@@ -43,15 +44,10 @@ def merge(parts: list[Triangulation]) -> Triangulation:
     return vertices[first], number.ravel()[triangles]
 
 
-def _numbering(divisions: int) -> dict[tuple[int, int], int]:
-    """Numbers of the points (i, j) of a patch: i steps towards its second corner, j towards its third."""
-    pairs = [(i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
-    return {pair: number for number, pair in enumerate(pairs)}
-
-
 def _patch(a, b, c, divisions, mapping) -> Triangulation:
-    """The triangle a, b, c cut into `divisions` squared triangles, its points then mapped."""
-    number = _numbering(divisions)
+    """The triangle a, b, c cut into `divisions` squared triangles, its points (i steps to b, j to c) then mapped."""
+    pairs = [(i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
+    number = {pair: place for place, pair in enumerate(pairs)}
     points = np.array([(a * (divisions - i - j) + b * i + c * j) / divisions for i, j in number])
     triangles = []
     for i, j in number:
@@ -72,23 +68,9 @@ def _onto_disc(points: np.ndarray) -> np.ndarray:
     return points * np.divide(np.abs(points).sum(axis=1), radius, out=np.zeros(len(points)), where=radius > 0)[:, None]
 
 
-def _rims(divisions: int) -> list[list[int]]:
-    """Numbers of the points along the three edges of a patch, each in order."""
-    number = _numbering(divisions)
-    steps = range(divisions + 1)
-    return [
-        [number[k, 0] for k in steps],
-        [number[divisions - k, k] for k in steps],
-        [number[0, divisions - k] for k in steps],
-    ]
-
-
 def _wall(rim: np.ndarray, end: float, layers: int) -> Triangulation:
-    """The band swept by a rim (k, 3) along y from 0 to `end`."""
-    steps = np.linspace(0, end, layers + 1)
-    points = (rim[None] + np.array([0, 1, 0]) * steps[:, None, None]).reshape(-1, 3)
-    k = len(rim)
-    corner = (np.arange(layers)[:, None] * k + np.arange(k - 1)).ravel()
-    lower = np.stack([corner, corner + k, corner + 1], axis=1)
-    upper = np.stack([corner + 1, corner + k, corner + k + 1], axis=1)
-    return points, np.vstack([lower, upper])
+    """The band swept by directed edges (k, 2, 3) along y from 0 to `end`."""
+    swept = rim + np.array([0, 1, 0]) * np.linspace(0, end, layers + 1)[:, None, None, None]
+    corners = np.concatenate([swept[:-1], swept[1:]], axis=2).reshape(-1, 3)
+    number = np.arange(len(corners)).reshape(-1, 4)
+    return corners, number[:, [[0, 2, 1], [1, 2, 3]]].reshape(-1, 3)

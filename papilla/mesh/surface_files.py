@@ -4,14 +4,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from papilla import cache
 from papilla.errors import FileAccessError, FileFormatError, MeshError
 from papilla.files import reason
 from papilla.mesh.child import run
+from papilla.mesh.soup import Triangulation
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM
+from papilla.mesh.topology import compact, components
 from papilla.mesh.triangle_surface import TriangleSurface
 
 if TYPE_CHECKING:
@@ -23,8 +23,6 @@ ZERO_LENGTH = 1e-5
 
 THINNEST = 1e-3
 """Smallest accepted layer thickness, as a fraction of the same."""
-
-Triangulation = tuple[np.ndarray, np.ndarray]
 
 
 def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:
@@ -60,7 +58,6 @@ def read_closed(path: str) -> Triangulation:
             f"{path}: the surface measures {_by(extent)} mm; a finger's longest side is between {SMALLEST_MM:g} and "
             f"{LARGEST_MM:g} mm: is the file in another unit?"
         )
-    _check_closed(path, triangles)
     triangles = _outward(path, vertices, triangles)
     crossing = _first_crossing(vertices, triangles)
     if crossing is not None:
@@ -92,19 +89,18 @@ def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Triangulation:
     vertices, number = np.unique(vertices, axis=0, return_inverse=True)
     triangles = number.ravel()[triangles]
     a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    used, number = np.unique(triangles, return_inverse=True)
-    return vertices[used], number.reshape(triangles.shape)
+    return compact(vertices, triangles[(a != b) & (b != c) & (c != a)])
 
 
 def _edges(triangles: np.ndarray) -> np.ndarray:
-    """(m, 3, 2) directed edges."""
+    """(m, 3, 2) directed edges of triangles (m, 3)."""
     return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
 
 
-def _check_closed(path: str, triangles: np.ndarray) -> None:
+def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """The triangles turned so that normals point out; the surface must be closed and of one piece."""
     edges = np.sort(_edges(triangles).reshape(-1, 2), axis=1)
-    counts = np.unique(edges, axis=0, return_counts=True)[1]
+    _, edge, counts = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     if np.any(counts == 1):
         raise FileFormatError(f"{path}: the surface is open: {np.sum(counts == 1)} edges belong to one triangle only")
     if np.any(counts > 2):
@@ -112,14 +108,8 @@ def _check_closed(path: str, triangles: np.ndarray) -> None:
             f"{path}: the surface is not a manifold: {np.sum(counts > 2)} edges belong to more than two triangles"
         )
 
-
-def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """The triangles turned so that normals point out; the surface must be of one piece."""
-    triangle = np.repeat(np.arange(len(triangles)), 3)
-    _, edge = np.unique(np.sort(_edges(triangles).reshape(-1, 2), axis=1), axis=0, return_inverse=True)
-    first, second = triangle[np.argsort(edge.ravel(), kind="stable")].reshape(-1, 2).T
-    neighbours = sp.coo_matrix((np.ones(len(first)), (first, second)), shape=(len(triangles), len(triangles)))
-    if connected_components(neighbours, directed=False)[0] > 1:
+    neighbours = np.argsort(edge.ravel(), kind="stable").reshape(-1, 2) // 3
+    if components(neighbours, len(triangles)).max() > 0:
         raise FileFormatError(f"{path}: the surface is in more than one piece")
     turned = _poly(vertices, triangles).compute_normals(
         cell_normals=True, point_normals=False, split_vertices=False, consistent_normals=True

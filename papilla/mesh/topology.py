@@ -12,29 +12,25 @@ def paired_faces(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Each distinct face (k, 3), oriented out of its first cell, and its cells (k, 2), the second -1 where none is."""
     faces = tets[:, FACES_OF_TET].reshape(-1, 3)
     owner = np.repeat(np.arange(len(tets)), 4)
-    key = np.sort(faces, axis=1)
-    order = np.lexsort(key.T[::-1])
-    same = np.all(key[order][1:] == key[order][:-1], axis=1)
-    first = np.concatenate([[True], ~same])
-    start = order[first]
-    cells = np.full((len(start), 2), -1)
-    cells[:, 0] = owner[start]
-    group = np.cumsum(first) - 1
-    cells[group[~first], 1] = owner[order[~first]]
-    return faces[start], cells
+    _, first, number = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
+    second = np.delete(np.arange(len(faces)), first)
+    cells = np.full((len(first), 2), -1)
+    cells[:, 0] = owner[first]
+    cells[number.ravel()[second], 1] = owner[second]
+    return faces[first], cells
 
 
 def components(cells: np.ndarray, count: int) -> np.ndarray:
-    """Component number (count,) of each cell, joined through shared faces (k, 2)."""
+    """Component number (count,) of each cell, joined through shared faces (k, 2), whose second cell may be -1."""
     inner = cells[cells[:, 1] >= 0]
     graph = sp.coo_matrix((np.ones(len(inner)), (inner[:, 0], inner[:, 1])), shape=(count, count))
     return connected_components(graph, directed=False)[1]
 
 
-def compact(points: np.ndarray, tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The mesh without the points that no cell uses."""
-    used, number = np.unique(tets, return_inverse=True)
-    return points[used], number.reshape(tets.shape)
+    used, number = np.unique(cells, return_inverse=True)
+    return points[used], number.reshape(cells.shape)
 
 
 def volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:

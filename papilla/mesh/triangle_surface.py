@@ -35,8 +35,7 @@ class TriangleSurface:
         """The surface for VTK, with normals split at sharp edges."""
         import pyvista
 
-        faces = np.hstack([np.full((len(self.triangles), 1), 3), self.triangles])
-        poly = pyvista.PolyData(self.vertices, faces.ravel())
+        poly = pyvista.PolyData.from_regular_faces(self.vertices, self.triangles)
         return poly.compute_normals(
             cell_normals=False, split_vertices=True, feature_angle=FEATURE_DEG, consistent_normals=False
         )
@@ -47,13 +46,14 @@ class TriangleSurface:
         return np.all(np.abs(self.vertices[self.triangles, 2] - self.base_z) <= self.tolerance, axis=1)
 
     @cached_property
-    def _rim(self) -> np.ndarray:
-        """Segments (k, 2, 3) between the flat base and the rest."""
-        edges: dict[tuple[int, int], list[bool]] = {}
-        for triangle, flat in zip(self.triangles, self.in_base, strict=True):
-            for a, b in zip(triangle, np.roll(triangle, -1), strict=True):
-                edges.setdefault((min(a, b), max(a, b)), []).append(flat)
-        return self.vertices[[edge for edge, flat in edges.items() if any(flat) and not all(flat)]]
+    def _rim(self) -> "PolyData":
+        """The edges between the flat base and the rest, as lines for VTK."""
+        import pyvista
+
+        edges = np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
+        flat, steep = edges[self.in_base].reshape(-1, 2), edges[~self.in_base].reshape(-1, 2)
+        both = np.array(sorted(set(map(tuple, flat.tolist())) & set(map(tuple, steep.tolist()))))
+        return pyvista.line_segments_from_points(self.vertices[both].reshape(-1, 3))
 
     def level(self, points: np.ndarray) -> np.ndarray:
         """(n,) signed distance in mm, negative inside."""
@@ -64,17 +64,11 @@ class TriangleSurface:
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) closest points of the surface."""
-        return self._closest(points)[1]
+        return _closest(self._poly, points)[1]
 
     def project_in_base(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) closest points of the rim of the flat base, with z of the base plane."""
-        if len(points) == 0:
-            return points
-        start, along = self._rim[:, 0], self._rim[:, 1] - self._rim[:, 0]
-        share = np.einsum("nki,ki->nk", points[:, None] - start, along) / np.einsum("ki,ki->k", along, along)
-        feet = start + np.clip(share, 0, 1)[:, :, None] * along
-        nearest = np.linalg.norm(feet - points[:, None], axis=2).argmin(axis=1)
-        foot = feet[np.arange(len(points)), nearest]
+        foot = _closest(self._rim, points)[1]
         foot[:, 2] = self.base_z
         return foot
 
@@ -99,7 +93,7 @@ class TriangleSurface:
 
     def normal(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) unit outward normals, interpolated over the triangle closest to each point."""
-        cells, feet = self._closest(points)
+        cells, feet = _closest(self._poly, points)
         corners = self._poly.regular_faces[cells]
         p = np.asarray(self._poly.points, dtype=float)[corners]
         weights = np.stack(
@@ -123,11 +117,13 @@ class TriangleSurface:
         near = np.linalg.norm(corners.mean(axis=1) - around, axis=1) <= reach + size
         return float(np.abs(rise[near]).max(initial=0.0))
 
-    def _closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if len(points) == 0:
-            return np.empty(0, dtype=int), np.empty((0, 3))
-        cells, feet = self._poly.find_closest_cell(np.ascontiguousarray(points, dtype=float), return_closest_point=True)
-        return np.atleast_1d(cells), np.reshape(feet, (-1, 3))
+
+def _closest(poly: "PolyData", points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cells (n,) closest to points (n, 3), and their closest points (n, 3)."""
+    if len(points) == 0:
+        return np.empty(0, dtype=int), np.empty((0, 3))
+    cells, feet = poly.find_closest_cell(np.ascontiguousarray(points, dtype=float), return_closest_point=True)
+    return np.atleast_1d(cells), np.reshape(feet, (-1, 3))
 
 
 def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -136,13 +132,10 @@ def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 def _height_in(xy: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """z (k,) of triangles (k, 3, 3) over points (k, 2); -inf where a point is not over its triangle."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    area = _cross(b - a, c - a)
-    upright = area == 0
-    area = np.where(upright, 1.0, area)
-    weight_a = _cross(b[:, :2] - xy, c[:, :2] - xy) / area
-    weight_b = _cross(c[:, :2] - xy, a[:, :2] - xy) / area
-    weight_c = 1 - weight_a - weight_b
+    flat = corners[:, :, :2]
+    ahead, behind = (np.roll(flat, shift, axis=1) for shift in (-1, -2))
+    area = _cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])
+    weight = _cross(ahead - xy[:, None], behind - xy[:, None]) / np.where(area == 0, np.nan, area)[:, None]
     # A point on an edge belongs to one of its triangles whatever the rounding.
-    inside = (np.minimum(np.minimum(weight_a, weight_b), weight_c) >= -1e-9) & ~upright
-    return np.where(inside, weight_a * a[:, 2] + weight_b * b[:, 2] + weight_c * c[:, 2], -np.inf)
+    inside = weight.min(axis=1) >= -1e-9
+    return np.where(inside, np.einsum("kc,kc->k", weight, corners[:, :, 2]), -np.inf)

@@ -23,11 +23,10 @@ def save(mesh: LayeredMesh, path) -> None:
         raise FileFormatError(f"{path}: meshes are written as .vtu files")
     blocks = [("tetra", mesh.tets), *(("triangle", mesh.boundaries[name]) for name in BOUNDARIES)]
     layer = [mesh.layer.astype(np.int32)] + [np.full(len(faces), NO_LAYER, np.int32) for _, faces in blocks[1:]]
-    boundary = [np.full(len(cells), number, np.int32) for number, (_, cells) in enumerate(blocks)]
     mirrors = sum(1 << "xyz".index(axis) for axis in mesh.mirrors)
     data = {
         "layer": layer,
-        "boundary": boundary,
+        "boundary": [np.full(len(cells), number, np.int32) for number, (_, cells) in enumerate(blocks)],
         "size_mm": [np.full(len(cells), mesh.size_mm) for _, cells in blocks],
         "mirrors": [np.full(len(cells), mirrors, np.int32) for _, cells in blocks],
     }
@@ -50,33 +49,24 @@ def load(path) -> LayeredMesh:
         content = meshio.vtu.read(str(path))
     except (Exception, SystemExit) as error:
         raise FileFormatError(f"{path} is not a readable VTU file: {error}") from error
+    refused = f"{path} is not a layered mesh:"
     absent = [key for key in ("layer", "boundary", "size_mm", "mirrors") if key not in content.cell_data]
-    if absent or not {block.type for block in content.cells} <= {"tetra", "triangle"}:
+    if absent or not {*content.cells_dict} <= {"tetra", "triangle"}:
         lack = f"no cell data {', '.join(absent)}" if absent else "other cells than tetrahedra and triangles"
-        raise FileFormatError(f"{path} is not a layered mesh: it has {lack}")
-    return _from_meshio(path, content)
-
-
-def _from_meshio(path, content) -> LayeredMesh:
-    parts: dict[int, list[np.ndarray]] = {number: [] for number in range(len(BOUNDARIES) + 1)}
-    layers = []
-    for block, layer, boundary in zip(
-        content.cells, content.cell_data["layer"], content.cell_data["boundary"], strict=True
-    ):
+        raise FileFormatError(f"{refused} it has {lack}")
+    cells: dict[int, np.ndarray] = {}
+    for kind, boundary in content.cell_data_dict["boundary"].items():
         for number in np.unique(boundary):
-            if int(number) not in parts or (number == 0) != (block.type == "tetra"):
-                raise FileFormatError(f"{path} is not a layered mesh: a {block.type} has boundary number {number}")
-            parts[int(number)].append(block.data[boundary == number])
-        if block.type == "tetra":
-            layers.append(layer)
-    if not all(parts.values()):
-        raise FileFormatError(f"{path} is not a layered mesh: it lacks tetrahedra or one of {', '.join(BOUNDARIES)}")
-    cells = {number: np.vstack(found) for number, found in parts.items()}
+            if not 0 <= number <= len(BOUNDARIES) or (number == 0) != (kind == "tetra"):
+                raise FileFormatError(f"{refused} a {kind} has boundary number {number}")
+            cells[int(number)] = content.cells_dict[kind][boundary == number]
+    if len(cells) <= len(BOUNDARIES):
+        raise FileFormatError(f"{refused} it lacks tetrahedra or one of {', '.join(BOUNDARIES)}")
     bits = int(content.cell_data["mirrors"][0][0])
     return LayeredMesh(
         content.points,
         cells[0],
-        np.concatenate(layers),
+        content.cell_data_dict["layer"]["tetra"],
         {name: cells[number] for number, name in enumerate(BOUNDARIES, start=1)},
         float(content.cell_data["size_mm"][0][0]),
         tuple(axis for k, axis in enumerate("xyz") if bits >> k & 1),
