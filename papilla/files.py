@@ -24,8 +24,7 @@ _TEMPORARY = re.compile(r"\.?.*papilla-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.tmp")
 _given: set[Path] = set()
 """Temporary paths of sets that are being written."""
 
-OLD_S = 86400.0
-"""Temporaries of other machines, whose processes cannot be asked for, count as left behind after a day."""
+OLD_S = 86400.0  # Temporaries of other machines, whose processes cannot be asked for, count as left behind after a day
 
 
 @contextmanager

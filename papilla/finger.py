@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from papilla.materials import Material
 
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
-
-ROUNDING = 0.005
-"""Relative difference of a layer's modulus from its material's that three written digits explain."""
+ROUNDING = 0.005  # Relative difference of a layer's modulus from its material's that three written digits explain
 
 
 @dataclass(frozen=True)

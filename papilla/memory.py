@@ -33,9 +33,7 @@ OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
 FINITE_ASSEMBLY = 85e3
 """In place of ASSEMBLY for a press at finite strain, whose tangents are made for all cells at once."""
 
-SPREAD = 1.4
-"""Largest factor between the law and what was measured."""
-
+SPREAD = 1.4  # Largest factor between the law and what was measured
 UNKNOWNS_PER_CELL, COLUMNS = 4.8, 0.4
 """n of c tetrahedra, and k over c^(2/3), of Taylor-Hood on meshes of the default finger."""
 

@@ -18,10 +18,8 @@ import numpy as np
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import reason, replacing
 
-BLOCK = 8192
-"""Rows that are read at once."""
-MAX_COLUMNS, MAX_HEADER = 1000, 2**20
-"""More columns, or characters in the header, are no table of papilla."""
+BLOCK = 8192  # Rows that are read at once
+MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # More columns, or characters in the header, are no table of papilla
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,10 +2,10 @@
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from papilla.cli.output import Stopwatch, print_json, progress, say
 
@@ -53,16 +53,9 @@ def bench_estimators(short: bool, out: Path | None, as_json: bool) -> None:
         check_writable(out)
     watch = Stopwatch()
     with progress() as shown:
-
-        def show(stage: str, done: int, total: int) -> None:
-            shown.line(stage)
-            shown.steps(done, total)
-
-        result = compare(SHORT if short else LONG, workers=WORKERS, progress=show)
+        result = compare(SHORT if short else LONG, workers=WORKERS, progress=shown.stage)
         touch = None if short else compare_touch(shown.line, shown.steps)
-    plots = _write_plots(result, out) if out is not None else []
-    for path in plots:
-        say(f"wrote {path}")
+    plots = [] if out is None else _write_plots(result, out)
     if as_json:
         tables = result.to_json() | (touch.to_json() if touch else {})
         print_json({"short": short, **tables, "plots": [str(path) for path in plots], "seconds": watch.seconds})
@@ -98,6 +91,7 @@ def _write_plots(result: "Comparison", out: Path) -> list[Path]:
     for name, figure in estimator_plots.all_plots(result.to_json()).items():
         paths.append(out / f"estimators_{name}.png")
         write_png(figure, paths[-1])
+        say(f"wrote {paths[-1]}")
     return paths
 
 
@@ -115,6 +109,7 @@ def _print(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) ->
 
 
 _Table = tuple[str, Sequence[str], list[Sequence[str]]]
+_Cell = Callable[[Any], str]
 
 
 def _errors(rows: Sequence["SceneRow"]) -> "list[_Table]":
@@ -133,36 +128,41 @@ def _errors(rows: Sequence["SceneRow"]) -> "list[_Table]":
     return tables
 
 
+def _listed(title: str, rows: Iterable[Any], columns: Sequence[str], shown: Sequence[str | _Cell]) -> _Table:
+    """A line a row: what is `shown` of it, an attribute or what a function makes of it, under each column's name.
+
+    Fractions under a name with a % are in percent.
+    """
+
+    def cell(column: str, what: str | _Cell, row: Any) -> str:
+        value = what(row) if callable(what) else getattr(row, what)
+        if not isinstance(value, float):
+            return str(value)
+        return _percent(value) if "%" in column else _number(value)
+
+    return title, columns, [[cell(*pair, row) for pair in zip(columns, shown, strict=True)] for row in rows]
+
+
 def _against_bound(rows: Sequence["SceneRow"]) -> _Table:
     columns = ("estimator", "scene", "RMS %", "median %", "answered %", "RMS of these %", "bound %", "x bound")
-    lines: list[Sequence[str]] = [
-        (
-            row.estimator,
-            row.scene,
-            *map(_percent, (row.error, row.median, row.answered, row.error_answered, row.bound)),
-            _number(row.ratio),
-        )
-        for row in rows
-        if row.snr_dB == DETAIL_DB
-    ]
-    return f"Errors at {DETAIL_DB:g} dB, and the Cramer-Rao bound of the declared memory", columns, lines
+    shown = ("estimator", "scene", "error", "median", "answered", "error_answered", "bound", "ratio")
+    title = f"Errors at {DETAIL_DB:g} dB, and the Cramer-Rao bound of the declared memory"
+    return _listed(title, [row for row in rows if row.snr_dB == DETAIL_DB], columns, shown)
 
 
 def _behaviour(rows: Sequence["SceneRow"]) -> _Table:
     columns = ("estimator", "scene", "> 10 % off: %", "false locks: % of runs", "error / sigma", "lag ms", "aligned %")
-    lines: list[Sequence[str]] = [
-        (
-            row.estimator,
-            row.scene,
-            *map(_percent, (row.outliers, row.false_locks)),
-            _number(row.sigma_ratio),
-            _decimal(row.lag_ms),
-            _percent(row.aligned),
-        )
-        for row in rows
-        if row.snr_dB == DETAIL_DB
-    ]
-    return f"Outliers, false locks, stated sigma and lag at {DETAIL_DB:g} dB", columns, lines
+    shown = (
+        "estimator",
+        "scene",
+        "outliers",
+        "false_locks",
+        "sigma_ratio",
+        lambda row: _decimal(row.lag_ms),
+        "aligned",
+    )
+    title = f"Outliers, false locks, stated sigma and lag at {DETAIL_DB:g} dB"
+    return _listed(title, [row for row in rows if row.snr_dB == DETAIL_DB], columns, shown)
 
 
 def _steps_and_velocity(result: "Comparison") -> _Table:
@@ -184,47 +184,41 @@ def _steps_and_velocity(result: "Comparison") -> _Table:
 
 def _costs(costs: Sequence["Cost"]) -> _Table:
     columns = ("estimator", "kernel", "us a row of a block", "us an update, median", "p99.9", "p99.9 of one run")
-    lines: list[Sequence[str]] = [
-        (row.estimator, row.kernel, *map(_number, (row.block_us, row.update_us, row.update_p999_us, row.loop_p999_us)))
-        for row in costs
-    ]
-    return "What a sample costs, timed while nothing else of the comparison runs", columns, lines
+    shown = ("estimator", "kernel", "block_us", "update_us", "update_p999_us", "loop_p999_us")
+    return _listed("What a sample costs, timed while nothing else of the comparison runs", costs, columns, shown)
 
 
 def _likelihood(result: "Comparison") -> _Table:
     columns = ("scene", "SNR dB", "window s", "scatter of the fit %", "bound %", "ratio", "fits")
-    lines: list[Sequence[str]] = [
-        (row.scene, f"{row.snr_dB:g}", f"{row.window_s:g}", _percent(row.scatter), _percent(row.bound),
-         _number(row.ratio), str(row.fits))
-        for row in result.likelihood
-    ]  # fmt: skip
-    return "Is the bound real? Maximum likelihood of whole windows, over many noises", columns, lines
+    shown = ("scene", "snr_dB", "window_s", "scatter", "bound", "ratio", "fits")
+    title = "Is the bound real? Maximum likelihood of whole windows, over many noises"
+    return _listed(title, result.likelihood, columns, shown)
 
 
 def _prototypes(result: "Comparison") -> _Table:
     columns = ("as printed", "scene", "SNR dB", "measure", "prototype", "ours", "ratio", "differs by > 30 %")
-    lines: list[Sequence[str]] = [
-        (row.estimator, row.scene, f"{row.snr_dB:g}", _WORDS[row.measure], _measured(row.measure, row.prototype),
-         _measured(row.measure, row.ours), _number(row.ratio), row.note or "yes" if row.differs else "")
-        for row in result.prototypes
-    ]  # fmt: skip
-    return "Published estimators as printed, against prototypes written apart", columns, lines
+    shown = (
+        *("estimator", "scene", "snr_dB", lambda row: _WORDS[row.measure]),
+        *(lambda row: _measured(row.measure, row.prototype), lambda row: _measured(row.measure, row.ours)),
+        *("ratio", lambda row: row.note or "yes" if row.differs else ""),
+    )
+    return _listed(
+        "Published estimators as printed, against prototypes written apart", result.prototypes, columns, shown
+    )
 
 
 def _targets(targets: Sequence["Verdict"]) -> _Table:
+    def wanted(row: "Verdict") -> str:
+        span = f"{_measured(row.measure, row.low)} ... " if math.isfinite(row.low) else "<= "
+        return span + _measured(row.measure, row.high) + " (stretch)" * row.stretch
+
     columns = ("target", "where", "measure", "wanted", "measured", "")
-    lines: list[Sequence[str]] = []
-    for row in targets:
-        wanted = f"<= {_measured(row.measure, row.high)}"
-        if math.isfinite(row.low):
-            wanted = f"{_measured(row.measure, row.low)} ... {_measured(row.measure, row.high)}"
-        verdict = "met" if row.met else "[bold red]NOT MET[/]"
-        lines.append(
-            (row.estimator, row.where, _WORDS[row.measure], wanted + " (stretch)" * row.stretch,
-             _measured(row.measure, row.measured), verdict)
-        )  # fmt: skip
-    met = sum(row.met for row in targets)
-    return f"Targets: {met} of {len(lines)} met", columns, lines
+    shown = (
+        *("estimator", "where", lambda row: _WORDS[row.measure], wanted),
+        *(lambda row: _measured(row.measure, row.measured), lambda row: "met" if row.met else "[bold red]NOT MET[/]"),
+    )
+    title = f"Targets: {sum(row.met for row in targets)} of {len(targets)} met"
+    return _listed(title, targets, columns, shown)
 
 
 def _softness(rows: Sequence["SoftnessRow"]) -> _Table:

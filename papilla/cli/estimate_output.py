@@ -20,10 +20,8 @@ LAST = {
 }
 """Keys of the last answers: each is the last row with a value in the first of its columns."""
 
-LONGEST_ROWS = 2**20
-"""Rows that spectral lines are looked for in at once: 17 minutes at 1 kHz."""
-MOST_STATUSES = 12
-"""Statuses in the table; the JSON has all."""
+LONGEST_ROWS = 2**20  # Rows that spectral lines are looked for in at once: 17 minutes at 1 kHz
+MOST_STATUSES = 12  # Statuses in the table; the JSON has all
 _ANSWERS = (
     ("last_answer", "modulus", "MPa"),
     ("last_frequency", "frequency", "Hz"),

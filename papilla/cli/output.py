@@ -89,6 +89,11 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, completed=done, total=total)
 
+    def stage(self, text: str, done: int, total: int) -> None:
+        """Show `line` and `steps` at once."""
+        self.line(text)
+        self.steps(done, total)
+
 
 @contextmanager
 def progress() -> Iterator[Progress]:

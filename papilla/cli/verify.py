@@ -23,12 +23,7 @@ def verify(
     from papilla.studies import verify as study
 
     with progress() as shown:
-
-        def show(case: "Case", done: int, total: int) -> None:
-            shown.line(case.name.split(":")[0])
-            shown.steps(done, total)
-
-        cases = study.verify(only or (), progress=show)
+        cases = study.verify(only or (), progress=lambda case, *done: shown.stage(case.name.split(":")[0], *done))
     passed = all(case.passed for case in cases)
     if as_json:
         print_json({"passed": passed, "cases": [case.to_json() for case in cases]})

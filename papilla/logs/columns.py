@@ -10,8 +10,7 @@ from papilla.errors import FileFormatError
 from papilla.tables import Table, TableReader, closest
 
 GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
-MOST_NAMED = 40
-"""Columns that a message lists."""
+MOST_NAMED = 40  # Columns that a message lists
 
 
 def open_log(

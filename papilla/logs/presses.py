@@ -8,7 +8,7 @@ import numpy as np
 
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, notes_of, open_log
-from papilla.tables import Table, write_table
+from papilla.tables import write_table
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain")
 SD_TOLERANCE = 0.01
@@ -80,26 +80,13 @@ def read_presses(path: str | Path) -> PressLog:
         if name in table.columns and (table.columns[name] <= 0).any():
             row = int(np.argmax(table.columns[name] <= 0))
             raise table.fault(row, name, f"must be greater than 0, got {table.columns[name][row]:g}")
-    log = PressLog(
-        force_N=table.columns["force_N"],
-        modulus_MPa=table.columns["modulus_MPa"],
-        readings=np.column_stack([table.columns[name] for name in gauges]),
-        gauge_names=gauges,
-        indentation_mm=table.columns.get("indentation_mm"),
-        x_mm=table.columns.get("x_mm"),
-        y_mm=table.columns.get("y_mm"),
-        ignored=table.ignored,
-        ends_open=table.ends_open,
-    )
-    if "sd_microstrain" in table.columns:
-        _check_sd(table, log.sd_microstrain)
-    return log
-
-
-def _check_sd(table: Table, sd: np.ndarray) -> None:
-    stated = table.columns["sd_microstrain"]
-    wrong = np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)
-    if wrong.any():
+    columns = dict(table.columns)
+    readings = np.column_stack([columns.pop(name) for name in gauges])
+    stated = columns.pop("sd_microstrain", None)
+    log = PressLog(readings=readings, gauge_names=gauges, ignored=table.ignored, ends_open=table.ends_open, **columns)
+    sd = log.sd_microstrain
+    if stated is not None and (wrong := np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)).any():
         row = int(np.argmax(wrong))
         problem = f"{stated[row]:g} is not the population standard deviation of the gauges, {sd[row]:g}"
         raise table.fault(row, "sd_microstrain", problem)
+    return log

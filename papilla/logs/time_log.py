@@ -1,6 +1,7 @@
 """Logs of gauge readings over time: read as a whole, or block by block in bounded memory."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +16,8 @@ from papilla.logs.spread import Magnitudes, Noise
 from papilla.tables import Table, TableReader
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
-GAP_STEPS = 1.5
-"""A step of time longer than this many median steps is a gap."""
-SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5
-"""Mean steps that a log of a finger can have."""
+GAP_STEPS = 1.5  # A step of time longer than this many median steps is a gap
+SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Mean steps that a log of a finger can have
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ class _Scan:
         self._reader, self._steps = reader, Magnitudes()
         self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in reader.names))
         self.noise = Noise()
-        self.rows = self.duplicates = self.nan_cells = self.nan_rows = self.unbelievable = 0
+        self.counts: Counter[str] = Counter()
         self._last = math.nan
 
     def add(self, block: Table) -> None:
@@ -100,40 +99,27 @@ class _Scan:
             raise block.fault(at + 1 + len(time) - len(with_last), "t_s", problem)
         self._last = time[-1]
         self._steps.add(steps[steps > 0])
-        self.duplicates += int((steps == 0).sum())
         rows = np.column_stack([block.columns[name] for name in self.used])
         bad = ~np.isfinite(rows)
-        self.unbelievable += int((~bad & (np.abs(rows) > LARGEST)).sum())
-        self.nan_cells += int(bad.sum())
-        self.nan_rows += int(bad.any(axis=1).sum())
-        self.rows += len(rows)
+        found = {"rows": len(rows), "nan_rows": bad.any(axis=1).sum(), "nan_cells": bad.sum()}
+        found |= {"duplicates": (steps == 0).sum(), "unbelievable": (~bad & (np.abs(rows) > LARGEST)).sum()}
+        for name, count in found.items():
+            self.counts[name] += int(count)
         self.noise.add(believable(rows))
 
     def finish(self) -> tuple[float, LogReport]:
         """Sampling rate in Hz and what was counted; raises `FileFormatError` where there is no rate."""
-        if self.rows < 2:
-            raise FileFormatError(
-                f"{self._reader.path} has one row: a time log needs two at least to have a sampling rate"
-            )
+        path = self._reader.path
+        if self.counts["rows"] < 2:
+            raise FileFormatError(f"{path} has one row: a time log needs two at least to have a sampling rate")
         longest = GAP_STEPS * self._steps.median()
         if math.isnan(longest):
-            raise FileFormatError(
-                f"{self._reader.path}: all rows have the time {self._last:g} s, so there is no sampling rate"
-            )
-        report = LogReport(
-            rows=self.rows,
-            gaps=self._steps.above(longest),
-            duplicates=self.duplicates,
-            nan_cells=self.nan_cells,
-            nan_rows=self.nan_rows,
-            unbelievable=self.unbelievable,
-            ignored=self._reader.ignored,
-            ends_open=self._reader.ends_open,
-        )
+            raise FileFormatError(f"{path}: all rows have the time {self._last:g} s, so there is no sampling rate")
         step = self._steps.mean_up_to(longest)
         if not SHORTEST_STEP_S <= step <= LONGEST_STEP_S:
-            raise FileFormatError(f"{self._reader.path}: steps of t_s of {step:g} s on average; are these times in s?")
-        return 1 / step, report
+            raise FileFormatError(f"{path}: steps of t_s of {step:g} s on average; are these times in s?")
+        gaps, reader = self._steps.above(longest), self._reader
+        return 1 / step, LogReport(gaps=gaps, ignored=reader.ignored, ends_open=reader.ends_open, **self.counts)
 
 
 class TimeLogFile:
@@ -152,7 +138,7 @@ class TimeLogFile:
             scan = _Scan(self._reader, self.gauge_names)
             for block in self._reader.blocks():
                 scan.add(block)
-                progress(scan.rows)
+                progress(scan.counts["rows"])
             self.sample_rate_Hz, self.report = scan.finish()
         except BaseException:
             self._reader.__exit__()
@@ -184,9 +170,8 @@ def read_time_log(path: str | Path) -> TimeLog:
     """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`.
 
     Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
-    Raises
-    `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt column,
-    fewer than two rows, a time that is no number or earlier than the one before, all times equal.
+    Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
+    column, fewer than two rows, a time that is no number or earlier than the one before, all times equal.
     """
     with TimeLogFile(path) as file:
         rows = np.concatenate(list(file.blocks()))

@@ -18,21 +18,13 @@ from papilla.mesh.snapping import snap
 from papilla.mesh.tagging import TaggedCells, tag
 from papilla.mesh.topology import components, paired_faces, volumes
 
-DEFAULT_SIZE_MM = 0.7
-"""Element size at the contact for which the figures of the README hold."""
-
+DEFAULT_SIZE_MM = 0.7  # Element size at the contact for which the figures of the README hold
 ENVELOPE, ENVELOPE_SIZES = 1e-3, 0.05
 """How far the mesher may move a surface: a fraction of the bounding box's diagonal, or of the element size if more."""
 
-FINEST, COARSEST = 1 / 200, 1 / 4
-"""Element sizes that are accepted, as fractions of the finger's height."""
-
-REACH = 3.0
-"""Flat faces are looked for within this many envelopes of their plane."""
-
-SAMPLES = 32
-"""Points along each axis of the body's box in which its volume is sampled."""
-
+FINEST, COARSEST = 1 / 200, 1 / 4  # Element sizes that are accepted, as fractions of the finger's height
+REACH = 3.0  # Flat faces are looked for within this many envelopes of their plane
+SAMPLES = 32  # Points along each axis of the body's box in which its volume is sampled
 VARIANTS = 5
 """Reference meshes of the default finger: the first is the default, the spread of all five is the mesh scatter."""
 

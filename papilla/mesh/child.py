@@ -16,9 +16,7 @@ import numpy as np
 from papilla.errors import FileAccessError, MeshError
 from papilla.files import reason, scratch
 
-TIMEOUT_S = 1800.0
-"""A child that has not finished by then has hung: the finest useful meshes take a few minutes."""
-
+TIMEOUT_S = 1800.0  # A child that has not finished by then has hung: the finest useful meshes take a few minutes
 HEARTBEAT_S, PATIENCE_S = 0.5, 10.0
 ERROR_LINES = 3
 

@@ -11,8 +11,7 @@ import subprocess
 import sys
 import threading
 
-PR_SET_PDEATHSIG = 1
-"""Of Linux' prctl(2): the signal that a process gets when the one that started it has died."""
+PR_SET_PDEATHSIG = 1  # Of Linux' prctl(2): the signal that a process gets when the one that started it has died
 
 
 def keep(folder: str, command: list[str]) -> None:

@@ -11,9 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-OUTER, INNER, BONE = 0, 1, 2
-"""Layer numbers of cells; `BONE` occurs only where the bone is meshed."""
-
+OUTER, INNER, BONE = 0, 1, 2  # Layer numbers of cells; `BONE` occurs only where the bone is meshed
 BOUNDARIES = ("skin", "interface", "base")
 """skin: free outer surface; interface: between outer and inner layer; base: clamped (base plane and rigid bone)."""
 
@@ -73,7 +71,7 @@ class LayeredMesh:
 
 
 def _frozen(values: np.ndarray, kind: type) -> np.ndarray:
-    array = np.array(values, dtype=kind, order="C")
+    array: np.ndarray = np.array(values, dtype=kind, order="C")
     array.flags.writeable = False
     return array
 

@@ -19,15 +19,9 @@ from papilla.mesh.topology import volumes
 FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""
 
-GROWTH = 5.4
-"""Growth of the size over one patch radius, in sizes at the apex."""
-
-FAR = 5.0
-"""Largest size, in sizes at the apex."""
-
-FAR_LIMIT_MM = 5.0
-"""Largest size whatever was asked for: coarser elements do not follow the default finger's surfaces."""
-
+GROWTH = 5.4  # Growth of the size over one patch radius, in sizes at the apex
+FAR = 5.0  # Largest size, in sizes at the apex
+FAR_LIMIT_MM = 5.0  # Largest size whatever was asked for: coarser elements do not follow the default finger's surfaces
 DEPTH_STRETCH = 1.4
 
 CELLS_PER_VOLUME, FEWEST_CELLS = 9.5, 2500
@@ -69,7 +63,7 @@ def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarr
     `shift` lies in [-0.5, 0.5]: one spacing is kept free around the box.
     """
     counts = np.ceil((high - low) / spacing).astype(int) + 3
-    places = np.stack(np.indices(counts), axis=-1).reshape(-1, 3)
+    places = np.argwhere(np.ones(counts, dtype=bool))
     points = low + spacing * (places - 1 + shift)
     # Kuhn's six tetrahedra of a cube: along each axis in each order, so that neighbouring cubes fit.
     first = np.flatnonzero(np.all(places < counts - 1, axis=1))

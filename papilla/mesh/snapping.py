@@ -7,13 +7,9 @@ from papilla.mesh.body import Body
 from papilla.mesh.cell_quality import mean_ratio
 from papilla.mesh.tagging import TaggedCells
 
-POOR = 0.1
-"""Cells of a lower mean ratio are relaxed."""
-
+POOR = 0.1  # Cells of a lower mean ratio are relaxed
 SWEEPS = 30
-
-STEPS = (1.0, 0.5, 0.2)
-"""Fractions of the way to the middle of the neighbours that are tried."""
+STEPS = (1.0, 0.5, 0.2)  # Fractions of the way to the middle of the neighbours that are tried
 
 
 class Constraints:

@@ -18,11 +18,8 @@ if TYPE_CHECKING:
     from pyvista import PolyData
 
 SUFFIXES = (".stl", ".ply", ".vtp")
-ZERO_LENGTH = 1e-5
-"""What counts as zero length, as a fraction of the outer surface's diagonal: STL keeps seven digits."""
-
-THINNEST = 1e-3
-"""Smallest accepted layer thickness, as a fraction of the same."""
+ZERO_LENGTH = 1e-5  # What counts as zero length, as a fraction of the outer surface's diagonal: STL keeps seven digits
+THINNEST = 1e-3  # Smallest accepted layer thickness, as a fraction of the same
 
 
 def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:

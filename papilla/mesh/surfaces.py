@@ -11,11 +11,8 @@ import numpy as np
 from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Slab, Surfaces
 
-NAMES = ("skin", "interface", "bone")
-"""Names of the surfaces, from the outside in."""
-
-SMALLEST_MM, LARGEST_MM = 1.0, 1000.0
-"""A finger whose longest side is outside these was hardly written in mm."""
+NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
+SMALLEST_MM, LARGEST_MM = 1.0, 1000.0  # A finger whose longest side is outside these was hardly written in mm
 
 
 class Surface(Protocol):

@@ -9,8 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from pyvista import PolyData
 
-FEATURE_DEG = 30.0
-"""Normals are smoothed across edges that bend less."""
+FEATURE_DEG = 30.0  # Normals are smoothed across edges that bend less
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,14 +7,13 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, literal, nice_limit, styled
+from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, literal, nice_limit, plain_log, styled
 
 PERCENT = 100.0
-CEILING = 50.0
-"""Uncertainty in % from which a modulus counts as not identifiable; the colour scale ends there."""
+CEILING = 50.0  # Uncertainty in % from which a modulus counts as not identifiable; the colour scale ends there
 SPREAD = "viridis"
+BAR = (0.84, 0.13, 0.025, 0.8)  # Place of a map's colour bar in the figure
 
 
 def sd_against_force(
@@ -62,7 +61,7 @@ def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.
         axes.set_xscale("log")
         axes.set(xlabel="modulus of the specimen (MPa)", ylabel=r"$S_d$ (10³ µε)", ylim=(0, None))
         axes.set_xlim(float(modulus_MPa.min()), float(modulus_MPa.max()))
-        _plain_log(axes.xaxis)
+        plain_log(axes.xaxis)
         ends = [
             (values[-1] / 1000, f"{force:.3g} N", color)
             for values, force, color in zip(sd, forces, colors, strict=True)
@@ -103,10 +102,8 @@ def uncertainty_map(
             handles.append(Patch(facecolor="none", edgecolor=ACCENTS[0], label="where recovery was checked"))
         axes.legend(handles=handles, loc="lower right", fontsize=8.5, frameon=True, facecolor="white", framealpha=0.9)
         _force_modulus_axes(axes, force_N, modulus_MPa)
-        bar = figure.colorbar(shades, cax=figure.add_axes((0.84, 0.13, 0.025, 0.8)))
+        bar = color_bar(figure, shades, BAR, r"$\sigma_E / E$")
         bar.set_ticks(list(np.log10(levels)), labels=[f"{level:g} %" for level in levels])
-        bar.set_label(r"$\sigma_E / E$")
-        bar.outline.set_visible(False)
     return figure
 
 
@@ -124,9 +121,7 @@ def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray
             axes.scatter(force_N[~known], modulus_MPa[~known], marker="x", color=INK, s=40, label="no answer")
             axes.legend(loc="lower right", fontsize=9)
         _force_modulus_axes(axes, force_N, modulus_MPa, margin=1.08)
-        bar = figure.colorbar(dots, cax=figure.add_axes((0.84, 0.13, 0.025, 0.8)))
-        bar.set_label("error of the recovered E (%)")
-        bar.outline.set_visible(False)
+        color_bar(figure, dots, BAR, "error of the recovered E (%)")
     return figure
 
 
@@ -151,17 +146,9 @@ def _force_modulus_axes(axes: Axes, force_N: np.ndarray, modulus_MPa: np.ndarray
     axes.set(xscale="log", yscale="log", xlabel="force (N)", ylabel="modulus of the specimen (MPa)")
     axes.set_xlim(float(force_N.min()) / margin, float(force_N.max()) * margin)
     axes.set_ylim(float(modulus_MPa.min()) / margin, float(modulus_MPa.max()) * margin)
-    for axis in (axes.xaxis, axes.yaxis):
-        _plain_log(axis)
+    plain_log(axes.xaxis)
+    plain_log(axes.yaxis)
     axes.grid(False)
-
-
-def _plain_log(axis) -> None:
-    """Ticks 0.05, 0.1, 0.2 ... as plain numbers on a logarithmic axis."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_locator(NullLocator())
-    axis.set_minor_formatter(NullFormatter())
 
 
 def _spread(count: int) -> list:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from papilla.view.style import ACCENTS, INK, MUTED, styled
+from papilla.view.style import ACCENTS, INK, MUTED, plain_log, styled, titled
 
 MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
 
@@ -50,19 +49,15 @@ def price_figure(prices: Sequence[Price], reference_mm: float) -> Figure:
         axes.step(seconds, errors, where="post", color=INK, linewidth=1.1, linestyle=(0, (1, 1.5)), zorder=1)
         axes.scatter(seconds, errors, s=190, facecolors="none", edgecolors=INK, linewidths=1.1, zorder=4)
         axes.set(xscale="log", yscale="log")
+        axes.set(xlabel="set-up and 1000 scenes (s)", ylabel=r"worst error of $S_d$, 10-100 gf (%)")
         axes.margins(0.09)
-        axes.set_xlabel("set-up and 1000 scenes (s)")
-        axes.set_ylabel(r"worst error of $S_d$, 10-100 gf (%)")
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=20))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axis.set_minor_formatter(NullFormatter())
+        plain_log(axes.xaxis)
+        plain_log(axes.yaxis)
         _legend(axes, {price.rung for price in shown}, colors)
-        figure.text(0.09, 0.945, _message(front), fontsize=12, fontweight="bold", color=INK)
         note = f"Numbers: element size (mm). Errors: to rung contact, Taylor-Hood, {reference_mm:g} mm"
         if any(price.rung == "finite" for price in shown):
             note += "; finite: to itself on a finer mesh"
-        figure.text(0.09, 0.9, note, fontsize=9, color=MUTED)
+        titled(figure, _message(front), note)
     return figure
 
 

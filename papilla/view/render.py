@@ -1,28 +1,32 @@
 """Surfaces to an image: pyvista offscreen, with the projection that puts drawn lines and labels where they belong."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-SUPERSAMPLE = 2
-"""Pixels rendered per pixel shown, each way: smooth edges on every kind of window."""
+from papilla.view.style import DIVERGING, styled
 
-MARGIN_MM = 1.5
-"""Left free around what a picture shows."""
+SUPERSAMPLE = 2  # Pixels rendered per pixel shown, each way: smooth edges on every kind of window
+MARGIN_MM = 1.5  # Left free around what a picture shows
+PIXELS_PER_MM = 18.0
+BELOW, ABOVE = 0.9, 0.85  # Inches of a figure left for the colour bar below its picture, and for the title above it
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A surface to render: by its point data `scalars` within +-`limit` through `cmap`, or plainly in `color`."""
+    """A surface to render: by its point data `scalars` within +-`limit`, red above zero, or plainly in `color`."""
 
     surface: pv.PolyData
     color: str = "white"
     scalars: str | None = None
     limit: float = 1.0
-    cmap: str = "RdBu_r"
     opacity: float = 1.0
     lit: bool = True
 
@@ -43,9 +47,7 @@ class View:
     def axes(self) -> np.ndarray:
         """Unit vectors (3, 3): right, up, and towards the viewer."""
         elevation, turn = np.radians([self.elevation, self.turn])
-        toward = np.array(
-            [np.sin(turn) * np.cos(elevation), -np.cos(turn) * np.cos(elevation), np.sin(elevation)],
-        )
+        toward = np.array([np.sin(turn) * np.cos(elevation), -np.cos(turn) * np.cos(elevation), np.sin(elevation)])
         right = np.array([np.cos(turn), np.sin(turn), 0.0])
         return np.stack([right, np.cross(toward, right), toward])
 
@@ -67,9 +69,25 @@ def fitted(view: View, points: np.ndarray) -> View:
     return replace(view, centre=tuple(centre), width_mm=float(high[0] - low[0]), height_mm=float(high[1] - low[1]))
 
 
-def render(parts: list[Part], view: View, pixels_per_mm: float) -> np.ndarray:
+@contextmanager
+def framed(view: View, width: float) -> Iterator[tuple[Figure, Axes]]:
+    """A new figure `width` inches wide, and axes in the coordinates of `View.project` between its title and bar."""
+    height = width * view.height_mm / view.width_mm + BELOW + ABOVE
+    with styled(width, height) as figure:
+        axes = figure.add_axes((0.02, BELOW / height, 0.96, 1 - (BELOW + ABOVE) / height))
+        axes.set(xlim=view.extent[:2], ylim=view.extent[2:], aspect="equal")
+        axes.axis("off")
+        yield figure, axes
+
+
+def draw(axes: Axes, parts: list[Part], view: View) -> None:
+    """The parts, rendered, on axes of `framed`; the caller made sure of a window."""
+    axes.imshow(render(parts, view), extent=view.extent, interpolation="antialiased")
+
+
+def render(parts: list[Part], view: View) -> np.ndarray:
     """An RGB image (rows, columns, 3) of the parts on white; the caller made sure of a window."""
-    size = [round(SUPERSAMPLE * pixels_per_mm * length) for length in (view.width_mm, view.height_mm)]
+    size = [round(SUPERSAMPLE * PIXELS_PER_MM * length) for length in (view.width_mm, view.height_mm)]
     plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none")
     try:
         plotter.background_color = "white"
@@ -96,7 +114,7 @@ def _add(plotter: pv.Plotter, part: Part) -> None:
         part.surface,
         scalars=part.scalars,
         clim=(-part.limit, part.limit),
-        cmap=colormaps[part.cmap],
+        cmap=colormaps[DIVERGING],
         n_colors=256,
         interpolate_before_map=True,
         show_scalar_bar=False,
@@ -107,10 +125,7 @@ def _add(plotter: pv.Plotter, part: Part) -> None:
 def _light(plotter: pv.Plotter, view: View) -> None:
     right, up, toward = view.axes()
     for direction, intensity in ((toward + up - 0.6 * right, 0.8), (toward + right, 0.25)):
-        light = pv.Light(
-            position=tuple(direction * 500), focal_point=(0, 0, 0), intensity=intensity, light_type="scene light"
-        )
-        plotter.add_light(light)
+        plotter.add_light(pv.Light(position=tuple(direction * 500), intensity=intensity, light_type="scene light"))
 
 
 def _aim(plotter: pv.Plotter, view: View) -> None:

@@ -13,8 +13,7 @@ from papilla.mesh.surfaces import surfaces_of
 from papilla.specimen import Specimen, Sphere
 from papilla.view.contact_map import contact_edge
 
-DRAWN_THICKNESS = 10.0
-"""mm of a half-space, or of a thicker block, that are drawn."""
+DRAWN_THICKNESS = 10.0  # mm of a half-space, or of a thicker block, that are drawn
 
 
 def contact_frame(finger: Finger, at: tuple[float, float]) -> Frame:

@@ -17,8 +17,7 @@ PERCENT = 100.0
 OFF_PLANE = 1e-6
 """mm by which the cut misses the plane: a mesh with a mirror plane has whole faces in it, which a slice would skip."""
 
-DAMPING = 0.02
-"""Stiffness against slopes in the fit of nodal strains, as a fraction of the fit's own."""
+DAMPING = 0.02  # Stiffness against slopes in the fit of nodal strains, as a fraction of the fit's own
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,15 +80,11 @@ def surface_displacement(field: Field, name: str, xy: np.ndarray) -> np.ndarray:
 
 def _face(mesh: LayeredMesh, number: int, values: np.ndarray, moved: np.ndarray, side: int) -> Face:
     chosen = mesh.layer == number
-    grid = _grid(mesh.points, mesh.tets[chosen])
+    grid = pv.UnstructuredGrid({pv.CellType.TETRA: mesh.tets[chosen]}, mesh.points)
     grid.point_data["moved"] = moved
     grid.point_data["value"] = _nodal_values(mesh, chosen, values)
     face = grid.slice("y", origin=(0, side * OFF_PLANE, 0)).triangulate()
     return Face(face.points + face["moved"], face.regular_faces, np.asarray(face["value"]))
-
-
-def _grid(points: np.ndarray, tets: np.ndarray) -> pv.UnstructuredGrid:
-    return pv.UnstructuredGrid({pv.CellType.TETRA: tets}, points)
 
 
 def _nodal_values(mesh: LayeredMesh, chosen: np.ndarray, values: np.ndarray) -> np.ndarray:

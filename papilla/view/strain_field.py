@@ -2,10 +2,8 @@
 
 import numpy as np
 import pyvista as pv
-from matplotlib import colormaps, patheffects
+from matplotlib import patheffects
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from papilla.errors import InputError
@@ -14,15 +12,13 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.specimen import Specimen
-from papilla.view.render import Part, View, fitted, render
+from papilla.view.render import Part, View, draw, fitted, framed
 from papilla.view.scene import contact_frame, contact_outline, specimen_solid
 from papilla.view.section import Section, cut, half_skin
-from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, MUTED, literal, nice_limit, styled
+from papilla.view.style import DIVERGING, INK, MUTED, diverging_bar, literal, mark_gauge, nice_limit, titled
 from papilla.view.window import use_offscreen_window
 
-PIXELS_PER_MM = 18.0
-LABEL_MM = 1.5
-"""Distance of a gauge's label from its grid."""
+LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR, BONE_COLOR = "#e9d8c7", "#7d93ad", "#c9ced6"
 
 
@@ -37,8 +33,7 @@ def strain_figure(
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
     side = -1 if reduced.at[1] < 0 else 1
     section = cut(field, finger, scale=scale, side=side)
-    peak = max(float(np.abs(face.strain).max()) for face in section.faces)
-    limit = nice_limit(peak)
+    limit = nice_limit(max(float(np.abs(face.strain).max()) for face in section.faces))
     frame = contact_frame(finger, reduced.at)
     solid = specimen_solid(specimen, field, frame, press, 0.9 * finger.patch_radius, scale)
     solid = solid.clip_closed_surface((0, side, 0), origin=(0, 0, 0))
@@ -46,14 +41,11 @@ def strain_figure(
     rendered = use_offscreen_window()
     view = View(20.0 if rendered else 0.0, 0.0 if side > 0 else 180.0)
     view = fitted(view, np.concatenate([skin.points, solid.points]))
-    with styled(10, 10 * view.height_mm / view.width_mm + 1.9) as figure:
-        height = figure.get_figheight()
-        axes = figure.add_axes((0.02, 0.95 / height, 0.96, (height - 1.9) / height))
+    with framed(view, 10) as (figure, axes):
         if rendered:
             edges = solid.extract_feature_edges(feature_angle=60)
             parts = [*_faces(section, limit), Part(skin, SKIN_COLOR), Part(edges, SPECIMEN_COLOR, lit=False)]
-            parts.append(Part(solid, SPECIMEN_COLOR, opacity=0.22, lit=False))
-            axes.imshow(render(parts, view, PIXELS_PER_MM), extent=view.extent, interpolation="antialiased")
+            draw(axes, [*parts, Part(solid, SPECIMEN_COLOR, opacity=0.22, lit=False)], view)
         else:
             _paint(axes, section, solid.points, view, limit)
         outline = contact_outline(field, reduced, press, frame, scale)
@@ -61,10 +53,9 @@ def strain_figure(
         middle = float(view.project(np.array(solid.center))[0])
         axes.text(middle, top - 1.2, f"specimen, {specimen.modulus:.3g} MPa", ha="center", va="top", color=MUTED)
         _annotate(axes, section, [_kept(line, side) for line in outline], view, finger, press)
-        axes.set(xlim=view.extent[:2], ylim=view.extent[2:], aspect="equal")
-        axes.axis("off")
-        _bar(figure, limit)
-        _titles(figure, press, specimen, scale, side)
+        bar = diverging_bar(figure, limit, "strain along the layers (%): red is tension, blue compression")
+        bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
+        _title(figure, press, specimen, scale, side)
     return figure
 
 
@@ -73,7 +64,7 @@ def _faces(section: Section, limit: float) -> list[Part]:
     for face in section.faces:
         surface = pv.PolyData.from_regular_faces(face.points, face.triangles)
         surface.point_data["strain"] = face.strain
-        parts.append(Part(surface, scalars="strain", limit=limit, cmap=DIVERGING, lit=False))
+        parts.append(Part(surface, scalars="strain", limit=limit, lit=False))
     return parts
 
 
@@ -104,8 +95,7 @@ def _annotate(axes: Axes, section: Section, contact: list, view: View, finger: F
         axes.plot(*view.project(line).T, color=INK, linewidth=1.6, linestyle=(0, (4, 1.5)))
     for gauge, bar, strain in zip(finger.gauges, section.gauges, press.strain, strict=True):
         flat = view.project(bar)
-        axes.plot(*flat.T, color=INK, linewidth=6.5, solid_capstyle="butt")
-        axes.plot(*flat.T, color=GAUGE_COLOR, linewidth=4, solid_capstyle="butt")
+        mark_gauge(axes, flat)
         inward = _inward(flat)
         label = f"{literal(gauge.name)}\n{100 * strain:+.2f} %".replace("-", "−")
         x, y = flat.mean(axis=0) + LABEL_MM * inward
@@ -122,23 +112,10 @@ def _inward(bar: np.ndarray) -> np.ndarray:
     return -normal if normal[1] > 0 else normal
 
 
-def _bar(figure: Figure, limit: float) -> None:
-    height = figure.get_figheight()
-    axes = figure.add_axes((0.3, 0.62 / height, 0.4, 0.14 / height))
-    ticks = np.linspace(-limit, limit, 5)
-    shades = ScalarMappable(Normalize(-limit, limit), colormaps[DIVERGING])
-    bar = figure.colorbar(shades, cax=axes, orientation="horizontal", ticks=ticks)
-    bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in ticks])
-    bar.set_label("strain along the layers (%): red is tension, blue compression")
-    bar.outline.set_linewidth(0.5)
-
-
-def _titles(figure: Figure, press: Press, specimen: Specimen, scale: float, side: int) -> None:
-    height = figure.get_figheight()
+def _title(figure: Figure, press: Press, specimen: Specimen, scale: float, side: int) -> None:
     what = f"{press.force:.3g} N on a {specimen.modulus:.3g} MPa {specimen.words}: S_d = {press.sd:,.0f} µε"
     drawn = "deformed shape to true scale" if scale == 1 else f"displacements drawn {scale:g} times as large"
     facts = f"indentation {press.indentation:.3g} mm, contact {press.contact_area:.3g} mm² (dashed); {drawn}"
     facts += "; seen from +y" if side < 0 else ""
     facts += "" if press.resolved else "; mesh too coarse for this press"
-    figure.text(0.04, 1 - 0.42 / height, what.replace("S_d", r"$S_d$"), fontsize=15, weight="bold")
-    figure.text(0.04, 1 - 0.74 / height, facts, fontsize=10.5, color=MUTED)
+    titled(figure, what.replace("S_d", r"$S_d$"), facts, 14)

@@ -1,34 +1,35 @@
 """The look that all pictures and plots share, and how a figure becomes a file: matplotlib's object interface only."""
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from papilla.errors import InputError
 from papilla.files import replacing
 
-INK, MUTED, FAINT = "#1d2330", "#5b6472", "#d5dae1"
-"""Colours of text, of secondary text, and of grids and frames."""
-
+INK, MUTED, FAINT = "#1d2330", "#5b6472", "#d5dae1"  # Colours of text, of secondary text, and of grids and frames
 GAUGE_COLOR = "#f5c400"
 
 ACCENTS = ("#0b5fa5", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#0e7490", "#be185d", "#475569")
 """Colours of curves, in order."""
 
-DIVERGING = "RdBu_r"
-"""For signed quantities, always centred at zero: red is tension."""
-
-SEQUENTIAL = "Blues"
-"""For quantities that start at zero."""
-
+DIVERGING = "RdBu_r"  # For signed quantities, always centred at zero: red is tension
+SEQUENTIAL = "Blues"  # For quantities that start at zero
 _STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 10,
@@ -77,6 +78,42 @@ def styled(width: float, height: float) -> Iterator[Figure]:
 def literal(name: str) -> str:
     """A name as matplotlib shows it letter by letter: a dollar sign in it begins no formula."""
     return name.replace("$", r"\$")
+
+
+def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
+    """Plain numbers at these steps of each decade of a logarithmic axis."""
+    axis.set(major_locator=LogLocator(subs=steps), major_formatter=FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set(minor_locator=NullLocator(), minor_formatter=NullFormatter())
+
+
+def titled(figure: Figure, message: str, detail: str, size: float = 12.0) -> None:
+    """A bold message of `size` points at the top left of the figure, and smaller and muted below it the detail."""
+    inch = 1 / figure.get_figheight()
+    figure.text(0.02, 1 - 0.18 * inch, message, fontsize=size, weight="bold", va="top")
+    figure.text(0.02, 1 - (0.25 + size / 60) * inch, detail, fontsize=0.75 * size, color=MUTED, va="top")
+
+
+def color_bar(figure: Figure, shades: Any, place: tuple[float, float, float, float], label: str, **more) -> Colorbar:
+    """A bar of the colours of `shades` at `place` (left, bottom, width, height as shares of the figure)."""
+    bar = figure.colorbar(shades, cax=figure.add_axes(place), **more)
+    bar.set_label(label)
+    bar.outline.set_visible(False)
+    return bar
+
+
+def diverging_bar(figure: Figure, limit: float, label: str) -> Colorbar:
+    """A bar of signed values to +-`limit` below a picture."""
+    inch = 1 / figure.get_figheight()
+    shades = ScalarMappable(Normalize(-limit, limit), colormaps[DIVERGING])
+    place = (0.27, 0.6 * inch, 0.46, 0.14 * inch)
+    ticks = np.linspace(-limit, limit, 5)
+    return color_bar(figure, shades, place, label, orientation="horizontal", ticks=ticks)
+
+
+def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str = INK) -> None:
+    """The grid of a gauge between its ends (2, 2)."""
+    axes.plot(*ends.T, color=edge, linewidth=6.5, solid_capstyle="butt")
+    axes.plot(*ends.T, color=color, linewidth=4, solid_capstyle="butt")
 
 
 def kind_of(path: str | Path) -> str:

@@ -11,9 +11,7 @@ from functools import lru_cache
 ENVIRONMENT = "VTK_DEFAULT_OPENGL_WINDOW"
 """The variable by which VTK is told what window to open; what a user sets there is the only kind tried."""
 
-HEADLESS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
-"""Kinds that need no display (Linux), in the order tried."""
-
+HEADLESS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")  # Kinds that need no display (Linux), in the order tried
 PROBE_SECONDS = 60
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2

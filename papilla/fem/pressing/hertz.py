@@ -29,18 +29,13 @@ from papilla.specimen import Specimen
 
 Array = TypeVar("Array", float, np.ndarray)
 
-SECOND = (2 / 5, 2 / 7)
-FOURTH = (8 / 35, 8 / 63)
-SIXTH = (16 / 105, 16 / 231)
+SECOND, FOURTH, SIXTH = (2 / 5, 2 / 7), (8 / 35, 8 / 63), (16 / 105, 16 / 231)
 """Moments of u, u^2 and u^3 under the two terms, per unit force."""
-
 HALF_SPACE_ENERGY = (1.0, 15 / 14, 25 / 21)
 """Energy of the pairs of terms (Hertz with itself, with the other, the other with itself) on a half-space, in Hertz's:
 integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""
 
-FLATTEST, SHARPEST = -1.5, 1.0
-"""Bounds of q, beyond which the pressure is negative in the middle or at the edge."""
-
+FLATTEST, SHARPEST = -1.5, 1.0  # Bounds of q, beyond which the pressure is negative in the middle or at the edge
 SMALLEST = 2.0
 """Smallest radius, in patch edge lengths, at which E* is measured; below, it goes to its known limit at a = 0."""
 
@@ -48,10 +43,7 @@ ELLIPSE_SUBDIVISIONS = 6
 """Parts of a triangle's edge for the integrals of a Hertzian pressure and of the skin's curvature."""
 
 TABLE_POINTS = 32
-
-SMALL_POINTS = 10
-"""Radii below `SMALLEST` at which the gauges' readings, but not E*, are tabulated."""
-
+SMALL_POINTS = 10  # Radii below `SMALLEST` at which the gauges' readings, but not E*, are tabulated
 STRETCHES = (-0.06, 0.0, 0.06)
 """ln of b / a, over that of Hertz, at which ellipses are tabulated: layers change it by up to 0.06 on the default."""
 
@@ -69,9 +61,7 @@ HOMOGENEOUS = 0.1
 """Change of ln E* from a = 0 below which a body is as good as homogeneous: there Hertz's profile and aspect are exact,
 and what the measured E* says against them is the mesh's error, to which the flat minimum in q is sensitive."""
 
-LAYERED = 0.01
-"""How far a body is layered, from 0 to 1, below which its aspect is Hertz's whatever the parabolas say."""
-
+LAYERED = 0.01  # How far a body is layered, from 0 to 1, below which its aspect is Hertz's whatever the parabolas say
 GAP = 1.5
 """Ratio of neighbouring radii of the tables from which ellipses in between have no least energy, and the tables end."""
 
@@ -88,12 +78,8 @@ def mean_square(q: Array) -> Array:
 
 def peak_over_mean(q: float) -> float:
     """Largest pressure over mean pressure."""
-    values = [layer_factor(1.0, q)]
-    if q < 0:
-        t = np.sqrt((1 - q) / (-5 * q))
-        if t < 1:
-            values.append(layer_factor(t, q))
-    return float(max(values))
+    inside = np.sqrt((1 - q) / (-5 * q)) if q < 0 else 1.0
+    return float(max(layer_factor(1.0, q), layer_factor(min(inside, 1.0), q)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,12 +134,12 @@ def hertz_table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
         _branch(reduced, gap_radii, aspect, modulus, smallest, largest)
         for aspect, modulus in zip(aspects, moduli, strict=True)
     ]
-    ends = min(branch.force[-1] for branch in branches)
-    force = np.append(branches[1].force[branches[1].force < ends], ends)
-    columns = np.stack([branch.at(force) for branch in branches])
-    stretch, vouched = _stretch(columns[:, :, 0], _layered(moduli[1][0], columns[1, :, 1] * np.cbrt(force)))
+    ends = min(branch.x[-1] for branch in branches)
+    root = np.append(branches[1].x[branches[1].x < ends], ends)
+    columns = np.stack([branch(root) for branch in branches])
+    stretch, vouched = _stretch(columns[:, :, 0], _layered(moduli[1][0], columns[1, :, 1] * root))
     energy, a, q, *influence = np.moveaxis(_quadratic(columns, stretch), -1, 0)
-    energy, a = energy * np.cbrt(force) ** 2, a * np.cbrt(force)
+    energy, a = energy * root**2, a * root
     aspect = aspects[1] * np.exp(stretch)
     bend = (1 / gap_radii[0] + aspect**2 / gap_radii[1]) / 10
     # The energy per force is F c / 2 + gap term, and the indentation F c + gap term
@@ -165,27 +151,16 @@ def hertz_table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     if kept.sum() < SMALL_POINTS:
         raise ContactRangeError("hertz fidelity: no pressure ellipse has the least energy on this finger and specimen")
     rows = np.stack(influence, axis=1)
-    force, a, b, q, indentation = (np.append(0, part[kept]) for part in (force, a, a * aspect, q, indentation))
+    force, a, b, q, indentation = (np.append(0, part[kept]) for part in (root**3, a, a * aspect, q, indentation))
     end = "the contact to the rim of its patch" if kept.all() else "the contact beyond the ellipses of this skin"
     return HertzTable(force, a, b, q, indentation, np.vstack([rows[:1], rows[kept]]), end)
 
 
-@dataclass(frozen=True, eq=False)
-class _Branch:
-    """Ellipses of one aspect: force (k,), and in columns (k, 3 + q g) energy / F^(5/3), a / F^(1/3), q and influence.
+def _branch(reduced, gap_radii, aspect: float, modulus, smallest: float, largest: float) -> PchipInterpolator:
+    """Ellipses of one aspect: energy / F^(5/3), a / F^(1/3), q and influence (q g) over F^(1/3).
 
-    On a half-space all columns but the influence are constant.
+    On a half-space all of them but the influence are constant.
     """
-
-    force: np.ndarray
-    columns: np.ndarray
-
-    def at(self, force: np.ndarray) -> np.ndarray:
-        """The columns at other forces."""
-        return PchipInterpolator(np.cbrt(self.force), self.columns)(np.cbrt(force))
-
-
-def _branch(reduced, gap_radii, aspect: float, modulus, smallest: float, largest: float) -> _Branch:
     radius = np.append(np.geomspace(1e-3 * smallest, smallest, 40)[:-1], np.linspace(smallest, largest, 400))
     bend = (1 / gap_radii[0] + aspect**2 / gap_radii[1]) / 10
     q, force, compliance = _least_energy(radius, _half_space_energy(aspect), modulus, bend)
@@ -197,7 +172,7 @@ def _branch(reduced, gap_radii, aspect: float, modulus, smallest: float, largest
     hertz, other = (influence(radius**2) for influence in _influences(reduced, aspect, smallest, largest))
     influence = (1 - q)[:, None] * hertz + q[:, None] * other
     root = np.cbrt(force)
-    return _Branch(force, np.column_stack([energy / root**2, radius / root, q, influence]))
+    return PchipInterpolator(root, np.column_stack([energy / root**2, radius / root, q, influence]))
 
 
 def _least_energy(radius, half_space: float, modulus, bend: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

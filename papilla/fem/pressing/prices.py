@@ -19,12 +19,8 @@ from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER
 
-QUANTITIES = ("sd", "indentation", "contact_area")
-"""What errors are known of."""
-
-MEASURED_BY = "papilla.fem.pressing.pricing"
-"""Module whose code stands behind prices in the cache."""
-
+QUANTITIES = ("sd", "indentation", "contact_area")  # What errors are known of
+MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code stands behind prices in the cache
 SHIPPED = DEFAULT_FINGER.parent / "default_prices.json"
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)

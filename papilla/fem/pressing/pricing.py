@@ -19,11 +19,8 @@ from papilla.units import gf_to_newton
 FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
 """N: those for which the cost of small strain is reported."""
 
-SPECIMEN = Block(0.51, THICKNESS_MM)
-"""The middle one of the published specimens, as thick as the default."""
-
-SCENES = 40
-"""Presses that the seconds of a scene are the median of."""
+SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
+SCENES = 40  # Presses that the seconds of a scene are the median of
 
 Progress = Callable[[str], None]
 
