@@ -228,19 +228,14 @@ def _softness(rows: Sequence["SoftnessRow"]) -> _Table:
     groups: dict[tuple[str, str, str], list] = {}
     for row in rows:
         groups.setdefault((row.estimator, row.place, row.profile), []).append(row)
-    lines: list[Sequence[str]] = []
-    for (estimator, place, profile), own in groups.items():
 
-        def middle(name: str, own=own) -> float:
-            values = [getattr(row, name) for row in own]
-            return median([value for value in values if math.isfinite(value)] or [math.nan])
+    def middle(name: str) -> _Cell:
+        return lambda own: median([x for row in own if math.isfinite(x := getattr(row, name))] or [math.nan])
 
-        ratios = (middle(name) for name in ("error_over_bound", "bias_over_bound", "sigma_ratio"))
-        shares = (middle(name) for name in ("coverage", "answered"))
-        lines.append(
-            (estimator, place, profile, _percent(middle("error")), *map(_number, ratios), *map(_percent, shares))
-        )
-    return "Softness: medians over moduli and noises", columns, lines
+    measures = ("error", "error_over_bound", "bias_over_bound", "sigma_ratio", "coverage", "answered")
+    names = [lambda own: own[0].estimator, lambda own: own[0].place, lambda own: own[0].profile]
+    title = "Softness: medians over moduli and noises"
+    return _listed(title, groups.values(), columns, [*names, *map(middle, measures)])
 
 
 def _measured(measure: str, value: float) -> str:
