@@ -1,23 +1,28 @@
 """Do the tests notice? Seeded faults in the code, one at a time, each against the quick tests of its package.
 
 Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a test killed, and those
-that survived. Every mutant runs in a copy of the tree; a run that hangs counts as killed. `--list` shows the mutants.
+that survived. Every mutant runs in a copy of the tree, against the tests that reach its function; a run that hangs
+counts as killed. `--list` shows the mutants.
 """
 
 import argparse
 import ast
 import copy
+import json
 import os
 import random
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Queue
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 TREE = ("papilla", "tests", "benchmarks", "notebooks", "docs", "README.md", "CONTRIBUTING.md", "pyproject.toml")
@@ -32,6 +37,8 @@ FLIPPED = {ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, a
 SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And}
 OPPOSITE = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any",
             "argmin": "argmax", "argmax": "argmin", "floor": "ceil", "ceil": "floor"}  # fmt: skip
+
+QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
@@ -138,28 +145,93 @@ def drawn(package: str, count: int, seed: int) -> list[Mutant]:
     return random.Random(f"{package} {seed}").sample(every, min(count, len(every)))
 
 
-def ordered_tests(mutant: Mutant, package: str) -> list[str]:
-    """The package's tests, first the files that name the mutant's module."""
+class Reached:
+    """A plugin of pytest: which functions of the tree each test calls, itself or in its fixtures, and for how long."""
+
+    def __init__(self, tree: Path):
+        self.own: dict[str, set[str]] = {}
+        self.fixtures: dict[str, set[str]] = {}
+        self.tests: list[tuple[float, str, list[str]]] = []
+        self.source, self.now = f"{tree}{os.sep}", set[str]()
+
+    def see(self, frame, event, _):
+        """As a trace function: notes each call."""
+        if (name := frame.f_code.co_filename).startswith(self.source):
+            self.now.add(f"{name[len(self.source) :]}:{frame.f_code.co_firstlineno}")
+
+    def pytest_runtest_protocol(self, item):
+        """Notes what follows for this test."""
+        self.now = self.own[item.nodeid] = set()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef):
+        """Notes what a fixture calls for all tests that use it."""
+        test, self.now = self.now, self.fixtures.setdefault(fixturedef.argname, set())
+        try:
+            return (yield)
+        finally:
+            self.now = test
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self, item):
+        """Notes the time."""
+        started = time.perf_counter()
+        try:
+            return (yield)
+        finally:
+            self.tests.append((time.perf_counter() - started, item.nodeid, list(item.fixturenames)))
+
+    def by_function(self) -> dict[str, list[str]]:
+        """Each "file:line" of a function, and each file -> the tests that reach it, the quickest first."""
+        found: dict[str, list[str]] = {}
+        for _, test, names in sorted(self.tests):
+            functions = self.own[test].union(*(self.fixtures.get(name, ()) for name in names))
+            for place in functions | {function.partition(":")[0] for function in functions}:
+                found.setdefault(place, []).append(test)
+        return found
+
+
+def reached(package: str, tree: Path) -> dict[str, list[str]]:
+    """The tests that reach each function of a package; ends here where they fail without any fault."""
     known = TESTS.get(package, (f"tests/{package}", f"tests/test_{package}.py"))
     places = [place for place in known if (ROOT / place).exists()]
-    files = [ROOT / place for place in places if place.endswith(".py")]
-    files += [path for place in places for path in (ROOT / place).rglob("test_*.py")]
-    module = Path(mutant.file).stem
-    first = sorted(files, key=lambda path: (module not in path.stem, f".{module} " not in path.read_text(), path))
-    return [path.relative_to(ROOT).as_posix() for path in first]
+    code = (
+        "import json, sys, threading; sys.path.insert(0, 'benchmarks'); import pytest; from pathlib import Path; "
+        "from mutants import QUICK, Reached; plugin = Reached(Path.cwd()); "
+        "sys.settrace(plugin.see); threading.settrace(plugin.see); "
+        "failed = pytest.main([*QUICK, *sys.argv[1:]], [plugin]); sys.settrace(None); "
+        "Path('reached.json').write_text(json.dumps(plugin.by_function())); sys.exit(failed)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *places], cwd=tree, env=_environment(tree), capture_output=True)
+    if done.returncode:
+        raise SystemExit(f"{package}: its tests fail without a fault\n{done.stdout.decode()[-2000:]}")
+    return {"": places} | json.loads((tree / "reached.json").read_text())
 
 
-def survives(mutant: Mutant, package: str, tree: Path, timeout: float) -> bool:
-    """Whether all quick tests pass with the fault in the copy `tree`, which is as before afterwards."""
+def tests_of(mutant: Mutant, tests: dict[str, list[str]]) -> list[str]:
+    """The tests that reach the mutant's function, or, of a constant, its file; all where none does (a child's code)."""
+    inside = [
+        min([node.lineno, *(one.lineno for one in node.decorator_list)])
+        for node in ast.walk(ast.parse((ROOT / mutant.file).read_text()))
+        if isinstance(node, ast.FunctionDef) and node.body[0].lineno <= mutant.span[0] <= (node.end_lineno or 0)
+    ]
+    place = f"{mutant.file}:{max(inside)}" if inside else mutant.file
+    return tests.get(place, tests[""])
+
+
+def _environment(tree: Path) -> dict[str, str]:
+    one_thread = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
+    return os.environ | one_thread | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def survives(mutant: Mutant, tests: list[str], tree: Path, timeout: float) -> bool:
+    """Whether all of these tests pass with the fault in the copy `tree`, which is as before afterwards."""
     target = tree / mutant.file
     sound = target.read_text()
     target.write_text(mutant.applied(sound))
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-p", "no:cacheprovider"]
-    one_thread = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
-    environment = os.environ | one_thread | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
-        done = subprocess.run([*command, *ordered_tests(mutant, package)], cwd=tree, env=environment, timeout=timeout,
-                              capture_output=True)  # fmt: skip
+        done = subprocess.run([sys.executable, "-m", "pytest", *QUICK, *tests], cwd=tree, env=_environment(tree),
+                              timeout=timeout, capture_output=True)  # fmt: skip
         return done.returncode == 0
     except subprocess.TimeoutExpired:
         return False
@@ -187,10 +259,12 @@ def main() -> None:
         for number in range(chosen.workers):
             trees.put(copied(Path(folder) / str(number)))
 
+        tests = {package: reached(package, Path(folder) / "0") for package in chosen.packages}
+
         def run(item: tuple[str, Mutant]) -> bool:
             tree = trees.get()
             try:
-                alive = survives(item[1], item[0], tree, chosen.timeout)
+                alive = survives(item[1], tests_of(item[1], tests[item[0]]), tree, chosen.timeout)
             finally:
                 trees.put(tree)
             print(f"{item[0]}: {'SURVIVED' if alive else 'killed'}  {item[1]}", flush=True)

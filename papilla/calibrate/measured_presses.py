@@ -228,9 +228,8 @@ def _with_next_degree(data: _Presses, solver: SurfaceFit, values: np.ndarray) ->
         coarse = SurfaceFit(
             data.force_N, data.modulus_MPa, (along_force, replace(along_modulus, degree=degree - 1)), None, data.limits
         )
-        axes = fitted.surface.force_axis.nodes, fitted.surface.modulus_axis.nodes
-        force, modulus = np.meshgrid(*(np.clip(nodes, nodes[0], nodes[-1]) for nodes in axes))
-        force, modulus = force.clip(*fitted.surface.force_N), modulus.clip(*fitted.surface.modulus_MPa)
+        axes = fitted.surface.force_axis, fitted.surface.modulus_axis
+        force, modulus = np.meshgrid(*(axis.nodes.clip(axis.low, axis.high) for axis in axes))
         change = fitted.surface(force, modulus) - coarse.surface(values).surface(force, modulus)
         error += NEXT_DEGREE * float(np.sqrt((change**2).mean()))
     return replace(fitted, rms=float(np.hypot(fitted.rms, error)))

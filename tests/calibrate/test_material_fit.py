@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.calibrate.material_fit import MaterialTests, fit_material, model_stress
+from papilla.calibrate.material_fit import MaterialTests, _at_bound, fit_material, model_stress
 from papilla.errors import InputError
 from papilla.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh
 
@@ -71,6 +71,12 @@ def test_a_parameter_at_its_bound_is_confessed():
     stretch = np.linspace(1.01, 1.3, 12)
     steep = MaterialTests(stretch, 1e-3 * np.expm1(60 * (stretch - 1)), "uniaxial")
     assert "alpha stopped at its bound" in fit_material("ogden", steep).notes
+    # A millionth of the value, not of the width of the bounds: c2 near 0 within +-1e4, mu at 1e-3 above 1e-6
+    x, low, high = (
+        np.array([1e-3, 0.1 + 1e-9, 30 - 1e-4, 1.0, 0.0]),
+        *np.array([(1e-6, 1e4), (0.1, 30), (0.1, 30), (1 - 5e-9, 1), (-1e4, 1e4)]).T,
+    )
+    assert _at_bound(x, low, high).tolist() == [False, True, False, True, False]
 
 
 def test_a_parameter_that_the_data_do_not_see_is_confessed():

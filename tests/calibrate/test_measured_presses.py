@@ -151,6 +151,10 @@ def test_clean_logs_lose_no_press_and_junk_is_refused(truth):
     log.readings[[4, 13, 23], [2, 1, 0]] = 0.0
     with pytest.raises(InputError, match="more than 2 of 27 presses do not go with the others; among them press"):
         fit_bench(log)
+    small = few_presses(truth, 4)
+    small.readings[[4, 13], [2, 1]] = 0.0
+    with pytest.raises(InputError, match="more than 1 of 15 presses"):
+        fit_bench(small)
     log.readings[::8] *= 2
     junk = PressLog(log.force_N, log.modulus_MPa, log.readings, NAMES)
     assert any("33 % rms: far more than a bench" in note for note in fit_bench(junk).notes)
@@ -163,6 +167,22 @@ def test_between_three_moduli_the_interval_includes_what_no_press_shows(truth):
     answer = found.invert(truth.sd(force, modulus), np.broadcast_to(force, (10, 30)))
     assert np.mean((answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)) > 0.95
     assert found.surface.uncertainty.fit_max < 0.002 < found.surface.uncertainty.fit_rms
+
+
+def test_that_is_a_quarter_of_what_the_last_degree_changes():
+    """ln S_d = x + y + 0.3 y^2 at y = -1, 0, 1: the line through the squares is 2/3."""
+    pattern, names = np.array([1.0, -1.0]), ("g1", "g2")
+
+    def fitted(moduli):
+        x, y = (part.ravel() for part in np.meshgrid(np.linspace(-1, 1, 9), moduli))
+        log = PressLog(np.exp(x), np.exp(y), np.exp(x + y + 0.3 * y**2)[:, None] * pattern, names)
+        return fit_bench(log).surface.uncertainty
+
+    assert fitted([-1.0, 0.0, 1.0]).fit_max < 1e-12
+    # rms over the surface's own 17 nodes
+    change = np.sqrt(np.mean((np.linspace(-1, 1, 17) ** 2 - 2 / 3) ** 2))
+    assert fitted([-1.0, 0.0, 1.0]).fit_rms == pytest.approx(0.25 * 0.3 * change, rel=1e-6)
+    assert fitted([-1.0, -0.4, 0.1, 0.5, 1.0]).fit_rms < 1e-6
 
 
 def test_noise_that_hides_the_rise_is_confessed(truth):

@@ -76,3 +76,43 @@ def test_only_published_moduli_are_fitted_where_there_are_enough():
 
 def test_misfit_is_confessed(calibration):
     assert any("misfit, not noise" in note for note in calibration.forward.notes)
+
+
+def test_a_term_below_two_standard_errors_is_named():
+    """The scatter of 3.0 makes c uncertain by about 8: at 1.9 of its errors it is named, at 2.1 it is not."""
+    force, modulus, sd = table((-0.03, 14.5, 0.0, 104.5, -81.9))
+    noise = np.random.default_rng(2).normal(scale=3, size=len(sd))
+    first = fit_quadratic(force, modulus, sd + noise)
+    for ratio, named in ((1.9, True), (2.1, False), (-1.9, True), (-2.1, False)):
+        sd_moved = sd + noise + (ratio * first.stderr[2] - first.coefficients[2]) * modulus**2
+        found = fit_quadratic(force, modulus, sd_moved)
+        assert found.coefficients[2] / found.stderr[2] == pytest.approx(ratio)
+        note = next((note for note in found.notes if note.startswith("not distinguishable from zero")), "")
+        assert ("E2" in note) is named and "f2" not in note
+
+
+def test_terms_correlated_above_095_are_named_with_their_correlation():
+    """f against f^2 over 5 to 100 gf: 0.97; E against E^2 over 0.089 to 0.72 MPa: 0.98; f against E: none."""
+    found = fit_quadratic(*table(PUBLISHED_FORWARD))
+    size = np.sqrt(np.diag(found.covariance))
+    correlation = found.covariance / np.outer(size, size)
+    said = [note for note in found.notes if "are correlated" in note]
+    over = [(i, j) for i in range(5) for j in range(i + 1, 5) if abs(correlation[i, j]) > 0.95]
+    assert over and len(said) == len(over)
+    for (i, j), note in zip(over, said, strict=True):
+        first, second = (("f2", "f", "E2", "E", "1")[k] for k in (i, j))
+        assert note == f"the coefficients of {first} and {second} are correlated ({correlation[i, j]:+.3f})"
+
+
+def test_misfit_is_residuals_alike_between_neighbouring_forces():
+    """Residuals of a period of 8 forces are misfit (squared steps 0.6 of theirs), of 5 or 2 not; any order."""
+    force, modulus, sd = table(PUBLISHED_FORWARD)
+    place = np.tile(np.arange(len(FORCE_GF)), len(MODULI))
+    mixed = np.random.default_rng(0).permutation(len(sd))
+    for residual, misfit in (
+        ((-1.0) ** place, False),
+        (np.cos(np.pi * place / 4), True),
+        (np.cos(np.pi * place / 2.5), False),
+    ):
+        notes = fit_quadratic(force[mixed], modulus[mixed], (sd + residual)[mixed]).notes
+        assert any("misfit" in note for note in notes) is misfit
