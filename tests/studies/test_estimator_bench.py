@@ -68,8 +68,10 @@ def test_prototypes_are_compared_where_both_are_known(small):
 
 
 def test_targets_name_what_exists_and_are_judged(small):
-    conditions = set(LONG.conditions) | set(LONG.steps_mm) | {"NumPy", "compiled"}
-    assert all(target.where in conditions for target in targets.TARGETS)
+    scenes = {f"{scene}, {snr:g} dB" for scene, snr in LONG.conditions}
+    steps = {f"{before:g} to {after:g} mm" for before, after in LONG.steps_mm}
+    assert {target.where for target in targets.TARGETS} <= scenes | steps | {"NumPy", "compiled"}
+    assert {row.place for row in small.scenes} <= scenes and {row.place for row in small.steps} == steps
     assert {target.estimator for target in targets.TARGETS} <= set(COMPETITORS)
     verdicts = small.targets
     assert {row.measure for row in verdicts} == {"block_us", "update_us", "update_p999_us"}
@@ -77,7 +79,7 @@ def test_targets_name_what_exists_and_are_judged(small):
 
 
 def test_a_missed_and_an_unanswered_target_are_not_met():
-    target = targets.Target("x", ("const", 20.0), "lag_ms", 0.5, "", low=-0.5)
+    target = targets.Target("x", "const, 20 dB", "lag_ms", 0.5, "", low=-0.5)
     judged = [targets.judged(target, value) for value in (0.4, 0.6, -0.6, math.nan)]
     assert [item.met for item in judged] == [True, False, False, False]
     assert judged[0].where == "const, 20 dB" and judged[0].unit == "ms"

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_rows_hold_errors_over_bounds(calibration):
     five, alone = (next(row for row in rows if row.estimator == name) for name in ("five gauges", "S_d alone"))
     assert five.bound < 0.5 * alone.bound
     assert 0.5 < five.error_over_bound < 1.6 and 0.5 < five.sigma_ratio < 1.6 and five.answered == 1
-    assert json.loads(json.dumps(five.to_json()))["mesh"] == softness.SURFACE
+    assert json.loads(json.dumps(asdict(five)))["mesh"] == softness.SURFACE
     assert {row.place for row in rows} == {softness.SURFACE}
 
 

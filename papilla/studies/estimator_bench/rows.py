@@ -55,6 +55,11 @@ class SceneRow:
     lag_ms: float
     aligned: float
 
+    @property
+    def place(self) -> str:
+        """Scene and SNR in words."""
+        return f"{self.scene}, {self.snr_dB:g} dB"
+
 
 @dataclass(frozen=True)
 class StepRow:
@@ -67,6 +72,11 @@ class StepRow:
     to_mm: float
     median_ms: float
     p90_ms: float
+
+    @property
+    def place(self) -> str:
+        """The step in words."""
+        return f"{self.from_mm:g} to {self.to_mm:g} mm"
 
 
 @dataclass(frozen=True)

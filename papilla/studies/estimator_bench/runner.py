@@ -11,7 +11,7 @@ from papilla.studies.estimator_bench.likelihood import Likelihood, likelihood
 from papilla.studies.estimator_bench.plan import LONG, Plan
 from papilla.studies.estimator_bench.prototypes import Prototype, against_prototypes
 from papilla.studies.estimator_bench.rows import SceneRow, StepRow, VelocityRow, scene_row, step_row, velocity_row
-from papilla.studies.estimator_bench.targets import Verdict, verdicts
+from papilla.studies.estimator_bench.targets import TARGETS, Verdict, verdicts
 from papilla.studies.estimator_bench.timing import Cost, costs_of
 
 TIMED_WAVELENGTH_MM = 1.8
@@ -32,7 +32,7 @@ class Comparison:
     @property
     def targets(self) -> tuple[Verdict, ...]:
         """What was to be reached and what was; targets of estimators that were not run are left out."""
-        return verdicts(self.scenes, self.steps, self.costs)
+        return verdicts(TARGETS, self.scenes, self.steps, self.costs)
 
     @property
     def prototypes(self) -> tuple[Prototype, ...]:

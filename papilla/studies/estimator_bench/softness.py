@@ -8,7 +8,8 @@ for those that do not.
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
@@ -44,6 +45,12 @@ ENTRANTS = ("S_d alone", "five gauges", "five gauges, no force", "five gauges, g
 ANYWHERE = "five gauges, any position"
 BESIDE = ("S_d alone", "five gauges", ANYWHERE)
 """Entrants of touches beside the apex."""
+ESTIMATORS: dict[str, Callable] = {
+    "S_d alone": Softness,
+    "five gauges": GaugeSoftness,
+    ANYWHERE: partial(GaugeSoftness, position_sigma_mm=math.inf),
+}
+"""How they are made; the other entrants are five gauges with a fault."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +83,6 @@ class SoftnessRow:
     def place(self) -> str:
         """Where the readings come from, in words."""
         return f"{self.mesh}, x {self.position_mm:g} mm" if self.mesh == SURFACE and self.position_mm else self.mesh
-
-    def to_json(self) -> dict:
-        """As plain values, NaN and infinity as None."""
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in asdict(self).items()
-        }
 
 
 def force_profile(name: str) -> np.ndarray:
@@ -240,7 +240,7 @@ def compare_softness(
             )
         known = taken_as_exact(calibration) if reduced is None else calibration
         seeds = range(first_seed, first_seed + trials)
-        blocks = [_noisy(pressed[key], force, case.gauge_sigma, case.force_sigma_N, seed) for seed in seeds]
+        blocks = [noisy(pressed[key], force, case.gauge_sigma, case.force_sigma_N, seed) for seed in seeds]
         for entrant in here:
             rows.append(_row(entrant, known, case, force, blocks))
             progress(len(rows), total)
@@ -272,33 +272,28 @@ def _cases(
             yield _Case(mesh, profile, x, modulus, gauge_sigma, force_sigma_N), here
 
 
-def _noisy(readings, force, gauge_sigma: float, force_sigma_N: float, seed: int) -> np.ndarray:
+def noisy(readings, force, gauge_sigma: float, force_sigma_N: float, seed: int) -> np.ndarray:
+    """A block (n, g + 1): readings (n, g) in microstrain and force (n,) in N, each with white noise of its sigma."""
     rng = np.random.default_rng(seed)
-    noisy = readings + gauge_sigma * rng.normal(size=readings.shape)
-    return np.column_stack([noisy, force + force_sigma_N * rng.normal(size=len(force))])
+    measured = readings + gauge_sigma * rng.normal(size=readings.shape)
+    return np.column_stack([measured, force + force_sigma_N * rng.normal(size=len(force))])
 
 
 def _row(entrant: str, calibration: Calibration, case: _Case, force: np.ndarray, blocks: list) -> SoftnessRow:
     modulus = case.modulus_MPa
     options: dict = {"gauge_sigma": case.gauge_sigma, "force_sigma_N": case.force_sigma_N}
     known: dict = {}
-    estimator: Softness | GaugeSoftness
-    if entrant == "S_d alone":
-        estimator = Softness(calibration, **options)
-    elif entrant == ANYWHERE:
-        estimator = GaugeSoftness(calibration, **options, position_sigma_mm=math.inf)
+    if entrant == ANYWHERE:
         known = {"position_mm": case.position_mm}
     elif entrant == "five gauges, no force":
         options["force_sigma_N"] = math.inf
-        estimator = GaugeSoftness(calibration, **options)
         blocks = [np.column_stack([block[:, :-1], np.full(len(block), np.nan)]) for block in blocks]
-    else:
-        estimator = GaugeSoftness(calibration, **options)
-        if entrant == "five gauges, g3 stuck":
-            known = {"used": [number for number in range(len(calibration.gauges)) if number != DEAD]}
-            blocks = [_stuck(block) for block in blocks]
+    elif entrant == "five gauges, g3 stuck":
+        known = {"used": [number for number in range(len(calibration.gauges)) if number != DEAD]}
+        blocks = [_stuck(block) for block in blocks]
     own_bound = sd_bound if entrant == "S_d alone" else gauge_bound
     bound = own_bound(calibration, modulus, force, **options, **known)
+    estimator = ESTIMATORS.get(entrant, GaugeSoftness)(calibration, **options)
     found = np.array([_last(estimator, block) for block in blocks])
     told = np.isfinite(found).all(axis=1)
     error = np.log(found[told, 0] / modulus)

@@ -30,6 +30,11 @@ class Cost:
     update_p999_us: float
     loop_p999_us: float
 
+    @property
+    def place(self) -> str:
+        """Where the figures hold: on the kernel."""
+        return self.kernel
+
 
 def costs_of(competitor: Competitor, *, wavelength_mm: float, seed: int, seconds: float) -> list[Cost]:
     """Time a competitor on act1 at 20 dB: as NumPy, and compiled where it can be and numba is installed."""
