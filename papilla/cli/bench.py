@@ -41,7 +41,8 @@ def bench(
     from papilla.finger import Finger
     from papilla.studies import bench as study
     from papilla.studies.bench.peers import missing_peers, run_peers
-    from papilla.studies.bench.plot import write_plot
+    from papilla.view.price_plot import price_figure
+    from papilla.view.style import write_png
 
     folder = out or Path.cwd()
     plot = folder / PLOT
@@ -55,7 +56,7 @@ def bench(
         peers = run_peers(design, found.peer_mesh, threads=found.cores, progress=shown.line)
     for sentence in missing_peers():
         say(sentence)
-    write_plot(found, plot)
+    write_png(price_figure([row.to_json() for row in found.rows], found.default.reference_size_mm), plot)
     ratios = [{**peer.to_json(), "ratio": found.ratio(peer.seconds_one_press)} for peer in peers]
     if as_json:
         print_json({**found.to_json(), "peers": ratios, "peers_missing": list(missing_peers()), "plot": str(plot)})

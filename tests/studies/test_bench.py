@@ -14,10 +14,11 @@ from papilla.studies.bench import FULL, SHORT, Bench, BenchRow
 from papilla.studies.bench.growth import Growth, Power
 from papilla.studies.bench.limits import Bound, Machine, bounds_of, factor_flops
 from papilla.studies.bench.measure import Job, measure, peak_memory_MiB, set_up
-from papilla.studies.bench.plot import write_plot
 from papilla.studies.bench.row import pareto_front
 from papilla.studies.bench.scenes import SPECIMEN, answers, thousand
 from papilla.units import gf_to_newton
+from papilla.view.price_plot import price_figure
+from papilla.view.style import png
 
 KEYS = {
     *("fidelity", "element", "size_mm", "dofs", "seconds_setup", "seconds_per_scene", "error_sd", "error_indentation"),
@@ -89,7 +90,7 @@ def bench_of(rows) -> Bench:
     return Bench("a finger", tuple(rows), growth, limits, default, build(Finger.default()), 2)
 
 
-def test_ratio_sentences_and_plot(tmp_path):
+def test_ratio_sentences_and_plot():
     truth = measured(0.35)
     rows = [replace(measured(0.7, off=0.01).against(truth), pareto=True), measured(2.0, "P1", off=0.9).against(truth)]
     finite = measured(1.4, fidelity="finite", off=0.04).against(measured(0.7, fidelity="finite", off=0.03), truth)
@@ -102,8 +103,8 @@ def test_ratio_sentences_and_plot(tmp_path):
         in found.sentences()
     )
     assert any("n^1.33 (cube: n^1.33)" in line for line in found.sentences())
-    write_plot(found, tmp_path / "price.png")
-    assert (tmp_path / "price.png").read_bytes().startswith(b"\x89PNG")
+    figure = price_figure([row.to_json() for row in found.rows], found.default.reference_size_mm)
+    assert png(figure, dpi=30).startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("plan", [FULL, SHORT])

@@ -51,8 +51,8 @@ class Touch:
 
     def to_json(self) -> dict:
         """As plain values."""
-        tables = {"softness": self.softness, "softness_costs": self.costs, "softness_targets": self.targets}
-        return {name: [asdict(row) for row in rows] for name, rows in tables.items()}
+        tables: dict[str, tuple] = {"": self.softness, "_costs": self.costs, "_targets": self.targets}
+        return {f"softness{name}": [asdict(row) for row in rows] for name, rows in tables.items()}
 
 
 def compare_touch(
