@@ -57,7 +57,7 @@ def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tupl
     ordered = sorted(rows, key=lambda row: -row["size_mm"])
     seconds, errors = _points(ordered)
     face = color if marker == MARKERS["contact"] else "white"
-    style = {"marker": marker, "markersize": 7, "markerfacecolor": face, "markeredgewidth": 1.4}
+    style: dict = {"marker": marker, "markersize": 7, "markerfacecolor": face, "markeredgewidth": 1.4}
     axes.plot(seconds, errors, color=color, linewidth=1.3, zorder=3, **style)
     right, up, align = place
     for row, x, y in zip(ordered, seconds, errors, strict=True):
