@@ -214,6 +214,16 @@ class Finger:
         """Content hash of what a mesh depends on: the shape, the patch radius, and whether the bone is meshed."""
         return _digest({"shape": self._shape_content(), "patch": self.patch_radius, "bone": self.bone is not None})
 
+    @cached_property
+    def strain_sha256(self) -> str:
+        """Content hash of what all strains depend on besides the ratio of the layers, force and specimen being in units
+        of the inner one: geometry, gauge sites, Poisson's ratios, the shape of the cards, bone over inner layer."""
+        layers = {name: _describe_shape(getattr(self, name)) for name in ("outer", "inner")}
+        bone = self.bone and [round(self.bone.modulus / self.inner.modulus, 9), self.bone.nu]
+        reads = ("name", "membrane_gain", "lever_mm")
+        sites = [{key: value for key, value in asdict(gauge).items() if key not in reads} for gauge in self.gauges]
+        return _digest({"shape": self._shape_content(), "layers": layers, "bone": bone, "sites": sites})
+
     def _shape_content(self) -> dict:
         if not isinstance(self.shape, Surfaces):
             return {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}
@@ -234,6 +244,16 @@ def _describe(layer: Layer | None) -> dict | None:
         return None
     card = {} if layer.material is None else {"material": layer.material.describe()}
     return {"modulus": layer.modulus, "nu": layer.nu, **card}
+
+
+def _describe_shape(layer: Layer) -> dict:
+    """A layer without its stiffness: Poisson's ratio, and its card over its shear modulus."""
+    if layer.material is None or layer.material.kind == "neo-hookean":
+        return {"nu": layer.nu, "kind": "neo-hookean"}
+    mu, card = layer.material.shear_modulus, layer.material.describe()
+    return {"nu": layer.nu} | {
+        key: round(value / mu, 9) if key.startswith(("mu", "c")) else value for key, value in card.items()
+    }
 
 
 def _digest(value: dict) -> str:

@@ -8,13 +8,16 @@ import numpy as np
 from papilla import cache, fem, units
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
+from papilla.calibrate.large_strain import ensure_large_strain
 from papilla.calibrate.measured_presses import fit_bench
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, default_specimen, sweep
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, corrected, default_specimen, sweep
 from papilla.calibration import Calibration
 from papilla.errors import InputError
+from papilla.fem.pressing.large_strain import tables_of
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import DEFAULT_FRICTION, Friction
+from papilla.mesh import build
+from papilla.specimen import DEFAULT_FRICTION, Friction, friction_coefficient
 
 SCATTER_VARIANTS = (1, 2, 3, 4)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
@@ -89,6 +92,8 @@ def calibrate_finger(
     Raises what meshing, reduction and fitting raise.
     """
     reduced = fem.prepare(finger, progress=progress)
+    progress("large strain: presses at finite strain")
+    doubt = ensure_large_strain(finger, reduced, build(finger), friction, steps)
     progress("sweeping over force and modulus")
     presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, friction, steps)
     scatter = []
@@ -98,6 +103,7 @@ def calibrate_finger(
         scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, friction, steps))
     progress("fitting")
     calibration = fit(presses, scatter)
+    calibration = replace(calibration, notes=(*calibration.notes, *filter(None, [doubt])))
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced)
     if friction:
@@ -131,7 +137,8 @@ def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Fric
     for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
         for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
             touched = default_specimen(modulus)
-            found = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
+            linear = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
+            found = corrected(reduced, linear, friction)
             rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))
     return Recovery(*np.array(rows).T)
 
@@ -152,5 +159,6 @@ def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, friction: Friction
     def make():
         return sweep(reduced, moduli, forces, progress=steps, friction=friction).to_arrays()
 
-    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, friction)
+    tables = [(table.to_json(), weight) for table, weight in tables_of(reduced, friction_coefficient(friction))]
+    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, friction, tables)
     return Sweep.from_arrays(cache.fetch("sweep", key, make))

@@ -9,8 +9,9 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
-from papilla.fem import ReducedFinger, press
-from papilla.specimen import DEFAULT_FRICTION, THICKNESS_MM, Block, Friction, Specimen
+from papilla.fem import Press, ReducedFinger, press
+from papilla.fem.pressing.large_strain import tables_of, with_large_strain
+from papilla.specimen import DEFAULT_FRICTION, THICKNESS_MM, Block, Friction, Specimen, friction_coefficient
 from papilla.tables import write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
@@ -116,17 +117,20 @@ def sweep(
     specimen: Specimen | Callable[[float], Specimen] = default_specimen,
     progress: Callable[[int, int], None] | None = None,
     friction: Friction = DEFAULT_FRICTION,
+    large_strain: bool = True,
 ) -> Sweep:
     """Press specimens of each modulus (MPa) at each force (N).
 
-    All presses are on the contact rung: a table that changed rungs midway would have a step in it. A press that leaves
-    what the model covers stays in the table with NaN and the reason as its status.
+    All presses are on the contact rung: a table that changed rungs midway would have a step in it. What large strain
+    changes is included where a table of it is known for the finger. A press that leaves what either covers stays in the
+    table with NaN and the reason as its status.
 
     Parameters
     ----------
     specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`.
     progress : called with (presses done, presses in all).
     friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus.
+    large_strain : False leaves it out.
 
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
@@ -138,11 +142,12 @@ def sweep(
         for force in forces:
             try:
                 found = press(reduced, touched, force=force, fidelity="contact", start=start, friction=friction)
+                start = found.active
+                found = corrected(reduced, found, friction) if large_strain else found
             except ContactRangeError as error:
                 blank = [float("nan")] * len(reduced.gauge_names)
                 rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
             else:
-                start = found.active
                 measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
                 rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
             if progress is not None:
@@ -157,6 +162,18 @@ def sweep(
         friction=friction,
         **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN)},
     )
+
+
+def corrected(reduced: ReducedFinger, found: Press, friction: Friction) -> Press:
+    """A linear press with what large strain changes in it, the same press where no table of that is known for the
+    finger and the friction; raises `ContactRangeError` outside of the table."""
+    rubbing = friction_coefficient(friction)
+    if not tables_of(reduced, rubbing):
+        return found
+    with_it = with_large_strain(reduced, found, rubbing)
+    if with_it is None:
+        raise ContactRangeError("large strain is not known here: the press is outside of the presses that tell it")
+    return with_it
 
 
 def _rising(name: str, values: Sequence[float]) -> list[float]:

@@ -13,7 +13,7 @@ from papilla.specimen import HalfSpace
 from papilla.tables import read_table
 
 REDUCED = SimpleNamespace(
-    gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7
+    gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7, at=(1.0, 0.0)
 )
 
 

@@ -37,7 +37,7 @@ def test_saved_and_loaded_is_the_same_to_the_bit(coarse, saved):
 def test_the_file_holds_no_pickle(saved):
     with np.load(saved, allow_pickle=False) as arrays:
         assert all(arrays[name].dtype != object for name in arrays.files)
-        assert json.loads(str(arrays["meta"]))["schema"] == "papilla.reduced/2"
+        assert json.loads(str(arrays["meta"]))["schema"] == "papilla.reduced/3"
 
 
 def test_a_save_leaves_one_file_and_replaces_the_old_one(coarse, tmp_path):
@@ -83,14 +83,14 @@ def test_an_npz_of_something_else_is_refused(tmp_path, coarse):
     arrays = coarse.to_arrays()
     np.savez(path, **{name: array for name, array in arrays.items() if name != "compliance"})
     refused(path, FileFormatError, "not a complete file.*compliance")
-    meta = json.loads(str(arrays["meta"])) | {"schema": "papilla.reduced/1"}
+    meta = json.loads(str(arrays["meta"])) | {"schema": "papilla.reduced/2"}
     np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
-    refused(path, FileFormatError, "the schema is not papilla.reduced/2")
+    refused(path, FileFormatError, "the schema is not papilla.reduced/3")
     np.savez(path, **{**arrays, "weights": np.array([1.0, None, 1.0, 1.0, 1.0], dtype=object)})
     refused(path, FileFormatError, "finger.npz is not a reduced finger: .*allow_pickle=False")
-    for meta in ({"schema": "papilla.reduced/2"}, {"name": 1}):
+    for meta in ({"schema": "papilla.reduced/3"}, {"name": 1}):
         np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
-        refused(path, FileFormatError, "the schema is not papilla.reduced/2|not a complete file")
+        refused(path, FileFormatError, "the schema is not papilla.reduced/3|not a complete file")
     np.savez(path, **{**arrays, "meta": np.array("{")})
     refused(path, FileFormatError, "not a complete file")
     np.save(tmp_path / "plain.npy", np.arange(3))

@@ -19,6 +19,7 @@ from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
 from papilla.fem.finite.touching import Touch, Touching
 from papilla.fem.pressing.contact import solve_contact
+from papilla.fem.pressing.friction_step import FrictionProblem, FrictionState, coulomb_step
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8
@@ -42,8 +43,8 @@ HALVINGS = 6
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Displacement (nodes, 3) in mm, pressure (k,) in MPa, contact pressure (n,) in MPa, active nodes (n,) bool, and
-    indentation in mm."""
+    """Displacement (nodes, 3) in mm, pressure (k,) in MPa, contact pressure (n,) in MPa (with friction followed by the
+    tangential tractions, (3n,)), active nodes (n,) bool, and indentation in mm."""
 
     displacement: np.ndarray
     pressure: np.ndarray
@@ -126,14 +127,17 @@ def solve_level(
     tolerance: float | None = None,
 ) -> tuple[State, int, Balance, Linearisation]:
     """Equilibrium at a force on the patch (N) or an indentation (mm), from a nearby state; also steps, residuals, and
-    the linearisation for the next level. Raises `StepError` where it does not converge.
+    the linearisation for the next level. With friction the state is also where the load came from.
+
+    Raises `StepError` where it does not converge.
     """
+    before = state
     tolerance = TOLERANCE if tolerance is None else tolerance
     touch, inside = touching.at(state.displacement), body.forces(state.displacement, state.pressure)
     mixing, past = _Mixing(body.free_displacements), [np.inf]
     drift = _free(body, state) - held.response @ state.contact
     for step in range(1, MAX_STEPS + 1):
-        wanted = _in_contact(body, touching, touch, state, held, drift, force, indentation)
+        wanted = _in_contact(body, touching, touch, (before, state), held, drift, force, indentation)
         state, inside, whole = _right_side_out(body, state, wanted, inside)
         renewed = touching.follow(state.displacement, min(1.0, past[-1]))
         touch = touching.at(state.displacement)
@@ -155,21 +159,34 @@ def solve_level(
     )
 
 
-def _in_contact(body: Body, touching, touch: Touch, state: State, held: Linearisation, drift, force, indentation):
-    """The state whose unknowns are the response to a contact pressure plus the drift, the gap being linearised."""
-    gap = touch.gap + held.loads.T @ (drift - _free(body, state))
-    compliance, mass = held.compliance + touch.compliance, touching.patch.mass
-    found = solve_contact(compliance, mass, gap, force=force, indentation=indentation, start=state.active)
+def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Linearisation, drift, force, indentation):
+    """The state whose unknowns are the response to tractions plus the drift, gap and slip being linearised.
+
+    states : where the load came from, and the last one.
+    """
+    (origin, state), mass, n = states, touching.patch.mass, len(touching.patch.mass)
+    gap = touch.gap + held.loads[:, :n].T @ (drift - _free(body, state))
+    compliance = held.compliance + touch.compliance
+    normal = compliance[:n, :n]
+    found = solve_contact(normal, mass, gap, force=force, indentation=indentation, start=state.active)
     if not found.active.any() and state.contact.any():
         raise StepError("the skin leaves the specimen")
     if not found.active.any():
         raise ContactRangeError(
             f"an indentation of {indentation:g} mm makes no contact on this mesh: the mesh is too coarse"
         )
+    contact, active, depth = found.pressure, found.active, found.indentation
+    if touching.friction:
+        slid = held.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
+        moved = np.concatenate([np.zeros(n), slid]).reshape(3, n)
+        start = FrictionState(depth, 0.0, 0.0, state.contact.reshape(3, n), moved, active, np.zeros(n, dtype=bool))
+        problem = FrictionProblem(compliance, mass, gap, touching.fixed)
+        stuck = coulomb_step(problem, start, touching.friction, force=force, indentation=indentation)
+        contact, active, depth = stuck.traction.ravel(), stuck.active, stuck.indentation
     full = np.zeros(body.space.unknowns)
-    full[body.free] = held.response @ found.pressure + drift
+    full[body.free] = held.response @ contact + drift
     size = 3 * body.space.nodes
-    return State(full[:size].reshape(-1, 3), full[size:], found.pressure, found.active, found.indentation)
+    return State(full[:size].reshape(-1, 3), full[size:], contact, active, depth)
 
 
 def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:
@@ -217,7 +234,7 @@ def _factor(body: Body, state: State) -> Factor:
 def _balance(body: Body, mass, touch: Touch, state: State, inside: Forces, outside: np.ndarray) -> Balance:
     """How far a state is from equilibrium, incompressibility and complementarity."""
     split = body.free_displacements
-    gap = (touch.gap + touch.compliance @ state.contact) / mass - state.indentation
+    gap = (touch.gap + (touch.compliance @ state.contact)[: len(mass)]) / mass - state.indentation
     violation = np.where(state.active, np.abs(gap), np.maximum(0, -gap)).max() / abs(state.indentation)
     return Balance(
         float(np.linalg.norm(inside.force[:split] - outside[:split]) / np.linalg.norm(outside)),

@@ -13,7 +13,7 @@ from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
 from papilla.fem.finite.readout import Readout
-from papilla.fem.finite.touching import Touching
+from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_detail, refuse_rim, too_coarse
 from papilla.fem.reduction.gauges import gauge_weights
@@ -23,7 +23,13 @@ from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 from papilla.memory import refuse_finite
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import surfaces_of
-from papilla.specimen import Specimen
+from papilla.specimen import Friction, Specimen, friction_coefficient
+
+GROWTH, FIRST_LOAD = 1.3, 0.02
+"""Steps of the load with friction: how much one is larger than the one before, and the first as a share of the last."""
+
+ON_THE_WAY = 1e-5
+"""Relative residual of the steps before the last one."""
 
 SMALLEST_STEP = 1 / 64
 """Share of the load below which a step is not cut back any more."""
@@ -39,6 +45,7 @@ def press_finite(
     force_N: float | None = None,
     indentation_mm: float | None = None,
     materials: Mapping[str, Material] | None = None,
+    friction: Friction = 0.0,
     at: tuple[float, float] = (0.0, 0.0),
     progress: Callable[[str], None] | None = None,
     force: float | None = None,
@@ -52,6 +59,8 @@ def press_finite(
     mesh : of `finger`; its mirror planes through the touch-down point are used, so the apex costs a quarter.
     materials : "outer", "inner", "bone" -> `NeoHookean`, `Yeoh` or `Ogden`; a layer that is not named has the card of
         the finger, and without one it is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
+    friction : Coulomb's coefficient, or "stick": nothing slips. The load then rises from nothing in small steps, and a
+        point keeps, while it sticks, the relative displacement that it had when it came into contact.
     at : (x, y) in mm where the specimen touches down, along the skin's inward normal.
     progress : called with a line for each load step.
 
@@ -63,10 +72,10 @@ def press_finite(
     began = perf_counter()
     loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
     force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, **loads)
-    scene = Scene.of(finger, mesh, specimen, materials or {}, at)
+    scene = Scene.of(finger, mesh, specimen, materials or {}, at, min(STICK, friction_coefficient(friction)))
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
-    state, steps, balance, _ = raise_load(scene, share, indentation, progress)
+    state, steps, balance, _ = press_path(scene, share, indentation, progress)
     return result(scene, state, force, _sentence(steps, balance), began)
 
 
@@ -87,6 +96,7 @@ class Scene:
         specimen: Specimen,
         materials: Mapping[str, Material],
         at: tuple[float, float],
+        friction: float = 0.0,
     ) -> "Scene":
         """The scene of `press_finite`'s arguments, on the part of the mesh that its mirrors through `at` leave."""
         cards = _cards(finger, mesh, materials)
@@ -99,15 +109,19 @@ class Scene:
         refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
         body = Body(space, cards, space.free(SYMMETRIC, mesh.mirrors))
         readout = Readout.of(finger, surfaces["interface"], space, mesh.mirrors)
-        return cls(finger, body, Touching(loaded, specimen), readout)
+        return cls(finger, body, Touching(loaded, specimen, friction), readout)
+
+    def force(self, state: State) -> float:
+        """Force on the patch (N)."""
+        return float(self.touching.patch.mass @ state.contact[: len(state.active)])
 
     @property
     def at_rest(self) -> State:
         """The undeformed state."""
         nodes, space = len(self.touching.patch.xy), self.body.space
-        return State(
-            np.zeros((space.nodes, 3)), np.zeros(space.pressures), np.zeros(nodes), np.zeros(nodes, dtype=bool), 0.0
-        )
+        contact = np.zeros(3 * nodes if self.touching.friction else nodes)
+        rest = np.zeros((space.nodes, 3)), np.zeros(space.pressures)
+        return State(*rest, contact, np.zeros(nodes, dtype=bool), 0.0)
 
 
 def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material]) -> dict[int, Card]:
@@ -125,6 +139,35 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
             raise InputError(f"material of {name} must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
         cards[name] = Card(material, layers[name].nu)
     return {LAYER_NUMBERS[name]: card for name, card in cards.items()}
+
+
+def press_path(
+    scene: Scene,
+    force: float | None,
+    indentation: float | None,
+    progress: Callable[[str], None] | None = None,
+    *,
+    start: State | None = None,
+    held: Linearisation | None = None,
+    tolerance: float | None = None,
+) -> tuple[State, list[int], Balance, Linearisation | None]:
+    """As `raise_load`; with friction by way of loads that grow by `GROWTH`, from where `start` stands or from nothing.
+
+    What friction does depends on the way: nothing is left out of it for speed.
+    """
+    aim = force if indentation is None else indentation
+    assert aim is not None
+    state, steps = start or scene.at_rest, []
+    reached = scene.force(state) if indentation is None else state.indentation
+    loads = [aim]
+    while scene.touching.friction and loads[0] > max(GROWTH * reached, FIRST_LOAD * aim):
+        loads.insert(0, loads[0] / GROWTH)
+    for load in loads:
+        rough = tolerance if load == aim else max(ON_THE_WAY, tolerance or 0.0)
+        to = {"force": load, "indentation": None} if indentation is None else {"force": None, "indentation": load}
+        state, more, balance, held = raise_load(scene, **to, progress=progress, start=state, held=held, tolerance=rough)
+        steps += more
+    return state, steps, balance, held
 
 
 def raise_load(
@@ -146,7 +189,7 @@ def raise_load(
     """
     state, reached, step, steps = start or scene.at_rest, 0.0, 1.0, []
     held = held or Linearisation.at(scene.body, scene.touching, scene.at_rest)
-    begins = float(scene.touching.patch.mass @ state.contact), state.indentation
+    begins = scene.force(state), state.indentation
     while reached < 1:
         target = min(1.0, reached + step)
         try:
@@ -190,10 +233,10 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
     finger, touching = scene.finger, scene.touching
     patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(state.displacement)
     refuse_rim(patch, state.active)
-    total = float(len(patch.images) * patch.mass @ state.contact)
-    shape = contact_shape(current, state.contact * patch.mass / current.mass)
-    touching.follow(state.displacement)
-    taken = touching.at(state.displacement).compliance @ state.contact / patch.mass
+    pressure = state.contact[: len(state.active)]
+    total = float(len(patch.images) * patch.mass @ pressure)
+    shape = contact_shape(current, pressure * patch.mass / current.mass)
+    taken = (touching.at(state.displacement).compliance @ state.contact)[: len(pressure)] / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
     coarse = too_coarse(shape.area, float(current.edge_length[state.active].mean()), scene.body.space.mesh.size_mm)
     return press_result(
@@ -202,6 +245,7 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
         began,
         force=total if force is None else force,
         fidelity="finite",
+        large_strain=True,
         indentation=state.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
@@ -209,6 +253,6 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
         force_balance=0.0 if force is None else abs(total - force) / force,
         status=sentence if coarse is None else f"{sentence}; {coarse}",
         resolved=coarse is None,
-        pressure=state.contact,
+        pressure=pressure,
         active=state.active,
     )

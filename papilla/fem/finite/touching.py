@@ -15,6 +15,9 @@ from papilla.fem.reduction.compliance import PatchSurface, half_space_compliance
 from papilla.fem.reduction.patch import LoadedPatch, Patch
 from papilla.specimen import Specimen
 
+STICK = 1e6
+"""Coefficient of friction that stands for full stick."""
+
 LAG = 30.0
 """Share of the way which the skin has moved along the specimen, per relative residual, that it may go on before the
 specimen's compliance is renewed: what a residual leaves to go is about the residual's share, and renewal is dear."""
@@ -27,6 +30,7 @@ class Touch:
     gap : (n,) weak distance in mm3 between skin and undeformed specimen at zero indentation.
     loads : (3 * nodes, n) forces on the skin in mm2 of unit nodal pressures, which are the derivatives of the gap.
     compliance : (n, n) weak compliance of the specimen, mm3 / MPa.
+    With friction both have three times as many: tractions along the contact plane's axes follow the pressures.
     """
 
     gap: np.ndarray
@@ -38,14 +42,22 @@ class Touch:
 class Touching:
     """Contact of a specimen with the patch of a cell that is not split into parities; n patch nodes.
 
-    The specimen's compliance is that of the places which `follow` last saw.
+    The specimen's compliance is that of the places which `follow` last saw. friction : Coulomb's coefficient; from
+    `STICK` on nothing slips.
     """
 
     loaded: LoadedPatch
     specimen: Specimen
+    friction: float = 0.0
 
     def __post_init__(self):
         self._place, self._compliance = self.patch.xy, self._compliance_at(self.patch)
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """(2, n) tangential tractions that mirrors keep zero."""
+        mirrored = np.any(self.patch.images < 0, axis=0)
+        return (self.patch.xy == 0).T & mirrored[:, None]
 
     @property
     def patch(self) -> Patch:
@@ -84,9 +96,12 @@ class Touching:
         )
         lateral = self.specimen.gap(current.xy) - self.specimen.gap(patch.xy)
         gap = weak_gap(patch, self.specimen) + patch.mass * lateral - coupling.T @ (displacement @ frame.axes[2])
-        direction = self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]
+        directions = [self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]]
+        if self.friction:
+            directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]
         order = np.arange(3 * coupling.shape[0]).reshape(3, -1).T.ravel()
-        loads = sp.vstack([coupling @ sp.diags(component) for component in direction.T]).tocsr()[order]
+        parts = [sp.vstack([coupling @ sp.diags(one) for one in direction.T]) for direction in directions]
+        loads = sp.hstack(parts).tocsr()[order]
         return Touch(gap, loads, self._compliance)
 
     @property
@@ -96,6 +111,8 @@ class Touching:
     def _compliance_at(self, current: Patch) -> np.ndarray:
         """The specimen's compliance: nodal pressures are spread over the current area, so both sides are scaled by
         reference over current mass."""
-        surface = PatchSurface(current, half_space_compliance(current))
-        spread = self.patch.mass / current.mass
+        spread, surface = self.patch.mass / current.mass, PatchSurface(current, half_space_compliance(current))
+        if self.friction:
+            spread = np.tile(spread, 3)
+            return self.specimen.traction_compliance(surface) * np.outer(spread, spread)
         return self.specimen.compliance(surface) * np.outer(spread, spread)

@@ -1,12 +1,13 @@
 """`press`: one scene, with the fidelity that was asked for or the cheapest that is good enough.
 
 Hertz is measured against contact for the very finger and specimen. What contact itself is off by, for the mesh and for
-small strain, both share: it is looked up among the figures of `papilla bench` (`prices`), told, and never measured
-here, because a press at finite strain takes ten thousand times as long as one without.
+small strain, both share. What large strain changes is included where a table of it is known (`large_strain`); what is
+left, and the mesh, is looked up among the figures of `papilla bench` (`prices`), told, and never measured here.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from time import perf_counter
 
 import numpy as np
@@ -16,10 +17,17 @@ from papilla.errors import ContactRangeError, InputError
 from papilla.fem.pressing.contact import NoContactError, contact_press
 from papilla.fem.pressing.friction import friction_press
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
+from papilla.fem.pressing.large_strain import tables_of, with_large_strain
 from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import DEFAULT_FRICTION, Friction, Specimen, friction_coefficient
+
+Load = tuple[float | None, float | None]
+"""Force (N) and indentation (mm), one of them None."""
+
+SETTLED = 4
+"""Linear presses that find the indentation of large strain: the change is 1 %, and each leaves a hundredth of it."""
 
 FIDELITIES = ("hertz", "contact")
 """From cheap to dear."""
@@ -43,7 +51,7 @@ def press(
     *,
     force_N: float | None = None,
     indentation_mm: float | None = None,
-    fidelity: str = "auto",
+    fidelity: str | None = None,
     tolerance: float = 0.02,
     friction: Friction = DEFAULT_FRICTION,
     start: np.ndarray | None = None,
@@ -55,10 +63,11 @@ def press(
     Parameters
     ----------
     force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
-    fidelity : "hertz", "contact", or "auto": hertz where its error in S_d, indentation and contact area (measured
-        against contact for this finger, specimen and force, and on top of it what the mesh is known to cost) is within
-        `tolerance`, else contact. The status says which quantity decided, and what both are known to be off by for the
-        mesh and for small strain; "finite", which alone is free of the latter, needs the mesh: `press_finite`.
+    fidelity : "hertz" and "contact" are linear. "auto": hertz where its error in S_d, indentation and contact area
+        (measured against contact for this finger, specimen and force, and on top of it what the mesh is known to cost)
+        is within `tolerance`, else contact, and what large strain changes in it where that is known (`large_strain` of
+        the result says so). The status says which quantity decided, and what is known of mesh and strain. None: contact
+        with large strain where that is known, else "auto". "finite" needs the mesh: `press_finite`.
     friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz knows none. The force
         grows from first touch along the contact normal: what friction does depends on it, and the status says so.
     start : (n,) active nodes of a similar press without friction, to start the contact search from.
@@ -71,27 +80,47 @@ def press(
     checks.positive("tolerance", tolerance)
     if fidelity == "finite":
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
-    if fidelity not in (*FIDELITIES, "auto"):
+    if fidelity not in (*FIDELITIES, "auto", None):
         raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
     rubbing = friction_coefficient(friction)
     if fidelity == "hertz" and rubbing:
         raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
     if fidelity == "hertz":
         return hertz_press(reduced, specimen, *load, "hertz: as asked", began)
-    if fidelity == "contact" and rubbing:
-        return friction_press(reduced, specimen, *load, rubbing, began)
+
+    def contact(aim: Load) -> Press:
+        if rubbing:
+            return friction_press(reduced, specimen, *aim, rubbing, began)
+        return contact_press(reduced, specimen, *aim, start, began)
+
     if fidelity == "contact":
-        return contact_press(reduced, specimen, *load, start, began)
-    if rubbing:
-        found = friction_press(reduced, specimen, *load, rubbing, began)
-    else:
-        found = _cheapest(reduced, specimen, load, tolerance, start, began)
-    return replace(
-        found, status=found.status + shared_losses(reduced, found.force, tolerance), seconds=perf_counter() - began
-    )
+        return contact(load)
+    if rubbing or (fidelity is None and tables_of(reduced)):
+        found = _with_large_strain(reduced, load, rubbing, contact)
+        if found.large_strain:
+            return replace(found, seconds=perf_counter() - began)
+    if not rubbing:
+        found = _with_large_strain(reduced, load, 0.0, partial(_cheapest, reduced, specimen, tolerance, start, began))
+    told = shared_losses(reduced, found.force, tolerance, found.large_strain)
+    return replace(found, status=found.status + told, seconds=perf_counter() - began)
 
 
-def _cheapest(reduced, specimen, load: tuple[float | None, float | None], tolerance: float, start, began) -> Press:
+def _with_large_strain(reduced: ReducedFinger, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
+    """The press that `linear` makes, and what large strain changes in it; an indentation is that of large strain."""
+    indentation, found = load[1], linear(load)
+    corrected = with_large_strain(reduced, found, friction)
+    if corrected is None or indentation is None:
+        return corrected or found
+    inside = found
+    for _ in range(SETTLED):
+        inside = linear((None, inside.indentation * indentation / corrected.indentation))
+        corrected = with_large_strain(reduced, inside, friction)
+        if corrected is None:
+            return found
+    return corrected
+
+
+def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> Press:
     """The press of the cheapest linear fidelity within the tolerance, its status saying why it is that one."""
     error = hertz_error(reduced, specimen, *load)
     if error is not None and error.error <= tolerance:
@@ -193,18 +222,23 @@ def relative_errors(scene: Press, truth: Press) -> list[float]:
     return [float(np.abs(scene.reading - truth.reading).max()) / largest if largest else 0.0, *errors]
 
 
-def shared_losses(reduced: ReducedFinger, force: float, tolerance: float) -> str:
-    """What both linear fidelities are known to be off by at a force (N), in words that follow a sentence."""
+def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_strain: bool) -> str:
+    """What both linear fidelities are known to be off by at a force (N), in words that follow a sentence.
+
+    large_strain : whether that is included, so that only the mesh's share is left.
+    """
     prices = _prices(reduced)
     if prices is None:
         where = "off the apex" if reduced.at != (0.0, 0.0) else "of this finger and mesh (papilla bench measures it)"
-        return f"; what mesh and small strain cost is not known {where}"
-    parts = {name: _worst(getattr(prices, name), force) for name in ("mesh", "small_strain")}
+        cost = "the mesh costs" if large_strain else "mesh and small strain cost"
+        return f"; what {cost} is not known {where}"
+    names = ("mesh",) if large_strain else ("mesh", "small_strain")
+    parts = {name: _worst(getattr(prices, name), force) for name in names}
     known = [f"{name.replace('_', ' ')} {worst}" for name, worst in parts.items() if worst is not None]
     if not known:
         return f"; what mesh and small strain cost is not known at {force:.3g} N"
     told = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
-    strain = parts["small_strain"]
+    strain = parts.get("small_strain")
     if strain is not None and strain.error > tolerance:
         told += f"; small strain alone is over {100 * tolerance:g} %: --fidelity finite (press_finite) has none of it"
     return told

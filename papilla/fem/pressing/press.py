@@ -36,6 +36,7 @@ class Press:
     values : (q, g) what the gauges feel, in the order of `papilla.fem.reduction.gauges.QUANTITIES`.
     reading : (g,) in microstrain. sd : population standard deviation (ddof 0) of the readings, in microstrain.
     force_balance : relative difference of the pressure's integral from the force.
+    large_strain : whether what large strain changes is included.
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
     shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
@@ -57,6 +58,7 @@ class Press:
     pressure: np.ndarray
     active: np.ndarray
     shear: np.ndarray | None = None
+    large_strain: bool = False
 
     def __repr__(self) -> str:
         return (
@@ -86,6 +88,7 @@ class Press:
             "force_N": self.force,
             "modulus_MPa": self.modulus,
             "fidelity": self.fidelity,
+            "large_strain": self.large_strain,
             "indentation_mm": self.indentation,
             "contact_area_mm2": self.contact_area,
             "peak_pressure_MPa": self.peak_pressure,

@@ -90,6 +90,7 @@ class FingerModel:
             rows=rows,
             weights=gauge_weights(self.finger),
             layers=self._layers_below(loaded.frame),
+            strain_key=self.finger.strain_sha256,
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
             element=self.space.name,
             tangential_source=partial(_tangential, self.finger, self.mesh, self.space.name, at),

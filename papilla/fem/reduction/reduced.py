@@ -15,7 +15,7 @@ from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.specimen import Specimen
 
-SCHEMA = "papilla.reduced/2"
+SCHEMA = "papilla.reduced/3"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,6 +33,7 @@ class ReducedFinger:
     outer_modulus : E / (1 - nu^2) of the outer layer, MPa: what a vanishing contact feels.
     tangential_source : makes, when friction asks for it, (3n, 2n) weak displacements of the skin (inward, then along
         either axis of the contact plane, mm3 / MPa) and (q, g, 2n) rows of the gauges, against tangential tractions.
+    strain_key : `Finger.strain_sha256`, by which tables of large strain are found.
     facets : how far (mm) the facets of a triangulated skin lie off the smooth surface that they stand for.
     element : that the finger was solved with.
     """
@@ -50,6 +51,7 @@ class ReducedFinger:
     rows: np.ndarray
     weights: np.ndarray
     layers: np.ndarray
+    strain_key: str = ""
     facets: float = 0.0
     element: str = "Taylor-Hood"
     tangential_source: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
@@ -142,6 +144,7 @@ class ReducedFinger:
             "at": list(self.at),
             "gauge_names": list(self.gauge_names),
             "outer_modulus": self.outer_modulus,
+            "strain_key": self.strain_key,
             "facets": self.facets,
             "element": self.element,
         }

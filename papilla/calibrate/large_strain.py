@@ -1,0 +1,136 @@
+"""Measures what large strain changes: presses at finite strain, and linear ones on the same mesh, over force and area.
+
+`python -m papilla.calibrate.large_strain` measures the default finger's geometry over five ratios of moduli and writes
+the file that ships with the package; with `stuck` the presses in which nothing slips.
+"""
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from papilla.errors import ContactRangeError, InputError, SolverError
+from papilla.fem import FingerModel, Press, ReducedFinger, press
+from papilla.fem.finite.newton import Linearisation
+from papilla.fem.finite.pressing import Scene, press_path, result
+from papilla.fem.finite.touching import STICK, Touching
+from papilla.fem.pressing.large_strain import (
+    FULL_STICK,
+    POWERS,
+    SHIPPED,
+    LargeStrain,
+    keep,
+    known,
+    shipped_text,
+    tables_of,
+)
+from papilla.fem.reduction.gauges import gauge_weights
+from papilla.files import write_text
+from papilla.finger import Finger, Layer
+from papilla.mesh import LayeredMesh, build
+from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
+
+FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
+"""F / E_inner in mm2: of the default finger, 0.03 to 1.2 N."""
+
+MODULI = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
+"""E / E_inner of the blocks that are pressed, of the default finger 0.017 MPa to rigid."""
+
+RATIOS = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""E_outer / E_inner of the tables that ship."""
+
+TOLERANCE = 1e-4
+"""Relative residual of these presses at finite strain: S_d is then within 1e-5."""
+
+Progress = Callable[[int, int], None]
+
+
+def measure_large_strain(
+    finger: Finger,
+    mesh: LayeredMesh,
+    *,
+    friction: Friction = 0.0,
+    forces: Sequence[float] = FORCES,
+    moduli: Sequence[float] = MODULI,
+    steps: Progress | None = None,
+) -> LargeStrain:
+    """The table of a finger on its mesh, pressed at the apex; `steps` is called with (presses done, presses in all).
+
+    friction : 0, or "stick" for presses in which nothing slips. Presses that leave what either model covers are left
+    out. Raises `InputError` where too few remain, and what reducing and factorising raise.
+    """
+    reduced, inner = FingerModel(finger, mesh).reduce(), finger.inner.modulus
+    held: Linearisation | None = None
+    rubbing, rows = friction_coefficient(friction), []
+    scene: Scene | None = None
+    for count, modulus in enumerate(moduli):
+        specimen, state = Block(modulus * inner, THICKNESS_MM), None
+        if scene is None:
+            scene = Scene.of(finger, mesh, specimen, {}, (0.0, 0.0), min(STICK, rubbing))
+        scene = replace(scene, touching=Touching(scene.touching.loaded, specimen, scene.touching.friction))
+        for number, force in enumerate(forces, 1):
+            share = force * inner / len(scene.touching.patch.images)
+            try:
+                linear = press(reduced, specimen, force=force * inner, fidelity="contact", friction=friction)
+                state, *_, held = press_path(scene, share, None, start=state, held=held, tolerance=TOLERANCE)
+                finite = result(scene, state, force * inner, "", perf_counter())
+            except (ContactRangeError, SolverError):
+                break
+            finally:
+                if steps is not None:
+                    steps(count * len(forces) + number, len(forces) * len(moduli))
+            rows.append((force, modulus, _values(linear, inner), _values(finite, inner)))
+    if len(rows) <= len(POWERS):
+        raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return LargeStrain(finger.outer.modulus / inner, columns[0], columns[1], columns[2], columns[3], rubbing)
+
+
+def ensure_large_strain(
+    finger: Finger, reduced: ReducedFinger, mesh: LayeredMesh, friction: Friction, steps: Progress | None = None
+) -> str:
+    """Make the table of a finger for a friction, and keep it in the cache, unless one is known.
+
+    Returns what to note where a finger has to do without, else nothing.
+    """
+    rubbing, missing = friction_coefficient(friction), "large strain is not included"
+    if len(reduced.layers) < 2:
+        return f"{missing}: the finger has no two layers below the apex"
+    if 0 < rubbing < FULL_STICK:
+        return f"{missing}: it is known without friction, and stuck from a friction of {FULL_STICK:g} on"
+    if not tables_of(reduced, rubbing):
+        try:
+            made = measure_large_strain(finger, mesh, friction="stick" if rubbing else 0.0, steps=steps)
+        except (InputError, SolverError) as error:
+            return f"{missing}: {error}"
+        keep(reduced.strain_key, [made])
+    return ""
+
+
+def _values(found: Press, inner: float) -> np.ndarray:
+    return np.concatenate([[found.indentation, found.contact_area, found.peak_pressure / inner], found.values.ravel()])
+
+
+def ship(stuck: bool = False) -> None:
+    """Measure the default finger's geometry on its reference mesh and write the file that ships with the package.
+
+    stuck : measure the presses in which nothing slips instead, and add them to the file.
+    """
+    finger = Finger.default()
+    family = known(finger.strain_sha256)
+    tables = [table for table in (family.tables if family else ()) if (table.friction == 0) == stuck]
+    for ratio in RATIOS:
+        one = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
+        began = perf_counter()
+        table = measure_large_strain(one, build(one), friction="stick" if stuck else 0.0)
+        error = 100 * table.sd_error(gauge_weights(one))
+        took = perf_counter() - began
+        print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
+        tables.append(table)
+    write_text(SHIPPED, shipped_text(finger.strain_sha256, tables))
+
+
+if __name__ == "__main__":
+    ship(stuck="stuck" in sys.argv)

@@ -1,0 +1,248 @@
+"""What large strain changes in a linear press: a table of presses with both, for every finger of one geometry.
+
+With neo-Hookean layers (or cards of one shape) all strains of a geometry depend on F/E_inner, E/E_inner and
+r = E_outer/E_inner alone. A table holds presses of one r, linear and at finite strain on one mesh; a polynomial in
+ln(F/E_inner) and in ln(A/A_rigid), A the linear contact area and A_rigid that of a rigid flat, goes through their
+differences. The area stands for what is touched: presses of equal force and area strain the finger alike, whatever flat
+specimen it is.
+"""
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from papilla import cache
+from papilla.errors import FileFormatError
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import DEFAULT_FINGER
+from papilla.units import to_microstrain
+
+SCHEMA = "papilla.large_strain/1"
+SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"
+MEASURED_BY = "papilla.calibrate.large_strain"
+"""Module whose code makes the tables that lie in the cache."""
+
+MEASURES = ("indentation", "contact_area", "peak_pressure")
+"""What is corrected besides the gauges, by a factor each."""
+
+POWERS = [(i, j) for i in range(5) for j in range(5 - i)]
+"""Powers of force and area in the polynomial."""
+
+FULL_STICK = 0.5
+"""Coefficient of friction from which nothing slips that matters: the tractions of stuck presses ask for 0.22."""
+
+SAME_RATIO = 1e-3
+"""Relative difference up to which two ratios of moduli are one."""
+
+MARGIN = 0.05
+"""What the logarithms of force and area may lie outside of the table."""
+
+
+@dataclass(frozen=True, eq=False)
+class LargeStrain:
+    """Presses of one geometry and ratio of moduli; n presses, g gauges, q of `gauges.QUANTITIES`.
+
+    ratio : E_outer / E_inner. friction : of both presses, 0 or infinite (stuck).
+    force (n,) : F / E_inner, mm2. modulus (n,) : of the specimen, over E_inner.
+    linear, finite : (n, 3 + q g) indentation (mm), area (mm2), peak pressure / E_inner, and the gauges' values.
+    """
+
+    ratio: float
+    force: np.ndarray
+    modulus: np.ndarray
+    linear: np.ndarray
+    finite: np.ndarray
+    friction: float = 0.0
+
+    def changes(self, force, softness) -> np.ndarray:
+        """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`, those of gauges
+        over the root of their linear values' summed squares."""
+        return self._terms(force, softness) @ self._coefficients
+
+    def rigid(self, force) -> np.ndarray:
+        """ln A_rigid (...), A in mm2, at F / E_inner (mm2): a parabola through the hardest specimen's presses."""
+        return np.polyval(self._rigid, np.log(force))
+
+    def covers(self, force: float, softness: float) -> bool:
+        """Whether a press lies among those of the table."""
+        levels, at = np.log(np.unique(self.force)), np.log(force)
+        if not levels[0] - MARGIN <= at <= levels[-1] + MARGIN:
+            return False
+        groups = [self._softness[self.force == one] for one in np.unique(self.force)]
+        low, high = (np.interp(at, levels, [side(group) for group in groups]) for side in (np.min, np.max))
+        return bool(low - MARGIN <= softness <= high + MARGIN)
+
+    @cached_property
+    def left_out(self) -> np.ndarray:
+        """Errors (n, 3 + q g) of each press's changes, told from all others."""
+        terms = self._terms(self.force, self._softness)
+        hat = terms @ np.linalg.pinv(terms)
+        return (hat @ self._differences - self._differences) / (1 - np.diag(hat))[:, None]
+
+    def sd_error(self, weights: np.ndarray) -> float:
+        """Root mean square relative error of S_d, of readings weighted by (q, g), in presses told from all others."""
+        told = self.finite[:, 3:] + self.left_out[:, 3:] * self._norms[:, 3:]
+        both = (values.reshape(len(values), *weights.shape) for values in (told, self.finite[:, 3:]))
+        found, true = (_readings(weights, values).std(axis=-1) for values in both)
+        return float(np.sqrt(np.mean((found / true - 1) ** 2)))
+
+    def to_json(self) -> dict:
+        """The table as plain values."""
+        arrays = {name: getattr(self, name) for name in ("force", "modulus", "linear", "finite")}
+        return {
+            "ratio": self.ratio,
+            "stuck": self.friction > 0,
+            **{name: _digits(array) for name, array in arrays.items()},
+        }
+
+    @classmethod
+    def from_json(cls, table: dict) -> "LargeStrain":
+        """The table of `to_json`; raises `FileFormatError`."""
+        try:
+            arrays = {name: np.asarray(table[name], float) for name in ("force", "modulus", "linear", "finite")}
+            found = cls(float(table["ratio"]), **arrays, friction=math.inf if table["stuck"] else 0.0)
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileFormatError(f"not a table of large strain ({error})") from error
+        rows = {len(array) for array in arrays.values()}
+        if len(rows) != 1 or min(rows) < len(POWERS) + 1 or found.linear.shape != found.finite.shape:
+            raise FileFormatError("a table of large strain needs as many linear as finite presses, and more than terms")
+        return found
+
+    @cached_property
+    def _norms(self) -> np.ndarray:
+        """(n, 3 + q g) what changes are measured by."""
+        gauges = self.linear[:, 3:].reshape(len(self.linear), len(QUANTITIES), -1)
+        sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
+        return np.concatenate([self.linear[:, :3], sizes.reshape(len(gauges), -1)], axis=1)
+
+    @cached_property
+    def _differences(self) -> np.ndarray:
+        return (self.finite - self.linear) / self._norms
+
+    @cached_property
+    def _coefficients(self) -> np.ndarray:
+        return np.linalg.lstsq(self._terms(self.force, self._softness), self._differences)[0]
+
+    @cached_property
+    def _rigid(self) -> np.ndarray:
+        hardest = self.modulus == self.modulus.max()
+        return np.polyfit(np.log(self.force[hardest]), np.log(self.linear[hardest, 1]), 2)
+
+    @cached_property
+    def _softness(self) -> np.ndarray:
+        return np.log(self.linear[:, 1]) - self.rigid(self.force)
+
+    @cached_property
+    def _ranges(self) -> tuple[tuple[float, float], ...]:
+        return tuple((float(part.min()), float(np.ptp(part))) for part in (np.log(self.force), self._softness))
+
+    def _terms(self, force, softness) -> np.ndarray:
+        """Monomials (..., terms) of both coordinates, -1 to 1 over the table."""
+        pairs = zip((np.log(force), np.asarray(softness)), self._ranges, strict=True)
+        x, y = (2 * (values - low) / width - 1 for values, (low, width) in pairs)
+        return np.stack([x**i * y**j for i, j in POWERS], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Tables of one geometry at rising ratios of moduli; between three and more of them the ratio is interpolated."""
+
+    tables: tuple[LargeStrain, ...]
+
+    def at(self, ratio: float, friction: float = 0.0) -> tuple[tuple[LargeStrain, float], ...]:
+        """Tables and their weights for a ratio of moduli and a friction; empty where none is known."""
+        if 0 < friction < FULL_STICK:
+            return ()
+        tables = [table for table in self.tables if (table.friction > 0) == (friction > 0)]
+        for table in tables:
+            if abs(ratio / table.ratio - 1) < SAME_RATIO:
+                return ((table, 1.0),)
+        nodes, at = np.log([table.ratio for table in tables]), np.log(ratio)
+        if len(nodes) < 3 or not nodes[0] <= at <= nodes[-1]:
+            return ()
+        others = [np.delete(nodes, k) for k in range(len(nodes))]
+        weights = [float(np.prod((at - rest) / (node - rest))) for node, rest in zip(nodes, others, strict=True)]
+        return tuple(zip(tables, weights, strict=True))
+
+
+def with_large_strain(reduced: ReducedFinger, found: Press, friction: float = 0.0) -> Press | None:
+    """A linear press of a friction with what large strain changes in it; None where no table covers it.
+
+    Its pressure stays the linear one: force, nodes and what the pressure sums to are the same.
+    """
+    tables = tables_of(reduced, friction)
+    if not tables:
+        return None
+    force = found.force / reduced.layers[1, 1]
+    softness = np.log(found.contact_area) - sum(weight * table.rigid(force) for table, weight in tables)
+    if not all(table.covers(force, softness) for table, _ in tables):
+        return None
+    changes = np.sum([weight * table.changes(force, softness) for table, weight in tables], axis=0)
+    norms = np.linalg.norm(found.values, axis=1, keepdims=True)
+    values = found.values + norms * changes[3:].reshape(found.values.shape)
+    reading = _readings(reduced.weights, values)
+    sd, error = float(reading.std()), max(table.sd_error(reduced.weights) for table, _ in tables)
+    change = f"{100 * (sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
+    told = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
+    factors = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
+    return replace(
+        found, values=values, reading=reading, sd=sd, status=f"{found.status}; {told}", large_strain=True, **factors
+    )
+
+
+def tables_of(reduced: ReducedFinger, friction: float = 0.0) -> tuple[tuple[LargeStrain, float], ...]:
+    """The known tables that answer for a reduced finger, with their weights; none beside the apex."""
+    if reduced.at != (0.0, 0.0) or len(reduced.layers) < 2:
+        return ()
+    family = known(reduced.strain_key)
+    return () if family is None else family.at(float(reduced.layers[0, 1] / reduced.layers[1, 1]), friction)
+
+
+def known(key: str) -> Family | None:
+    """The tables of a geometry, from the cache and from those that ship; None where there is none."""
+    return _known(key, cache.folder()) if key else None
+
+
+def keep(key: str, tables: Iterable[LargeStrain]) -> None:
+    """Store tables of a geometry in the cache, for `known`, beside those that are there."""
+    family = known(key)
+    new = {round(float(np.log(table.ratio)), 3): table for table in (*(family.tables if family else ()), *tables)}
+    cache.keep(
+        "large_strain",
+        cache.key(MEASURED_BY, key),
+        {"json": np.array(json.dumps([one.to_json() for _, one in sorted(new.items())]))},
+    )
+    _known.cache_clear()
+
+
+def shipped_text(key: str, tables: Iterable[LargeStrain]) -> str:
+    """What the file that ships holds of the tables of one geometry."""
+    return json.dumps({"schema": SCHEMA, "key": key, "tables": [table.to_json() for table in tables]}) + "\n"
+
+
+@lru_cache(maxsize=16)
+def _known(key: str, _folder: Path) -> Family | None:
+    kept = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
+    if kept is not None:
+        return Family(tuple(LargeStrain.from_json(table) for table in json.loads(str(kept["json"]))))
+    shipped = json.loads(SHIPPED.read_text(encoding="utf-8")) if SHIPPED.exists() else {}
+    if shipped.get("key") != key:
+        return None
+    return Family(tuple(LargeStrain.from_json(table) for table in shipped["tables"]))
+
+
+def _readings(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Readings (..., g) in microstrain of gauge values (..., q, g) weighted by (q, g)."""
+    return to_microstrain((weights * values).sum(axis=-2))
+
+
+def _digits(array: np.ndarray) -> list:
+    """Values to seven digits: what is beyond is the rounding of another machine."""
+    return json.loads(json.dumps(array.tolist()), parse_float=lambda text: float(f"{float(text):.7g}"))

@@ -1,0 +1,135 @@
+"""What large strain changes in a linear press: the tables, their scaling, where they answer, and the shipped one."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from papilla import cache
+from papilla.errors import FileFormatError
+from papilla.fem import FingerModel, press
+from papilla.fem.pressing import large_strain
+from papilla.fem.pressing.large_strain import Family, LargeStrain, known, tables_of, with_large_strain
+from papilla.finger import Finger, Layer
+from papilla.materials import NeoHookean, Ogden
+from papilla.specimen import Block, HalfSpace
+
+
+def _table(ratio=4.0, scale=1.0):
+    """Changes that are themselves a polynomial of the two coordinates: a table must tell them exactly."""
+    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(1, 30, 6), np.geomspace(0.5, 100, 6)))
+    x, soft = np.log(force), 1 / modulus
+    rigid = 0.3 + 0.6 * x + 0.01 * x**2
+    area = np.exp(rigid + soft)
+    # The hardest of the table is not quite rigid: softness counts from it
+    soft = soft - soft.min()
+    linear = np.column_stack([force**0.6, area, force**0.4, *(np.ones((10, len(force))) * np.arange(1, 11)[:, None])])
+    change = scale * (0.01 + 0.02 * x - 0.003 * x * soft + 0.01 * soft**2)
+    norms = np.sqrt([[(np.arange(1, 6) ** 2).sum()], [(np.arange(6, 11) ** 2).sum()]]).repeat(5, axis=1).ravel()
+    finite = linear + change[:, None] * np.append([1, 1, 1], norms) * np.column_stack(
+        [linear[:, :3], np.ones((len(x), 10))]
+    )
+    return LargeStrain(ratio, force, modulus, linear, finite)
+
+
+def test_a_table_tells_a_polynomial_change_and_its_own_error():
+    table = _table()
+    x, soft = np.log(7.0), 0.4
+    expected = 0.01 + 0.02 * x - 0.003 * x * soft + 0.01 * soft**2
+    assert table.changes(7.0, soft) == pytest.approx(np.full(13, expected), rel=1e-6)
+    assert np.abs(table.left_out).max() < 1e-7
+    rough = dataclasses.replace(
+        table, finite=table.finite * (1 + 1e-3 * np.random.default_rng(3).normal(size=table.finite.shape))
+    )
+    assert 1e-4 < rough.sd_error(np.array([[1.0] * 5, [0.0] * 5])) < 1e-2
+
+
+def test_a_table_answers_among_its_presses_alone():
+    table = _table()
+    assert table.covers(7.0, 0.4)
+    for force, soft in ((0.5, 0.4), (40.0, 0.4), (7.0, -0.2), (7.0, 2.5)):
+        assert not table.covers(force, soft)
+
+
+def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
+    family = Family(tuple(_table(ratio) for ratio in (1.0, 2.0, 4.0)))
+    assert [weight for _, weight in family.at(2.0001)] == [1.0]
+    ratio = 3.0
+    weights = [weight for _, weight in family.at(ratio)]
+    assert sum(weights) == pytest.approx(1)
+    assert np.dot(weights, np.log([1.0, 2.0, 4.0]) ** 2) == pytest.approx(np.log(ratio) ** 2)
+    assert family.at(5.0) == () and Family(family.tables[:2]).at(1.5) == ()
+
+
+def test_a_table_survives_its_file_and_a_broken_one_is_refused():
+    table = _table()
+    again = LargeStrain.from_json(json.loads(json.dumps(table.to_json())))
+    assert again.finite == pytest.approx(table.finite, rel=1e-6)
+    with pytest.raises(FileFormatError, match="not a table of large strain"):
+        LargeStrain.from_json({"ratio": 1})
+    with pytest.raises(FileFormatError, match="as many linear as finite presses"):
+        LargeStrain.from_json(table.to_json() | {"force": [1.0]})
+
+
+def test_tables_that_were_measured_are_kept_beside_each_other(tmp_path, monkeypatch):
+    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
+    assert known("of no finger") is None and known("") is None
+    large_strain.keep("mine", [_table(2.0)])
+    large_strain.keep("mine", [_table(1.0), _table(2.0, scale=2.0)])
+    assert [table.ratio for table in known("mine").tables] == [1.0, 2.0]
+    assert known("mine").tables[1].changes(7.0, 0.4)[0] == pytest.approx(2 * _table().changes(7.0, 0.4)[0])
+
+
+def test_the_key_leaves_out_what_scales_and_keeps_what_does_not():
+    finger = Finger.default()
+    gauge = dataclasses.replace(finger.gauges[0], membrane_gain=2.0, lever_mm=-1.0)
+    mu = finger.outer.modulus / (2 * (1 + finger.outer.nu))
+    same = [
+        dataclasses.replace(finger, outer=Layer(1.0), inner=Layer(0.2), name="other"),
+        dataclasses.replace(finger, gauges=(gauge, *finger.gauges[1:])),
+        dataclasses.replace(finger, outer=Layer.of(NeoHookean(mu))),
+    ]
+    others = [
+        dataclasses.replace(finger, outer=Layer(0.136, 0.49)),
+        dataclasses.replace(finger, outer=Layer.of(Ogden(mu, 3.0))),
+        dataclasses.replace(finger, gauges=finger.gauges[:3]),
+        dataclasses.replace(finger, bone=Layer(3000.0)),
+    ]
+    assert {one.strain_sha256 for one in same} == {finger.strain_sha256}
+    assert len({one.strain_sha256 for one in (finger, *others)}) == len(others) + 1
+    stiffer = [dataclasses.replace(finger, outer=Layer.of(Ogden(value, 3.0))).strain_sha256 for value in (mu, 2 * mu)]
+    assert stiffer[0] == stiffer[1]
+
+
+@pytest.fixture(scope="module")
+def reduced(dome):
+    return FingerModel(Finger.default(), dome(Finger.default())).reduce()
+
+
+def test_a_press_includes_large_strain_unless_it_is_asked_to_be_linear(reduced):
+    specimen = Block(0.51, 10)
+    plain = press(reduced, specimen, force=0.6, fidelity="contact")
+    found = press(reduced, specimen, force=0.6)
+    assert found.large_strain and not plain.large_strain and found.to_json()["large_strain"]
+    assert 1.02 < found.sd / plain.sd < 1.05 and "large strain included (+" in found.status
+    assert np.array_equal(found.pressure, plain.pressure) and found.force == plain.force
+    at_depth = press(reduced, specimen, indentation=found.indentation)
+    assert at_depth.indentation == pytest.approx(found.indentation, rel=1e-9)
+    assert at_depth.force == pytest.approx(0.6, rel=1e-4)
+    assert not press(reduced, specimen, force=5e-3).large_strain
+
+
+def test_moduli_scale_and_gains_need_no_other_table(reduced):
+    stiff = dataclasses.replace(
+        reduced, compliance=reduced.compliance / 3, rows=reduced.rows / 3, weights=2 * reduced.weights
+    )
+    stiff = dataclasses.replace(stiff, layers=reduced.layers * [1, 3])
+    soft, hard = press(reduced, HalfSpace(0.3), force=0.4), press(stiff, HalfSpace(0.9), force=1.2)
+    assert hard.large_strain and hard.sd == pytest.approx(2 * soft.sd, rel=1e-9)
+
+
+def test_beside_the_apex_no_table_answers(reduced):
+    beside = dataclasses.replace(reduced, at=(1.0, 0.0))
+    assert tables_of(beside) == ()
+    assert with_large_strain(beside, press(reduced, Block(0.5, 10), force=0.5, fidelity="contact")) is None
