@@ -38,7 +38,7 @@ FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
 MODULI = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
 """E / E_inner of the blocks that are pressed, of the default finger 0.017 MPa to rigid."""
 
-RATIOS = (1.0, 2.0, 4.0, 8.0, 16.0)
+RATIOS = (4.0, 2.0, 8.0, 1.0, 16.0)
 """E_outer / E_inner of the tables that ship."""
 
 TOLERANCE = 1e-4
@@ -128,8 +128,8 @@ def ship(stuck: bool = False) -> None:
         error = 100 * table.sd_error(gauge_weights(one))
         took = perf_counter() - began
         print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
-        tables.append(table)
-    write_text(SHIPPED, shipped_text(finger.strain_sha256, tables))
+        tables = sorted([*tables, table], key=lambda one: (one.friction, one.ratio))
+        write_text(SHIPPED, shipped_text(finger.strain_sha256, tables))
 
 
 if __name__ == "__main__":

@@ -37,6 +37,10 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job.fem, "press", press)
     monkeypatch.setattr(job, "sweep", sweep)
     monkeypatch.setattr(job, "with_positions", with_positions)
+    monkeypatch.setattr(job, "build", lambda finger: None)
+    monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "large strain is not included: it is not asked for")
+    monkeypatch.setattr(job, "corrected", lambda reduced, found: found)
+    monkeypatch.setattr(job, "tables_of", lambda reduced: ())
     return asked
 
 
@@ -47,6 +51,7 @@ def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_four(made):
     assert made["swept"] == [(0, 43, 60), *((variant, 8, 10) for variant in (1, 2, 3, 4))]
     assert made["positions"] == [(finger, 0)]
     calibration = done.calibration
+    assert "large strain is not included: it is not asked for" in calibration.notes
     assert calibration.mesh["scatter_sha256"] == ["mesh 1", "mesh 2", "mesh 3", "mesh 4"]
     assert len(done.presses) == len(DEFAULT_MODULI) * len(DEFAULT_FORCES) == calibration.provenance["presses"]
     # ln(1 + v / 1000) for v = 1 to 4: rms 0.0027.

@@ -11,12 +11,22 @@ from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 
 from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
+from papilla.fem.pressing import large_strain
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
 from papilla.finger import Dome, Finger
 from papilla.mesh import build
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
+
+
+@pytest.fixture
+def without_tables(monkeypatch, tmp_path):
+    """No table of large strain is known: presses without a fidelity are linear."""
+    monkeypatch.setattr(large_strain, "SHIPPED", tmp_path / "none.json")
+    large_strain._known.cache_clear()
+    yield
+    large_strain._known.cache_clear()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -17,6 +17,8 @@ from papilla.units import gf_to_newton
 
 BLOCK = Block(0.51, 10)
 
+pytestmark = pytest.mark.usefixtures("without_tables")
+
 
 @pytest.fixture(scope="module")
 def stiff_skin():

@@ -296,3 +296,26 @@ def test_both_solvers_give_the_same_press(coarse, monkeypatch):
     assert second.reading == pytest.approx(first.reading, rel=1e-9)
     assert second.indentation == pytest.approx(first.indentation, rel=1e-10)
     assert second.status.split(", relative")[0] == first.status.split(", relative")[0]
+
+
+def test_friction_grows_with_its_coefficient_from_none_to_stick(coarse):
+    finger, mesh = coarse
+    scene = {"specimen": HalfSpace(0.51), "force": 0.6}
+    free = press_finite(finger, mesh, **scene)
+    found = [press_finite(finger, mesh, **scene, friction=mu) for mu in (1e-9, 0.1, 5.0, "stick")]
+    assert found[0].sd == pytest.approx(free.sd, rel=3e-3)
+    assert found[0].sd > found[1].sd > found[3].sd and found[2].sd == pytest.approx(found[3].sd, rel=1e-3)
+    assert found[3].indentation < free.indentation and found[3].force_balance < 1e-9
+
+
+def test_shorter_steps_of_the_path_change_little(coarse, monkeypatch):
+    finger, mesh = coarse
+    stuck = press_finite(finger, mesh, HalfSpace(0.51), force=0.6, friction="stick")
+    monkeypatch.setattr(pressing, "GROWTH", 1.1)
+    finer = press_finite(finger, mesh, HalfSpace(0.51), force=0.6, friction="stick")
+    assert finer.sd == pytest.approx(stuck.sd, rel=5e-3)
+
+
+def test_a_friction_that_is_none_is_refused(coarse):
+    with pytest.raises(InputError, match='friction must be a number of at least 0 or "stick", got -1'):
+        press_finite(*coarse, HalfSpace(0.51), force=0.1, friction=-1)

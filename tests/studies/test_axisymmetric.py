@@ -65,3 +65,18 @@ def test_the_press_at_finite_strain_changes_what_the_reference_says_it_changes(a
     change = reference[1] / reference[0] - 1
     assert finite.indentation / linear.indentation - 1 == pytest.approx(change[0], abs=2e-3)
     assert (finite.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=4e-3)
+
+
+@pytest.mark.slow
+def test_the_press_at_finite_strain_that_sticks_is_the_references():
+    """Both bodies deform far and stick in the reference; in the press the block stays linear, and steps differ."""
+    finger = dataclasses.replace(Finger.default(), shape=Dome((24, 24, 20), (21, 21, 17), (10, 10, 6)))
+    mesh, specimen = build(finger), Block(0.51, 10)
+    linear = press(FingerModel(finger, mesh).reduce(), specimen, force=0.6, fidelity="contact")
+    stuck = press_finite(finger, mesh, specimen, force=0.6, friction="stick")
+    paths = [press_path(_bodies(Shape(), 0.51, one), 1.12, 14, stick=not one).at(0.6) for one in (True, False)]
+    change = paths[1] / paths[0] - 1
+    assert stuck.indentation / linear.indentation - 1 == pytest.approx(change[0], abs=3e-3)
+    assert (stuck.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=1.5e-2)
+    spread = [np.std([path[4], path[3], path[2], path[3], path[4]]) for path in paths]
+    assert stuck.sd / linear.sd == pytest.approx(spread[1] / spread[0], abs=3e-3)

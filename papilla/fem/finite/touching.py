@@ -18,6 +18,10 @@ from papilla.specimen import Specimen
 STICK = 1e6
 """Coefficient of friction that stands for full stick."""
 
+STEADY = 0.02
+"""Patch edges that the skin may move along the specimen before the compliance that friction asks for is renewed: it is
+dear, and the many small steps of a path would each renew it. S_d moves by less than 1e-4."""
+
 LAG = 30.0
 """Share of the way which the skin has moved along the specimen, per relative residual, that it may go on before the
 specimen's compliance is renewed: what a residual leaves to go is about the residual's share, and renewal is dear."""
@@ -81,7 +85,8 @@ class Touching:
         """Renew the specimen's compliance if the skin has moved along it further than a relative residual allows."""
         current = self.current_patch(displacement)
         moved, far = (np.abs(current.xy - place).max() for place in (self._place, self.patch.xy))
-        if moved <= LAG * residual * far:
+        steady = STEADY * float(self.patch.edge_length.mean()) if self.friction else 0.0
+        if moved <= max(LAG * residual * far, steady):
             return False
         self._place, self._compliance = current.xy, self._compliance_at(current)
         return True
