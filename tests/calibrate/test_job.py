@@ -18,12 +18,12 @@ def made(monkeypatch, tmp_path, truth):
         asked["prepared"].append((finger, variant))
         return SimpleNamespace(variant=variant, to_arrays=lambda: {"variant": np.array(variant)})
 
-    def sweep(reduced, moduli, forces, progress):
+    def sweep(reduced, moduli, forces, progress, friction):
         asked["swept"].append((reduced.variant, len(moduli), len(forces)))
         name = f"mesh {reduced.variant}"
         return truth.sweep(moduli, forces, change=lambda *_: 1 + reduced.variant / 1000, mesh_sha256=name)
 
-    def press(reduced, specimen, *, force, fidelity):
+    def press(reduced, specimen, *, force, fidelity, friction):
         assert (reduced.variant, specimen.thickness, fidelity) == (0, 10.0, "contact")
         return SimpleNamespace(sd=float(truth.sd(force, specimen.modulus)))
 
@@ -39,8 +39,8 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job, "with_positions", with_positions)
     monkeypatch.setattr(job, "build", lambda finger: None)
     monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "large strain is not included: it is not asked for")
-    monkeypatch.setattr(job, "corrected", lambda reduced, found: found)
-    monkeypatch.setattr(job, "tables_of", lambda reduced: ())
+    monkeypatch.setattr(job, "corrected", lambda reduced, found, friction: found)
+    monkeypatch.setattr(job, "tables_of", lambda reduced, friction: ())
     return asked
 
 
