@@ -5,6 +5,8 @@ lists every assumption. Axes: origin in the middle of the base plane, z out of t
 (the row of gauges), y along it.
 """
 
+import hashlib
+import json
 import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -12,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from papilla import checks
-from papilla.errors import InputError
+from papilla.errors import FileAccessError, InputError
 
 if TYPE_CHECKING:
     from papilla.materials import Material
@@ -257,17 +259,10 @@ def _describe_shape(layer: Layer) -> dict:
 
 
 def _digest(value: dict) -> str:
-    import hashlib
-    import json
-
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
 def _file_digest(path: str) -> str:
-    import hashlib
-
-    from papilla.errors import FileAccessError
-
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest()
     except OSError as error:
@@ -294,15 +289,10 @@ def _check_site(gauge: Gauge, shape: Shape) -> None:
         if gauge.x_mm is None:
             raise InputError(f"gauge {gauge.name}: a finger from surface files needs x_mm, not angle_deg")
         return
-    half_width = shape.interface[0]
-    if isinstance(shape, Dome):
-        reach = shape.interface[1]
-        inside = abs(gauge.y_mm) < reach
-        half_width *= math.sqrt(max(0.0, 1 - (gauge.y_mm / reach) ** 2))
-    else:
-        reach = shape.depth / 2
-        inside = abs(gauge.y_mm) < reach
-    if not inside:
+    half_width, reach = shape.interface[0], shape.depth / 2 if isinstance(shape, Slab) else shape.interface[1]
+    if abs(gauge.y_mm) >= reach:
         raise InputError(f"gauge {gauge.name} lies outside the interface: |y_mm| {abs(gauge.y_mm):g} >= {reach:g}")
+    if isinstance(shape, Dome):
+        half_width *= math.sqrt(1 - (gauge.y_mm / reach) ** 2)
     if gauge.x_mm is not None and abs(gauge.x_mm) >= half_width:
         raise InputError(f"gauge {gauge.name} lies outside the interface: |x_mm| {abs(gauge.x_mm):g} >= {half_width:g}")

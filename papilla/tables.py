@@ -196,13 +196,8 @@ def closest(name: str, known: Sequence[str]) -> str | None:
 
 
 def _texts(values: Sequence | np.ndarray) -> list[str]:
-    return [_text(value) for value in (values.tolist() if isinstance(values, np.ndarray) else values)]
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if value != value else float.__repr__(value)
-    return str(value)
+    plain = values.tolist() if isinstance(values, np.ndarray) else values
+    return ["" if x != x else float.__repr__(x) if isinstance(x, float) else str(x) for x in plain]
 
 
 def _opened(path: Path) -> IO[bytes]:

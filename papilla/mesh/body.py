@@ -76,8 +76,8 @@ def body_of(finger: Finger, size_mm: float) -> Body:
 
 
 def _quarter(surface: Surface, facet: float) -> Triangulation:
-    assert isinstance(surface, Ellipsoid | EllipticCylinder)
+    assert isinstance(surface, Ellipsoid)
     divisions = max(6, round(np.pi / 2 * max(surface.axes) / facet))
-    if isinstance(surface, Ellipsoid):
-        return quarter_ellipsoid(surface, divisions)
-    return quarter_cylinder(surface, divisions)
+    if isinstance(surface, EllipticCylinder):
+        return quarter_cylinder(surface, divisions)
+    return quarter_ellipsoid(surface, divisions)

@@ -63,7 +63,9 @@ def run(
         if code is None:
             raise MeshError(f"{name} did not finish within {timeout_s:g} s and was stopped")
         if code != 0 or not target.exists():
-            raise MeshError(f"{name} failed ({_cause(code)}): {_last_lines(messages)}")
+            cause = f"signal {code - 128}" if code > 128 else f"exit code {code}"
+            lines = list(filter(None, map(str.strip, messages.read_text(errors="replace").splitlines())))
+            raise MeshError(f"{name} failed ({cause}): {' / '.join(lines[-ERROR_LINES:]) or 'it left no message'}")
         with np.load(target, allow_pickle=False) as data:
             return dict(data)
 
@@ -99,12 +101,3 @@ def _code_of(keeper: subprocess.Popen, progress: Progress | None, timeout_s: flo
         except subprocess.TimeoutExpired:
             keeper.kill()
             keeper.wait()
-
-
-def _cause(code: int) -> str:
-    return f"signal {code - 128}" if code > 128 else f"exit code {code}"
-
-
-def _last_lines(messages: Path) -> str:
-    lines = [line.strip() for line in messages.read_text(errors="replace").splitlines() if line.strip()]
-    return " / ".join(lines[-ERROR_LINES:]) or "it left no message"

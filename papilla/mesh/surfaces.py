@@ -34,13 +34,16 @@ class Surface(Protocol):
         """(n, 3) unit outward normals at points on (or near) the surface."""
 
 
-class Quadric:
-    """The upper half of (x/a)^2 + (y/b)^2 + (z/c)^2 = 1 about the origin; b is infinite for a cylinder along y."""
+@dataclass(frozen=True)
+class Ellipsoid:
+    """The upper half of (x/a)^2 + (y/b)^2 + (z/c)^2 = 1 about the origin; `axes` are a, b, c."""
+
+    axes: tuple[float, ...]
 
     @property
     def semi_axes(self) -> np.ndarray:
-        """(3,) a, b, c in mm."""
-        raise NotImplementedError
+        """(3,) in mm."""
+        return np.array(self.axes)
 
     def level(self, points: np.ndarray) -> np.ndarray:
         """(n,) (k - 1) / |grad k| with k = |(x/a, y/b, z/c)|: the signed distance to first order."""
@@ -73,22 +76,9 @@ class Quadric:
 
 
 @dataclass(frozen=True)
-class Ellipsoid(Quadric):
-    """The upper half of an ellipsoid about the origin with semi-axes `axes` (x, y, z)."""
+class EllipticCylinder(Ellipsoid):
+    """The upper half of an elliptic cylinder along y with `axes` a and c; `level` does not count its ends."""
 
-    axes: tuple[float, float, float]
-
-    @property
-    def semi_axes(self) -> np.ndarray:
-        """(3,) in mm."""
-        return np.array(self.axes)
-
-
-@dataclass(frozen=True)
-class EllipticCylinder(Quadric):
-    """The upper half of an elliptic cylinder along y with semi-axes (x, z); `level` does not count its ends."""
-
-    axes: tuple[float, float]
     depth: float
 
     @property
@@ -97,7 +87,7 @@ class EllipticCylinder(Quadric):
         return np.array([self.axes[0], np.inf, self.axes[1]])
 
     def height(self, xy: np.ndarray) -> np.ndarray:
-        """(n,) as of `Quadric`; NaN beyond |y| = depth / 2."""
+        """(n,) as of an ellipsoid; NaN beyond |y| = depth / 2."""
         return np.where(np.abs(xy[:, 1]) <= self.depth / 2, super().height(xy), np.nan)
 
 

@@ -48,11 +48,15 @@ def strain_figure(
             draw(axes, [*parts, Part(solid, SPECIMEN_COLOR, opacity=0.22, lit=False)], view)
         else:
             _paint(axes, section, solid.points, view, limit)
-        outline = contact_outline(field, reduced, press, frame, scale)
+        # Without what lies in the half that was cut away
+        outline = [
+            np.where(side * line[:, 1:2] >= -1e-3, line, np.nan)
+            for line in contact_outline(field, reduced, press, frame, scale)
+        ]
         top = view.project(solid.points)[:, 1].max()
         middle = float(view.project(np.array(solid.center))[0])
         axes.text(middle, top - 1.2, f"specimen, {specimen.modulus:.3g} MPa", ha="center", va="top", color=MUTED)
-        _annotate(axes, section, [_kept(line, side) for line in outline], view, finger, press)
+        _annotate(axes, section, outline, view, finger, press)
         bar = diverging_bar(figure, limit, "strain along the layers (%): red is tension, blue compression")
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
         _title(figure, press, specimen, scale, side)
@@ -76,11 +80,6 @@ def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: f
     inside = view.project(solid)
     low, high = inside.min(axis=0), inside.max(axis=0)
     axes.fill_between([low[0], high[0]], low[1], high[1], color=SPECIMEN_COLOR, alpha=0.28, linewidth=0)
-
-
-def _kept(line: np.ndarray, side: int) -> np.ndarray:
-    """A closed line (k, 3) with what lies in the half that was cut away left out (NaN)."""
-    return np.where((side * line[:, 1:2] >= -1e-3), line, np.nan)
 
 
 def _annotate(axes: Axes, section: Section, contact: list, view: View, finger: Finger, press: Press) -> None:

@@ -271,7 +271,9 @@ def _energies(reduced, matrix: np.ndarray, smallest: float, largest: float, aspe
 
 def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float, float]:
     """Smallest and largest semi-axis a (mm) at which ellipses of these aspects are measured on the patch."""
-    largest = min(_largest_radius(reduced, aspect) for aspect in aspects)
+    # Inside the patch's outline, whether the skin goes on there or ends
+    x, y = reduced.patch.xy[reduced.patch.outline].T
+    largest = float(np.hypot(x, y / aspects[:, None]).min())
     shorter = largest * min(1.0, aspects.min())
     edge = float(reduced.patch.edge_length[np.argmin(reduced.patch.node_gap)])
     if shorter < SMALLEST * edge:
@@ -333,12 +335,6 @@ def _radii(reduced: ReducedFinger, specimen: Specimen) -> tuple[float, float]:
     if min(curvature_x, curvature_y) <= max(curvature_x, curvature_y) / MAX_RADIUS_RATIO:
         raise ContactRangeError("hertz fidelity needs a skin that is convex, in both directions, where it is touched")
     return 1 / curvature_x, 1 / curvature_y
-
-
-def _largest_radius(reduced: ReducedFinger, aspect: float) -> float:
-    """Semi-axis a (mm) of the largest ellipse that stays inside the patch, whether the skin goes on there or ends."""
-    x, y = reduced.patch.xy[reduced.patch.outline].T
-    return float(np.sqrt(x**2 + (y / aspect) ** 2).min())
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
 from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
 from papilla.finger import Finger
-from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
@@ -41,7 +41,10 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     say("pricing: the mesh of half the size")
     finest = prepare(finger, size_mm=size_mm / 2, progress=progress)
     contact = _presses(reduced, "contact")
-    finite, seconds = _finite_presses(finger, mesh, say)
+    finite = []
+    for number, force in enumerate(FORCES, 1):
+        say(f"pricing: finite strain, press {number} of {len(FORCES)}")
+        finite.append(press_finite(finger, mesh, SPECIMEN, force=force))
     return Prices(
         finger_name=finger.name,
         finger_sha256=finger.sha256,
@@ -54,7 +57,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
         small_strain=loss(contact, finite),
         costs={
             **{name: Cost(setup, _seconds_per_scene(reduced, name)) for name in ("hertz", "contact")},
-            "finite": Cost(0.0, seconds),
+            "finite": Cost(0.0, float(np.mean([one.seconds for one in finite]))),
         },
     )
 
@@ -77,15 +80,6 @@ def loss(cheaper: list[Press], better: list[Press]) -> Loss:
 
 def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
     return [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in FORCES]
-
-
-def _finite_presses(finger: Finger, mesh: LayeredMesh, say: Progress) -> tuple[list[Press], float]:
-    """Presses at finite strain, and the mean seconds of one."""
-    presses = []
-    for number, force in enumerate(FORCES, 1):
-        say(f"pricing: finite strain, press {number} of {len(FORCES)}")
-        presses.append(press_finite(finger, mesh, SPECIMEN, force=force))
-    return presses, float(np.mean([one.seconds for one in presses]))
 
 
 def _seconds_per_scene(reduced: ReducedFinger, fidelity: str) -> float:
