@@ -9,7 +9,7 @@ from papilla import cache
 from papilla.calibrate.press_table import default_specimen
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, PositionTerms
-from papilla.calibration.surface import POWERS
+from papilla.calibration.surface import POWERS, power_vector
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import ReducedFinger, press
 from papilla.fem.reduction.finger_model import FingerModel
@@ -55,16 +55,18 @@ def position_places(model: FingerModel) -> np.ndarray:
     return reach / half * np.arange(-half, half + 1)
 
 
-def move_presses(model: FingerModel, reduced: ReducedFinger, domain: dict) -> dict[str, np.ndarray]:
+def move_presses(
+    model: FingerModel, reduced: ReducedFinger, domain: dict[str, tuple[float, float]]
+) -> dict[str, np.ndarray]:
     """Presses over a calibration's domain at the apex, and what they read elsewhere: named arrays.
 
     force_N, modulus_MPa : (m,); place_mm : (p,); reading : (p, m, g) in microstrain. A press that leaves what the model
     covers is left out. Raises `InputError` where a contact beside the apex would leave the skin.
     """
     rows, pressures = [], []
-    for modulus in _spread(domain["modulus_MPa"], MODULI):
+    for modulus in np.geomspace(*domain["modulus_MPa"], MODULI).tolist():
         start = None
-        for force in _spread(domain["force_N"], FORCES):
+        for force in np.geomspace(*domain["force_N"], FORCES).tolist():
             try:
                 found = press(reduced, default_specimen(modulus), force=force, fidelity="contact", start=start)
             except ContactRangeError:
@@ -98,21 +100,13 @@ def fit_positions(moved: dict[str, np.ndarray]) -> PositionTerms:
     )
     missed = change - terms.change(force, moved["modulus_MPa"], places[:, None])
     square = (missed**2 + (ERROR * change) ** 2).mean(axis=1)[::PLACES_PER_CELL]
-    return PositionTerms(terms.force_N, terms.modulus_MPa, terms.reach_mm, terms.coefficients, np.sqrt(square).T)
-
-
-def _spread(limits: tuple[float, float], count: int) -> list[float]:
-    """So many values from the first limit to the last, both exact, evenly in the logarithm."""
-    spread = np.geomspace(*limits, count)
-    spread[[0, -1]] = limits
-    return spread.tolist()
+    return replace(terms, error=np.sqrt(square).T)
 
 
 def _basis(places: np.ndarray) -> np.ndarray:
     """(p, CELLS + 3) weights of the B-spline coefficients at each place."""
     at = (places - places[0]) / (places[-1] - places[0]) * CELLS
     cell = np.minimum(at.astype(int), CELLS - 1)
-    powers = (at - cell)[:, None] ** np.arange(4)
     basis = np.zeros((len(places), CELLS + 3))
-    np.put_along_axis(basis, cell[:, None] + np.arange(4), powers @ POWERS.T, axis=1)
+    np.put_along_axis(basis, cell[:, None] + np.arange(4), power_vector(at - cell) @ POWERS.T, axis=1)
     return basis

@@ -1,6 +1,7 @@
 """A calibration from measured presses: few moduli, noise, forces that no grid planned, and cells that dropped out."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import stdtrit
@@ -60,7 +61,7 @@ def fit_bench(log: PressLog, finger: dict | None = None) -> Calibration:
     limits = _shared_forces(log)
     edge = EDGE if len(log) < SPARE else 1.0
     near = (log.force_N >= limits[0] / edge) & (log.force_N <= limits[1] * edge)
-    data = _Presses.of(log, np.flatnonzero(near), limits)
+    data = _Presses(log, np.flatnonzero(near), limits)
     data, outliers = _without_outliers(data)
     solver = data.best()
     sd, *gauges = (_with_next_degree(data, solver, values) for values in data.quantities)
@@ -90,36 +91,34 @@ def fit_bench(log: PressLog, finger: dict | None = None) -> Calibration:
 class _Presses:
     """The n presses that a surface is fitted to.
 
-    rows : (n,) their places in the log; quantities : ln S_d, and each gauge's reading / force, (n,) each; shares : of
-    each quantity, (n,) the factor that makes a difference of it a fraction of S_d or of the reading, whichever is
-    larger; limits : domain of force.
+    rows : (n,) their places in the `log`; limits : domain of force.
     """
 
+    log: PressLog
     rows: np.ndarray
-    force_N: np.ndarray
-    modulus_MPa: np.ndarray
-    quantities: tuple[np.ndarray, ...]
-    shares: tuple[np.ndarray, ...]
     limits: tuple[float, float]
 
-    @classmethod
-    def of(cls, log: PressLog, rows: np.ndarray, limits: tuple[float, float]) -> "_Presses":
-        force, sd = log.force_N[rows], log.sd_microstrain[rows]
-        readings = log.readings[rows].T
-        shares = tuple(force / np.maximum(sd, np.abs(column)) for column in readings)
-        quantities = (np.log(sd), *(column / force for column in readings))
-        return cls(rows, force, log.modulus_MPa[rows], quantities, (np.ones(len(rows)), *shares), limits)
+    @property
+    def force_N(self) -> np.ndarray:
+        """(n,) forces."""
+        return self.log.force_N[self.rows]
 
-    def only(self, kept: np.ndarray) -> "_Presses":
-        """Some of the presses; kept : (n,) bool."""
-        return replace(
-            self,
-            rows=self.rows[kept],
-            force_N=self.force_N[kept],
-            modulus_MPa=self.modulus_MPa[kept],
-            quantities=tuple(values[kept] for values in self.quantities),
-            shares=tuple(values[kept] for values in self.shares),
-        )
+    @property
+    def modulus_MPa(self) -> np.ndarray:
+        """(n,) moduli of the specimens."""
+        return self.log.modulus_MPa[self.rows]
+
+    @cached_property
+    def quantities(self) -> np.ndarray:
+        """(g + 1, n) what is fitted: ln S_d, and each gauge's reading / force."""
+        return np.vstack([np.log(self.log.sd_microstrain[self.rows]), self.log.readings[self.rows].T / self.force_N])
+
+    @cached_property
+    def shares(self) -> np.ndarray:
+        """(g + 1, n) the factor that makes a difference of a quantity a fraction of S_d or of the reading, whichever is
+        larger."""
+        readings, sd = np.abs(self.log.readings[self.rows].T), self.log.sd_microstrain[self.rows]
+        return np.vstack([np.ones(len(self.rows)), self.force_N / np.maximum(sd, readings)])
 
     def borne(self) -> list[SurfaceFit]:
         """The surfaces that these presses bear, from few unknowns to many.
@@ -186,7 +185,7 @@ def _without_outliers(data: _Presses) -> tuple[_Presses, list[tuple[int, str]]]:
             count = most + len(data.rows)
             raise InputError(f"more than {most} of {count} presses do not go with the others; among them {sentence}")
         found.append((int(data.rows[place]), f"{sentence}; it is left out"))
-        data = data.only(np.arange(len(data.rows)) != place)
+        data = replace(data, rows=np.delete(data.rows, place))
     return data, found
 
 
@@ -206,7 +205,7 @@ def _worst(data: _Presses) -> tuple[int, str] | None:
     if not out.any():
         return None
     place = int(np.argmax(np.where(out, score, 0).max(axis=0)))
-    press, values = f"press {data.rows[place] + 1}", np.array(data.quantities)[:, place]
+    press, values = f"press {data.rows[place] + 1}", data.quantities[:, place]
     expected = values - residual[:, place] / left[place]
     gauges = np.flatnonzero(out[1:, place]) + 1
     if len(gauges) == 1:

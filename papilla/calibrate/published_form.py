@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from papilla.calibrate.press_table import SPECIMENS_MPA
 from papilla.calibration import Calibration
-from papilla.calibration.quadratic import FORWARD_TERMS, Quadratic, QuadraticInverse, invert_quadratic
+from papilla.calibration.quadratic import FORWARD_TERMS, Quadratic, QuadraticInverse, invert_quadratic, quadratic
 from papilla.errors import InputError
 from papilla.units import gf_to_newton, newton_to_gf
 
@@ -115,9 +115,7 @@ def _is_misfit(force, modulus, residual) -> bool:
 
 def published_sd(force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
     """S_d of eq. (9) at forces (gf) and moduli (MPa) that broadcast; the unit is not stated there."""
-    a, b, c, d, e = PUBLISHED_FORWARD
-    f, E = np.asarray(force_gf, float), np.asarray(modulus_MPa, float)
-    return a * f**2 + b * f + c * E**2 + d * E + e
+    return quadratic(PUBLISHED_FORWARD, force_gf, modulus_MPa)
 
 
 def exact_inverse(digits: int | None = None) -> QuadraticInverse:

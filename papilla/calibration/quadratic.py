@@ -42,9 +42,7 @@ class Quadratic:
 
     def __call__(self, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """S_d in microstrain at forces (gf) and moduli (MPa) that broadcast."""
-        a, b, c, d, e = self.coefficients
-        f, E = np.asarray(force_gf, float), np.asarray(modulus_MPa, float)
-        return ((a * f + b) * f + (c * E + d) * E + e)[()]
+        return quadratic(self.coefficients, force_gf, modulus_MPa)
 
     @cached_property
     def inverse(self) -> "QuadraticInverse":
@@ -76,6 +74,13 @@ class QuadraticInverse:
         low, high = self.modulus_MPa
         slack = 1e-9 * (abs(self.shift) + high)
         return np.where((modulus >= low - slack) & (modulus <= high + slack), modulus, np.nan)[()]
+
+
+def quadratic(coefficients: Sequence[float] | np.ndarray, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
+    """a f^2 + b f + c E^2 + d E + e at forces (gf) and moduli (MPa) that broadcast."""
+    a, b, c, d, e = coefficients
+    f, E = np.asarray(force_gf, float), np.asarray(modulus_MPa, float)
+    return ((a * f + b) * f + (c * E + d) * E + e)[()]
 
 
 def invert_quadratic(coefficients: Sequence[float] | np.ndarray, modulus_MPa: tuple[float, float]) -> QuadraticInverse:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibration.surface import POWERS, Axis, PointSurface, Surface, inside
+from papilla.calibration.surface import POWERS, Axis, PointSurface, Surface, inside, power_vector
 from papilla.errors import InputError
 
 LEVEL = 0.95
@@ -24,39 +24,25 @@ IDENTIFIABLE = 0.5
 class SoftnessStatus(IntEnum):
     """What became of an answer; `sentence` says it in words."""
 
-    OK = 0
-    NOT_IDENTIFIABLE = 1
-    SOFTER = 2
-    HARDER = 3
-    FORCE_BELOW = 4
-    FORCE_ABOVE = 5
-    NO_CONTACT = 6
-    BAD_GAUGE = 7
-    BAD_INPUT = 8
-    LEFT_OUT = 9
-    MISFIT = 10
-    OFF_REACH = 11
+    sentence: str
 
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
+    OK = 0, "ok"
+    NOT_IDENTIFIABLE = 1, "not identifiable: sigma is more than half of the modulus, or S_d fits two"
+    SOFTER = 2, "softer than calibrated"
+    HARDER = 3, "harder than the sensor can tell"
+    FORCE_BELOW = 4, "force below the calibrated domain"
+    FORCE_ABOVE = 5, "force above the calibrated domain"
+    NO_CONTACT = 6, "no contact"
+    BAD_GAUGE = 7, "bad gauge: a reading is missing, saturated or stuck, so there is no S_d"
+    BAD_INPUT = 8, "force or S_d is not a positive finite number"
+    LEFT_OUT = 9, "ok without some channels"
+    MISFIT = 10, "the readings fit no modulus and force: a touch off the apex, or several bad channels"
+    OFF_REACH = 11, "the contact lies beside the calibrated positions"
 
-
-_SENTENCES = {
-    SoftnessStatus.OK: "ok",
-    SoftnessStatus.NOT_IDENTIFIABLE: "not identifiable: sigma is more than half of the modulus, or S_d fits two",
-    SoftnessStatus.SOFTER: "softer than calibrated",
-    SoftnessStatus.HARDER: "harder than the sensor can tell",
-    SoftnessStatus.FORCE_BELOW: "force below the calibrated domain",
-    SoftnessStatus.FORCE_ABOVE: "force above the calibrated domain",
-    SoftnessStatus.NO_CONTACT: "no contact",
-    SoftnessStatus.BAD_GAUGE: "bad gauge: a reading is missing, saturated or stuck, so there is no S_d",
-    SoftnessStatus.BAD_INPUT: "force or S_d is not a positive finite number",
-    SoftnessStatus.LEFT_OUT: "ok without some channels",
-    SoftnessStatus.MISFIT: "the readings fit no modulus and force: a touch off the apex, or several bad channels",
-    SoftnessStatus.OFF_REACH: "the contact lies beside the calibrated positions",
-}
+    def __new__(cls, number: int, sentence: str = ""):
+        status = int.__new__(cls, number)
+        status._value_, status.sentence = number, sentence
+        return status
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +195,6 @@ class PositionTerms:
         cell = np.clip(place.astype(int), 0, self.cells[2] - 1)
         i, t, inside_force = self.force_axis.locate(force)
         j, u, inside_modulus = self.modulus_axis.locate(modulus)
-        powers = [np.stack([np.ones_like(v), v, v * v, v**3], axis=-1) for v in (t, u, place - cell)]
+        powers = map(power_vector, (t, u, place - cell))
         value = np.einsum("...gabc,...a,...b,...c->...g", self.polynomials[i, j, cell], *powers)
         return np.where((inside_force & inside_modulus & inside_x)[..., None], value, np.nan)

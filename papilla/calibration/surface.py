@@ -84,8 +84,8 @@ class Surface:
     def _evaluate(self, force_N: ArrayLike, modulus_MPa: ArrayLike, along_force: int, along_modulus: int) -> np.ndarray:
         i, t, inside_force = self.force_axis.locate(np.asarray(force_N, float))
         j, u, inside_modulus = self.modulus_axis.locate(np.asarray(modulus_MPa, float))
-        left = _power_vector(t, along_force) / self.force_axis.step**along_force
-        right = _power_vector(u, along_modulus) / self.modulus_axis.step**along_modulus
+        left = power_vector(t, along_force) / self.force_axis.step**along_force
+        right = power_vector(u, along_modulus) / self.modulus_axis.step**along_modulus
         value = np.einsum("...ab,...a,...b->...", self.polynomials[i, j], left, right)
         return np.where(inside_force & inside_modulus, value, np.nan)[()]
 
@@ -124,11 +124,11 @@ class Axis:
             raise InputError(f"{value[~inside][0]:g} lies outside the surface's {self.low:g} to {self.high:g}")
         rows = np.arange(len(value))[:, None]
         weights = np.zeros((len(value), self.cells + 3))
-        weights[rows, cell[:, None] + np.arange(4)] = _power_vector(place, 0) @ POWERS.T
+        weights[rows, cell[:, None] + np.arange(4)] = power_vector(place) @ POWERS.T
         return weights
 
 
-def _power_vector(t: np.ndarray, derivative: int) -> np.ndarray:
+def power_vector(t: np.ndarray, derivative: int = 0) -> np.ndarray:
     """(..., 4): 1, t, t^2, t^3, or their derivatives."""
     one, zero = np.ones_like(t), np.zeros_like(t)
     if derivative == 0:
@@ -152,21 +152,20 @@ class PointSurface:
     def _tables(self) -> tuple:
         surface = self.surface
         force, modulus = surface.force_axis, surface.modulus_axis
-        cells = tuple(tuple(_flat(cell) for cell in row) for row in surface.polynomials.tolist())
+        flat = surface.polynomials.reshape(*surface.cells, 16).tolist()
+        cells = tuple(tuple(map(tuple, row)) for row in flat)
         lines = tuple(tuple(map(tuple, row)) for row in surface.node_lines.tolist())
         return cells, lines, force.start, 1 / force.step, force.cells, modulus.start, 1 / modulus.step, modulus.cells
 
     def evaluate(self, ln_force: float, ln_modulus: float) -> tuple[float, float, float]:
         """Value, d/d ln force and d/d ln modulus at a point of the domain (a point outside is not checked)."""
-        cells, _, x0, per_x, m, y0, per_y, n = self._tables
-        t, u = (ln_force - x0) * per_x, (ln_modulus - y0) * per_y
-        i, j = min(max(int(t), 0), m - 1), min(max(int(u), 0), n - 1)
-        t, u = t - i, u - j
-        a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cells[i][j]
-        p = a0 + t * (b0 + t * (c0 + t * d0))
-        q = a1 + t * (b1 + t * (c1 + t * d1))
-        r = a2 + t * (b2 + t * (c2 + t * d2))
-        s = a3 + t * (b3 + t * (c3 + t * d3))
+        cells, _, _, per_x, _, y0, per_y, n = self._tables
+        i, t = self._place(ln_force)
+        u = (ln_modulus - y0) * per_y
+        j = min(max(int(u), 0), n - 1)
+        u -= j
+        _, _, _, _, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cells[i][j]
+        p, q, r, s = _cubic(cells[i][j], t)
         along_t = (b0 + u * (b1 + u * (b2 + u * b3))) + t * (
             2 * (c0 + u * (c1 + u * (c2 + u * c3))) + 3 * t * (d0 + u * (d1 + u * (d2 + u * d3)))
         )
@@ -174,16 +173,12 @@ class PointSurface:
 
     def force_cell(self, ln_force: float) -> int:
         """Number of the force cell of a point of the domain."""
-        _, _, x0, per_x, m, *_ = self._tables
-        return min(max(int((ln_force - x0) * per_x), 0), m - 1)
+        return self._place(ln_force)[0]
 
     def node_value(self, ln_force: float, node: int) -> float:
         """Value at a modulus node."""
-        _, lines, x0, per_x, m, *_ = self._tables
-        t = (ln_force - x0) * per_x
-        i = min(max(int(t), 0), m - 1)
-        t -= i
-        p, q, r, s = lines[i][node]
+        i, t = self._place(ln_force)
+        p, q, r, s = self._tables[1][i][node]
         return p + t * (q + t * (r + t * s))
 
     def solve(self, ln_force: float, value: float, low: int, high: int) -> float:
@@ -191,39 +186,41 @@ class PointSurface:
 
         The value must lie between those of the two nodes; the answer is then exact to rounding.
         """
-        cells, lines, x0, per_x, m, y0, per_y, _ = self._tables
-        t = (ln_force - x0) * per_x
-        i = min(max(int(t), 0), m - 1)
-        t -= i
-        row = lines[i]
+        cells, lines, *_, y0, per_y, _ = self._tables
+        i, t = self._place(ln_force)
         while high - low > 1:
             middle = (low + high) >> 1
-            p, q, r, s = row[middle]
+            p, q, r, s = lines[i][middle]
             if p + t * (q + t * (r + t * s)) <= value:
                 low = middle
             else:
                 high = middle
-        a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cells[i][low]
-        cubic = (
-            a0 + t * (b0 + t * (c0 + t * d0)),
-            a1 + t * (b1 + t * (c1 + t * d1)),
-            a2 + t * (b2 + t * (c2 + t * d2)),
-            a3 + t * (b3 + t * (c3 + t * d3)),
-        )
-        return y0 + (low + solve_cubic(cubic, value)) / per_y
+        return y0 + (low + solve_cubic(_cubic(cells[i][low], t), value)) / per_y
 
     def curve(self, ln_force: float) -> "Curve":
         """The surface along one force."""
-        cells, _, x0, per_x, m, y0, per_y, n = self._tables
+        cells, *_, y0, per_y, n = self._tables
+        i, t = self._place(ln_force)
+        values = tuple(self.node_value(ln_force, node) for node in range(n + 1))
+        return Curve(tuple(_cubic(cell, t) for cell in cells[i]), values, y0, per_y)
+
+    def _place(self, ln_force: float) -> tuple[int, float]:
+        """Number of the force cell, and the place in it (0 to 1)."""
+        _, _, x0, per_x, m, *_ = self._tables
         t = (ln_force - x0) * per_x
         i = min(max(int(t), 0), m - 1)
-        t -= i
-        cubics = tuple(
-            tuple(cell[k] + t * (cell[4 + k] + t * (cell[8 + k] + t * cell[12 + k])) for k in range(4))
-            for cell in cells[i]
-        )
-        values = tuple(self.node_value(ln_force, node) for node in range(n + 1))
-        return Curve(cubics, values, y0, per_y)
+        return i, t - i
+
+
+def _cubic(cell: tuple[float, ...], t: float) -> tuple[float, float, float, float]:
+    """The cubic over the modulus of a cell of 4 x 4 powers, at a place t over the force."""
+    a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cell
+    return (
+        a0 + t * (b0 + t * (c0 + t * d0)),
+        a1 + t * (b1 + t * (c1 + t * d1)),
+        a2 + t * (b2 + t * (c2 + t * d2)),
+        a3 + t * (b3 + t * (c3 + t * d3)),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +283,3 @@ def inside(value: float, low: float, high: float) -> bool:
     """Whether a value lies between two node values, up to the rounding that forward and inverse may leave."""
     slack = ROUNDING * ROUNDING + 4e-15 * max(abs(low), abs(high), 1.0)
     return low - slack <= value <= high + slack and not math.isnan(value)
-
-
-def _flat(cell: list[list[float]]) -> tuple[float, ...]:
-    return tuple(value for row in cell for value in row)

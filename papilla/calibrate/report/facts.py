@@ -36,8 +36,8 @@ class AnswerMap:
     @classmethod
     def of(cls, calibration: Calibration) -> "AnswerMap":
         """Over a logarithmic grid of the whole domain."""
-        force = spread(calibration.domain["force_N"], MAP_POINTS)
-        modulus = spread(calibration.domain["modulus_MPa"], MAP_POINTS)
+        force = np.geomspace(*calibration.domain["force_N"], MAP_POINTS)
+        modulus = np.geomspace(*calibration.domain["modulus_MPa"], MAP_POINTS)
         sd = calibration.predict(force[:, None], modulus[None, :])
         answer = calibration.invert(sd, np.broadcast_to(force[:, None], sd.shape))
         relative = np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa)
@@ -60,13 +60,6 @@ class AnswerMap:
         if not len(told):
             return float(self.force_N[row]), None, np.nan
         return float(self.force_N[row]), float(self.modulus_MPa[told[-1]]), float(self.relative_sigma[row, told[-1]])
-
-
-def spread(limits: tuple[float, float], count: int) -> np.ndarray:
-    """(count,) logarithmic places from end to end; the ends are exact, so rounding does not carry them outside."""
-    places = np.geomspace(*limits, count)
-    places[[0, -1]] = limits
-    return places
 
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:

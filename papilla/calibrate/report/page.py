@@ -25,7 +25,7 @@ from papilla.calibrate.published_form import (
     rounding_error,
 )
 from papilla.calibrate.report import facts
-from papilla.calibrate.report.facts import AnswerMap, spread
+from papilla.calibrate.report.facts import AnswerMap
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
@@ -160,8 +160,9 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
     """The page's diagrams as addresses that hold them."""
     calibration, presses, recovery, plots = done.calibration, done.presses, done.recovery, view.plots
     swept = isinstance(presses, Sweep)
-    (low, high), modulus = calibration.domain["modulus_MPa"], spread(calibration.domain["modulus_MPa"], CURVE_POINTS)
-    force = spread(calibration.domain["force_N"], CURVE_POINTS)
+    low, high = calibration.domain["modulus_MPa"]
+    modulus = np.geomspace(low, high, CURVE_POINTS)
+    force = np.geomspace(*calibration.domain["force_N"], CURVE_POINTS)
     moduli = [low, *(value for value in sorted((0.05, 0.2, *SPECIMENS_MPA)) if low < value < high), high]
     forces = np.linspace(*calibration.domain["force_N"], 6)
     shown = SHOWN_MODULUS_MPA if low <= SHOWN_MODULUS_MPA <= high else (low * high) ** 0.5

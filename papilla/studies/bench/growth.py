@@ -6,7 +6,7 @@ contact alone lies between a cube and a sheet, where the same bounds are n log n
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,7 +50,3 @@ class Growth:
         dofs = tuple(row.dofs for row in ordered)
         powers = (Power.fitted(dofs, own, bound) for own, bound in zip(columns, (4 / 3, 2.0, 2.0, 4 / 3), strict=True))
         return cls(ordered[0].element, dofs, *powers)
-
-    def to_json(self) -> dict:
-        """Plain values."""
-        return asdict(self)

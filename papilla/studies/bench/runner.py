@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from papilla import mesh as meshes
 from papilla.errors import ContactRangeError
@@ -59,7 +59,7 @@ class Bench:
             "finger": self.finger_name,
             "cores": self.cores,
             "rows": [row.to_json() for row in self.rows],
-            "growth": self.growth.to_json(),
+            "growth": asdict(self.growth),
             "profile": {
                 "size_mm": self.default.size_mm,
                 "seconds": self.default.stages,
