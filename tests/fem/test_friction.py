@@ -93,7 +93,7 @@ def test_stick_is_from_the_moment_of_contact_not_from_the_start(sphere):
     assert abs(4 * problem.force(at_once) / force - 1) > 0.01 > 10 * abs(4 * state.force / force - 1)
 
 
-@pytest.mark.parametrize("friction", [STICK, 0.4, 0.2, 0.1])
+@pytest.mark.parametrize("friction", [STICK, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.4, 0.2, 0.1))])
 def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     """Against the frictionless punch on the same patch, whose edge is as coarse."""
     patch, nu = disc(1.0, 16), 0.3
@@ -106,6 +106,7 @@ def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     check_state(problem, state, friction)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2, 0.1])
 def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
     patch, nu = sphere, 0.3
@@ -155,6 +156,7 @@ def test_similar_bodies_do_not_rub(disc):
     assert not state.slipping.any()
 
 
+@pytest.mark.slow
 def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
     """Pressed, then pulled along x under the same force; nu = 0, for which their solution is exact."""
     patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15
@@ -290,6 +292,7 @@ def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
     assert path.at(indentation=-1.0) is None and path.at(force=0.0) is None
 
 
+@pytest.mark.slow
 def test_shorter_steps_change_little(disc):
     problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
     one, four, eight = (FrictionPath(problem, 0.1, cuts).at(force=0.5) for cuts in (1, 4, 8))

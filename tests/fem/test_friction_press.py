@@ -63,6 +63,7 @@ def test_beside_the_apex_by_nothing_is_the_apex(coarse, coarse_model, friction):
     assert np.abs(other.shear @ beside.patch.mass).max() < 1e-5 * 0.3
 
 
+@pytest.mark.slow
 def test_the_field_of_a_press_has_its_shear(reference, reference_model):
     found = press(reference, BLOCK, force=0.3, friction="stick")
     plain = press(reference, BLOCK, force=0.3, fidelity="contact")

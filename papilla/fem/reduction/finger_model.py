@@ -71,8 +71,7 @@ class FingerModel:
         equations cannot be solved.
         """
         loaded, parities = self._patch(at)
-        cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
-        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
+        self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0,), (0,))
         _LIVING[self.finger.sha256, self.mesh.sha256, self.space.name] = self
         gauges = self.finger.gauges
@@ -99,6 +98,7 @@ class FingerModel:
     def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
         """What tangential tractions add to the finger reduced at `at`: `ReducedFinger.tangential`."""
         loaded, parities = self._patch(at)
+        self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0, 1, 2), (1, 2))
         n = len(loaded.patch.xy)
         compliance[n:] = (compliance[n:] + compliance[n:].T) / 2
@@ -190,6 +190,11 @@ class FingerModel:
         symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
         loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
         return loaded, [SYMMETRIC] if symmetric else self._all_parities()
+
+    def _refuse(self, loaded: LoadedPatch, parities: list[tuple[int, int]]) -> None:
+        """Refuse to condense what does not fit into memory."""
+        cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
+        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
 
     def _all_parities(self) -> list[tuple[int, int]]:
         """The parities that together hold every field."""
