@@ -92,8 +92,15 @@ class FingerModel:
             strain_key=self.finger.strain_sha256,
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
             element=self.space.name,
-            tangential_source=partial(_tangential, self.finger, self.mesh, self.space.name, at),
+            tangential_source=self._tangential_source(at),
         )
+
+    def _tangential_source(self, at: tuple[float, float]) -> Callable:
+        """What makes the tangential part later. It keeps no model alive, but one of a derived class, whose surfaces
+        another would not have."""
+        if type(self) is not FingerModel:
+            return partial(self.reduce_tangential, at)
+        return partial(_tangential, self.finger, self.mesh, self.space.name, at)
 
     def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
         """What tangential tractions add to the finger reduced at `at`: `ReducedFinger.tangential`."""

@@ -6,6 +6,7 @@ from time import perf_counter
 from papilla.errors import InputError, PapillaError
 from papilla.studies.verify.case import Case, Family
 from papilla.studies.verify.engines import engines
+from papilla.studies.verify.friction import friction
 from papilla.studies.verify.hard import contrast, loads, places, slivers, thin_layer
 from papilla.studies.verify.hertz import coat, hertz, layers
 from papilla.studies.verify.incompressible import incompressible
@@ -20,6 +21,7 @@ FAMILIES: dict[str, Family] = {
     "hertz": hertz,
     "layer": layers,
     "coat": coat,
+    "friction": friction,
     "incompressible": incompressible,
     "contrast": contrast,
     "loads": loads,
