@@ -1,4 +1,4 @@
-"""Contact with friction against its exact answers: a growing sphere that sticks or slips, and a bonded layer both ways."""
+"""Contact with friction against its exact answers: a sphere that sticks or slips, and a bonded layer both ways."""
 
 from collections.abc import Iterator
 
@@ -34,7 +34,7 @@ def friction() -> Iterator[Check]:
         name, against = f"sphere on half-space, friction {value}", f"at given indentation, against {source}"
         yield Check(f"{name}, force", f"force {against} (exact solution)", off(found.force, force), FORCE_BOUND)
         moment = shear_moment(reduced, found.traction)
-        measure = f"moment of the shear about the axis' point {against} (exact solution)"
+        measure = f"moment of the shear {against} (exact solution)"
         yield Check(f"{name}, shear", measure, off(moment, exact.shear_moment * force), SHEAR_BOUND)
     yield from _layer_both_ways()
 
