@@ -93,8 +93,10 @@ def press(
             return friction_press(reduced, specimen, *aim, rubbing, began)
         return contact_press(reduced, specimen, *aim, start, began)
 
+    alone = "; large strain, which raises S_d about as much as stick lowers it, is not in it" if rubbing else ""
     if fidelity == "contact":
-        return contact(load)
+        found = contact(load)
+        return replace(found, status=found.status + alone)
     if rubbing or (fidelity is None and tables_of(reduced)):
         found = _with_large_strain(reduced, load, rubbing, contact)
         if found.large_strain:
@@ -102,7 +104,7 @@ def press(
     if not rubbing:
         found = _with_large_strain(reduced, load, 0.0, partial(_cheapest, reduced, specimen, tolerance, start, began))
     told = shared_losses(reduced, found.force, tolerance, found.large_strain)
-    return replace(found, status=found.status + told, seconds=perf_counter() - began)
+    return replace(found, status=found.status + alone + told, seconds=perf_counter() - began)
 
 
 def _with_large_strain(reduced: ReducedFinger, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:

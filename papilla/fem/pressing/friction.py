@@ -14,9 +14,6 @@ from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
-SMALL_STRAIN_TOO = "large strain, which raises S_d about as much as stick lowers it, is not in it"
-"""What a press with friction is to be read with."""
-
 UNLIKE = 1e-6
 """Difference, as a share of the largest, between the two compliances that a specimen gives for pressure alone."""
 
@@ -53,7 +50,7 @@ def friction_press(
         indentation=state.indentation,
         active=state.active,
         values=reduced.traction_rows @ state.traction.ravel(),
-        status=f"contact: {held}, the force grown from first touch in {taken} steps; {SMALL_STRAIN_TOO}",
+        status=f"contact: {held}, the force grown from first touch in {taken} steps",
         shear=state.traction[1:],
     )
 
