@@ -26,6 +26,10 @@ FALSE_ALARM = 1e-4
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
+BENT = 0.1
+"""Periods by which a path must leave the straight line over time for the two to be told apart."""
+FOREIGN = 0.5
+"""Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
 ALIKE = 0.05
 """Share of a line's energy that a line over time must be able to explain to be its rival."""
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
@@ -164,6 +168,12 @@ class Look:
         spans = [time[b] - time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
         speed = np.abs(np.gradient(self._place)) / np.maximum(np.abs(np.gradient(time)), 1e-9)
         self._speed = speed
+        bends = []
+        for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
+            t, x = time[first:last] - time[first], self._place[first:last] - self._place[first]
+            t, x = t - t.mean(), x - x.mean()
+            bends.append(float(np.abs(x - t * ((t @ x) / max(float(t @ t), 1e-300))).max()))
+        self._bend = max(bends)
         fastest = float(np.quantile(speed, 0.95))
         step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
         self._time_lines: list[Line] = []
@@ -180,9 +190,11 @@ class Look:
         task = self._task
         verdict, chosen = Verdict.TIME_LOCKED, None
         strongest = self._inside[0]
+        hums: list[Line] = []
         for line in self._ranked():
             origin = self._origin(line)
-            if origin == Verdict.TIME_LOCKED:
+            if origin == Verdict.TIME_LOCKED or self._hidden(line, hums):
+                hums.append(line)
                 continue
             chosen, verdict = line, origin
             break
@@ -193,6 +205,7 @@ class Look:
             self._stop()
             return
         fundamental = self._fundamental(chosen)
+        self._silence(fundamental)
         self._wavenumber, self._late = fundamental, task.late_s
         if not 1 / task.high <= fundamental * 1.02:
             self.finding = replace(
@@ -219,9 +232,10 @@ class Look:
         """FOUND for a line that is the path's, UNDECIDED where time may be as well, TIME_LOCKED where it is time's."""
         path, time = self._credits(line)
         enough = max(PROVED, DISTINCT * line.ratio)
-        if path > enough and EXCLUDED * path > time:
+        told = self._bend * line.wavenumber > BENT
+        if told and path > enough and EXCLUDED * path > time:
             return Verdict.FOUND
-        if time > enough and time > EXCLUDED * path:
+        if told and time > enough and time > EXCLUDED * path:
             return Verdict.TIME_LOCKED
         weight = self._strokes.weight
         speed = float((weight @ self._speed) / weight.sum())
@@ -230,6 +244,42 @@ class Look:
         resolution = 1 / max(min(spans), 1e-9)
         near = any(abs(frequency - hum) < resolution for hum in self._task.hums_Hz)
         return Verdict.TIME_LOCKED if near else Verdict.UNDECIDED
+
+    def _hidden(self, line: Line, hums: list[Line]) -> bool:
+        """Whether a stronger line over time may cover the fundamental of which this line is a harmonic."""
+        reach = 2 / self._strokes.extent
+        return any(
+            abs(line.wavenumber / order - hum.wavenumber) < reach
+            for hum in hums
+            for order in range(2, SUBHARMONICS)
+            if hum.amplitude > line.amplitude
+        )
+
+    def _silence(self, wavenumber: float) -> None:
+        """Take the lines over time out of the readings, but for those that the surface itself makes at its speed."""
+        if not self._time_lines:
+            return
+        orders = np.arange(1, HARMONICS + 1)[:, None]
+        turns = [
+            wavenumber * orders * self._place,
+            np.array([line.wavenumber for line in self._time_lines])[:, None] * self._time,
+        ]
+        atoms = np.exp(2j * np.pi * np.concatenate(turns))
+        readings = self._strokes.readings.copy()
+        for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
+            own, weight = atoms[:, first:last], self._strokes.weight[first:last]
+            weighted = np.conj(own) * weight
+            gram = weighted @ own.T
+            size = np.maximum(gram.diagonal().real, 1e-300)
+            alike = (np.abs(gram[HARMONICS:, :HARMONICS]) ** 2 / np.outer(size[HARMONICS:], size[:HARMONICS])).max(
+                axis=1
+            )
+            foreign = HARMONICS + np.flatnonzero(alike < FOREIGN)
+            used = np.concatenate([np.arange(HARMONICS), foreign])
+            some = gram[np.ix_(used, used)] + 1e-6 * size[0] * np.eye(len(used))
+            amplitude = np.linalg.solve(some, (weighted @ readings[first:last])[used])
+            readings[first:last] -= 2 * (own[foreign].T @ amplitude[HARMONICS:]).real
+        self._strokes = self._strokes._replace(readings=np.where(self._strokes.seen, readings, 0.0))
 
     def _credits(self, line: Line) -> tuple[float, float]:
         """Energy over the background that only this line explains, and the most that only one of time's lines does."""
@@ -266,8 +316,9 @@ class Look:
                 if line.amplitude > FAINT * chosen.amplitude
                 and abs(line.wavenumber - round(line.wavenumber / base) * base) < slack
             ]
-            # The fundamental itself, or two lines that the chosen one does not explain: a second texture seldom fits.
-            if 1 in orders or sum(order % divisor != 0 for order in orders) >= 2:
+            others = [order for order in orders if order % divisor]
+            # A longer wavelength, or two lines that the chosen one does not explain: a second texture seldom fits.
+            if 1 in others or len(others) >= 2 or (divisor <= 3 and min(others, default=divisor) < divisor):
                 return base
         return k
 

@@ -86,7 +86,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     pull = blocks / np.maximum(amount, 1e-300)[:, None, :] * np.conj(mean)[of_stroke]
     score = (turn * pull.imag * told).sum(axis=(1, 2))
     information = (turn**2 * size[of_stroke] * told).sum(axis=(1, 2))
-    first = (pull * told)[:, 0]
+    first = (pull * told).sum(axis=(1, 2))
     coherence = float(first.real.sum() / max(np.abs(first).sum(), 1e-300))
     return Phases(
         np.where(information > 0, score / np.maximum(information, 1e-300), 0.0),
