@@ -35,8 +35,9 @@ ALIKE = 0.05
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
 harmonic that line may be."""
-COHERENT = 0.8
-"""Of the blocks' phases, below which a line is a hump: it is looked for in half the path."""
+COHERENT, SCATTERED = 0.8, 0.12
+"""Of the blocks' phases, below which a line is a hump and looked for in less of the path; and their scatter beyond the
+noise, in periods, above which it is."""
 LOST, SURE = 0.5, 3.0
 """Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
 BAND = 0.45
@@ -104,7 +105,7 @@ class Look:
 
     def __init__(self, task: Task):
         self._task, self.finding = task, Finding(late_s=task.late_s, late_variance=task.late_variance)
-        self.trial = np.nan
+        self.trial, self._cleaned = np.nan, False
         self._parts = [self._gather, self._transform, self._detect, self._transform_time, self._decide]
         self.done = 0
 
@@ -193,6 +194,12 @@ class Look:
         hums: list[Line] = []
         for line in self._ranked():
             origin = self._origin(line)
+            if origin == Verdict.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
+                # What is left without it is looked at anew.
+                self._cleaned = True
+                self._silence()
+                self._parts += [self._transform, self._detect, self._decide]
+                return
             if origin == Verdict.TIME_LOCKED or self._hidden(line, hums):
                 hums.append(line)
                 continue
@@ -255,15 +262,18 @@ class Look:
             if hum.amplitude > line.amplitude
         )
 
-    def _silence(self, wavenumber: float) -> None:
-        """Take the lines over time out of the readings, but for those that the surface itself makes at its speed."""
-        if not self._time_lines:
+    def _silence(self, wavenumber: float = 0.0) -> None:
+        """Take the lines over time out of the readings, but for those that the harmonics of a wavenumber make; without
+        one, those alone that are as strong as the strongest."""
+        lines = self._time_lines
+        if wavenumber == 0:
+            most = max((line.amplitude for line in lines), default=0.0)
+            lines = [line for line in lines if line.amplitude > 0.5 * most]
+        if not lines:
             return
-        orders = np.arange(1, HARMONICS + 1)[:, None]
-        turns = [
-            wavenumber * orders * self._place,
-            np.array([line.wavenumber for line in self._time_lines])[:, None] * self._time,
-        ]
+        count = HARMONICS if wavenumber else 0
+        frequencies = np.array([line.wavenumber for line in lines])[:, None]
+        turns = [wavenumber * np.arange(1, count + 1)[:, None] * self._place, frequencies * self._time]
         atoms = np.exp(2j * np.pi * np.concatenate(turns))
         readings = self._strokes.readings.copy()
         for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
@@ -271,14 +281,12 @@ class Look:
             weighted = np.conj(own) * weight
             gram = weighted @ own.T
             size = np.maximum(gram.diagonal().real, 1e-300)
-            alike = (np.abs(gram[HARMONICS:, :HARMONICS]) ** 2 / np.outer(size[HARMONICS:], size[:HARMONICS])).max(
-                axis=1
-            )
-            foreign = HARMONICS + np.flatnonzero(alike < FOREIGN)
-            used = np.concatenate([np.arange(HARMONICS), foreign])
-            some = gram[np.ix_(used, used)] + 1e-6 * size[0] * np.eye(len(used))
+            alike = np.abs(gram[count:, :count]) ** 2 / np.outer(size[count:], size[:count])
+            foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN)
+            used = np.concatenate([np.arange(count), foreign])
+            some = gram[np.ix_(used, used)] + 1e-6 * size.max() * np.eye(len(used))
             amplitude = np.linalg.solve(some, (weighted @ readings[first:last])[used])
-            readings[first:last] -= 2 * (own[foreign].T @ amplitude[HARMONICS:]).real
+            readings[first:last] -= 2 * (own[foreign].T @ amplitude[count:]).real
         self._strokes = self._strokes._replace(readings=np.where(self._strokes.seen, readings, 0.0))
 
     def _credits(self, line: Line) -> tuple[float, float]:
@@ -344,6 +352,7 @@ class Look:
             if window is not None and len(window[0]) > 16:
                 self._time, self._place, self._count, self._stroke, self._begin, readings = window
                 self._strokes = strokes_of(self._place, readings, self._begin)
+                self._silence(self._wavenumber)
         speed = np.gradient(self._place) / np.maximum(np.gradient(self._time), 1e-9)
         regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
         if task.late_variance == 0:
@@ -370,7 +379,9 @@ class Look:
     def _judge(self) -> None:
         """What the look says in the end."""
         phases, fit = self._phases, self._fit
-        verdict = self._verdict if phases.coherence > COHERENT else Verdict.INCOHERENT
+        verdict = self._verdict
+        if phases.coherence < COHERENT or fit.scatter > SCATTERED:
+            verdict = Verdict.INCOHERENT
         if not phases.information.any():
             verdict = Verdict.INCOHERENT
         kept, kept_sigma = self._newest()

@@ -34,10 +34,12 @@ class Phases(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """step (p,) : what the phases add to the parameters; covariance (p, p), with noise and scatter of the blocks."""
+    """step (p,) : what the phases add to the parameters; covariance (p, p), with noise and scatter of the blocks;
+    scatter : of the blocks in cycles, beyond what noise does."""
 
     step: np.ndarray
     covariance: np.ndarray
+    scatter: float
 
 
 def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) -> Phases:
@@ -117,7 +119,10 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Fit:
         pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
         weight = phases.information * pull**2
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
-    return Fit(step, inverse * ratio)
+    off_line = np.abs(cycles - regressors @ step)[known]
+    noise = float(np.median(1 / phases.information[known])) if known.any() else 0.0
+    usual = MEDIAN_TO_SIGMA * float(np.median(off_line)) if known.any() else 0.0
+    return Fit(step, inverse * ratio, max(usual**2 - noise, 0.0) ** 0.5)
 
 
 def _centred(phases: Phases, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
