@@ -30,6 +30,8 @@ BENT = 0.1
 """Periods by which a path must leave the straight line over time for the two to be told apart."""
 FOREIGN = 0.5
 """Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
+LOUD = 0.1
+"""Energy of a line over time, beside the surface's, from which it is taken out."""
 ALIKE = 0.05
 """Share of a line's energy that a line over time must be able to explain to be its rival."""
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
@@ -212,7 +214,9 @@ class Look:
             self._stop()
             return
         fundamental = self._fundamental(chosen)
-        self._silence(fundamental)
+        self._hum = self._cleaned or bool(hums)
+        if self._hum:
+            self._silence(fundamental)
         self._wavenumber, self._late = fundamental, task.late_s
         if not 1 / task.high <= fundamental * 1.02:
             self.finding = replace(
@@ -283,10 +287,16 @@ class Look:
             size = np.maximum(gram.diagonal().real, 1e-300)
             alike = np.abs(gram[count:, :count]) ** 2 / np.outer(size[count:], size[:count])
             foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN)
-            used = np.concatenate([np.arange(count), foreign])
-            some = gram[np.ix_(used, used)] + 1e-6 * size.max() * np.eye(len(used))
-            amplitude = np.linalg.solve(some, (weighted @ readings[first:last])[used])
-            readings[first:last] -= 2 * (own[foreign].T @ amplitude[count:]).real
+            pull = weighted @ readings[first:last]
+            for _ in range(2):
+                used = np.concatenate([np.arange(count), foreign])
+                some = gram[np.ix_(used, used)] + 1e-6 * size.max() * np.eye(len(used))
+                amplitude = np.linalg.solve(some, pull[used])
+                energy = (np.abs(amplitude) ** 2).sum(axis=1)
+                # What is faint beside the surface's own may be its error, and does no harm.
+                kept = energy[count:] > LOUD * energy[:count].sum()
+                foreign, amplitude = foreign[kept], amplitude[count:][kept]
+            readings[first:last] -= 2 * (own[foreign].T @ amplitude).real
         self._strokes = self._strokes._replace(readings=np.where(self._strokes.seen, readings, 0.0))
 
     def _credits(self, line: Line) -> tuple[float, float]:
@@ -352,7 +362,8 @@ class Look:
             if window is not None and len(window[0]) > 16:
                 self._time, self._place, self._count, self._stroke, self._begin, readings = window
                 self._strokes = strokes_of(self._place, readings, self._begin)
-                self._silence(self._wavenumber)
+                if self._hum:
+                    self._silence(self._wavenumber)
         speed = np.gradient(self._place) / np.maximum(np.gradient(self._time), 1e-9)
         regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
         if task.late_variance == 0:
