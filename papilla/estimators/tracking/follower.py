@@ -14,7 +14,8 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Task, Verdict
+from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict
+from papilla.estimators.tracking.rivals import Task
 from papilla.estimators.tracking.spectrum import GRID
 
 CELL = 0.125

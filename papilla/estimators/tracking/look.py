@@ -12,28 +12,21 @@ A look is made of parts of some tens of microseconds, one a sample, so that no s
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 
 from papilla.estimators.tracking.refine import phases_of, regressed
+from papilla.estimators.tracking.rivals import HARMONICS, Task, credits_of, silenced, window_of
 from papilla.estimators.tracking.spectrum import GRID, Line, spectrum_of, strokes_of
 
-HARMONICS = 5
+BENT = 0.1
+"""Periods by which a path must leave the straight line over time for the two to be told apart."""
 MOST_LINES, TIME_LINES = 8, 3
 FALSE_ALARM = 1e-4
 """Of one look, over all wavelengths: some 30 independent ones in a run of 4 s, 0.3 % of runs."""
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
-BENT = 0.1
-"""Periods by which a path must leave the straight line over time for the two to be told apart."""
-FOREIGN = 0.5
-"""Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
-LOUD = 0.1
-"""Energy of a line over time, beside the surface's, from which it is taken out."""
-ALIKE = 0.05
-"""Share of a line's energy that a line over time must be able to explain to be its rival."""
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
 harmonic that line may be."""
@@ -80,28 +73,6 @@ class Finding:
     score: float = 0.0
 
 
-class Task(NamedTuple):
-    """What a look is at: rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
-
-    low, high : wavelengths in mm; step, size : the grid; late_s : of the path, and its variance (0: known);
-    trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none.
-    hums_Hz : frequencies that time may be locked to; rate_Hz : of the samples.
-    """
-
-    rows: np.ndarray
-    breaks: tuple[int, ...]
-    low: float
-    high: float
-    step: float
-    size: int
-    late_s: float
-    late_variance: float
-    trial_s: float
-    before: float
-    hums_Hz: tuple[float, ...]
-    rate_Hz: float
-
-
 class Look:
     """A look at a task; `advance` does one part and says whether it is done; `finding` then holds what was found."""
 
@@ -122,7 +93,7 @@ class Look:
 
     def _gather(self) -> None:
         task = self._task
-        window = _window(task, task.late_s)
+        window = window_of(task, task.late_s)
         if window is None:
             self._stop()
             return
@@ -199,7 +170,7 @@ class Look:
             if origin == Verdict.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
                 # What is left without it is looked at anew.
                 self._cleaned = True
-                self._silence()
+                self._strokes = silenced(self._strokes, self._time, self._time_lines)
                 self._parts += [self._transform, self._detect, self._decide]
                 return
             if origin == Verdict.TIME_LOCKED or self._hidden(line, hums):
@@ -216,7 +187,7 @@ class Look:
         fundamental = self._fundamental(chosen)
         self._hum = self._cleaned or bool(hums)
         if self._hum:
-            self._silence(fundamental)
+            self._strokes = silenced(self._strokes, self._time, self._time_lines, fundamental)
         self._wavenumber, self._late = fundamental, task.late_s
         if not 1 / task.high <= fundamental * 1.02:
             self.finding = replace(
@@ -241,7 +212,7 @@ class Look:
 
     def _origin(self, line: Line) -> Verdict:
         """FOUND for a line that is the path's, UNDECIDED where time may be as well, TIME_LOCKED where it is time's."""
-        path, time = self._credits(line)
+        path, time = credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
         told = self._bend * line.wavenumber > BENT
         if told and path > enough and EXCLUDED * path > time:
@@ -265,62 +236,6 @@ class Look:
             for order in range(2, SUBHARMONICS)
             if hum.amplitude > line.amplitude
         )
-
-    def _silence(self, wavenumber: float = 0.0) -> None:
-        """Take the lines over time out of the readings, but for those that the harmonics of a wavenumber make; without
-        one, those alone that are as strong as the strongest."""
-        lines = self._time_lines
-        if wavenumber == 0:
-            most = max((line.amplitude for line in lines), default=0.0)
-            lines = [line for line in lines if line.amplitude > 0.5 * most]
-        if not lines:
-            return
-        count = HARMONICS if wavenumber else 0
-        frequencies = np.array([line.wavenumber for line in lines])[:, None]
-        turns = [wavenumber * np.arange(1, count + 1)[:, None] * self._place, frequencies * self._time]
-        atoms = np.exp(2j * np.pi * np.concatenate(turns))
-        readings = self._strokes.readings.copy()
-        for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
-            own, weight = atoms[:, first:last], self._strokes.weight[first:last]
-            weighted = np.conj(own) * weight
-            gram = weighted @ own.T
-            size = np.maximum(gram.diagonal().real, 1e-300)
-            alike = np.abs(gram[count:, :count]) ** 2 / np.outer(size[count:], size[:count])
-            foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN)
-            pull = weighted @ readings[first:last]
-            for _ in range(2):
-                used = np.concatenate([np.arange(count), foreign])
-                some = gram[np.ix_(used, used)] + 1e-6 * size.max() * np.eye(len(used))
-                amplitude = np.linalg.solve(some, pull[used])
-                energy = (np.abs(amplitude) ** 2).sum(axis=1)
-                # What is faint beside the surface's own may be its error, and does no harm.
-                kept = energy[count:] > LOUD * energy[:count].sum()
-                foreign, amplitude = foreign[kept], amplitude[count:][kept]
-            readings[first:last] -= 2 * (own[foreign].T @ amplitude).real
-        self._strokes = self._strokes._replace(readings=np.where(self._strokes.seen, readings, 0.0))
-
-    def _credits(self, line: Line) -> tuple[float, float]:
-        """Energy over the background that only this line explains, and the most that only one of time's lines does."""
-        spectrum, weight = self._spectrum, self._strokes.weight
-        turns = [line.wavenumber * self._place, *(other.wavenumber * self._time for other in self._time_lines)]
-        atoms = np.exp(2j * np.pi * np.array(turns))
-        credit = np.zeros(len(atoms))
-        for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
-            own = atoms[:, first:last]
-            weighted = np.conj(own) * weight[first:last]
-            gram = weighted @ own.T
-            size = float(gram[0, 0].real)
-            if size <= 0:
-                continue
-            gram += 1e-6 * size * np.eye(len(gram))
-            inverse = np.linalg.inv(gram)
-            amplitude = inverse @ (weighted @ self._strokes.readings[first:last])
-            energy = np.abs(amplitude) ** 2 * size / inverse.diagonal().real[:, None]
-            shared = np.abs(gram[0]) ** 2 / (size * gram.diagonal().real)
-            credit += np.where(shared > ALIKE, energy @ (1 / spectrum.own), 0.0)
-        shown = max(int(np.isfinite(spectrum.own).sum()), 1)
-        credit /= shown * line.amplitude**2 / line.ratio
-        return float(credit[0]), float(credit[1:].max(initial=0.0))
 
     def _fundamental(self, chosen: Line) -> float:
         """The wavenumber of which the chosen line and others are harmonics; its own where there is no sign of it."""
@@ -358,12 +273,12 @@ class Look:
         """One step of the wavenumber and of the lateness."""
         task = self._task
         if self._late != task.late_s:
-            window = _window(task, self._late)
+            window = window_of(task, self._late)
             if window is not None and len(window[0]) > 16:
                 self._time, self._place, self._count, self._stroke, self._begin, readings = window
                 self._strokes = strokes_of(self._place, readings, self._begin)
                 if self._hum:
-                    self._silence(self._wavenumber)
+                    self._strokes = silenced(self._strokes, self._time, self._time_lines, self._wavenumber)
         speed = np.gradient(self._place) / np.maximum(np.gradient(self._time), 1e-9)
         regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
         if task.late_variance == 0:
@@ -441,40 +356,10 @@ class Look:
 
     def _try(self) -> None:
         """How sharp the lines would be if the path were late by another time."""
-        window = _window(self._task, self._task.trial_s)
+        window = window_of(self._task, self._task.trial_s)
         if window is None:
             return
         _, place, _, _, begin, readings = window
         spectrum = spectrum_of(strokes_of(place, readings, begin), self._task.step, self._task.size)
         lines = spectrum.lines(1 / self._task.high, self._highest, MOST_LINES)
         self.trial = max((line.ratio for line in lines), default=0.0)
-
-
-def _window(task: Task, late_s: float):
-    """Time, place, count, stroke (m,), begin (s + 1,) and readings (m, g) of the strokes that are long enough.
-
-    The path is late: at a time t the finger is where the path says at t + late. None where there is too little.
-    """
-    rows = task.rows
-    time, place = rows[:, 0], rows[:, 1]
-    breaks = np.array(task.breaks, int)
-    if late_s:
-        at = time + late_s
-        known = (at >= time[0]) & (at <= time[-1])
-        place = np.interp(at, time, place)
-        # Where the path turned at t + late, the finger did at t.
-        breaks = np.searchsorted(at, time[breaks])
-        first, last = int(known.argmax()), len(known) - int(known[::-1].argmax())
-        rows, place, time = rows[first:last], place[first:last], time[first:last]
-        breaks = breaks - first
-    edges = [0, *(int(b) for b in breaks if 0 < b < len(rows)), len(rows)]
-    pieces = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 8]
-    extents = [float(np.ptp(place[a:b])) for a, b in pieces]
-    longest = max(extents, default=0.0)
-    if longest < 4 * task.low:
-        return None
-    kept = [piece for piece, extent in zip(pieces, extents, strict=True) if extent >= 0.6 * longest]
-    index = np.concatenate([np.arange(a, b) for a, b in kept])
-    begin = np.concatenate([[0], np.cumsum([b - a for a, b in kept])])
-    stroke = np.repeat(np.arange(len(kept)), np.diff(begin))
-    return time[index], place[index], rows[index, 2], stroke, begin, rows[index, 3:]
