@@ -35,9 +35,10 @@ def test_the_shipped_error_of_hertz_is_what_is_measured(shipped, presses):
 @pytest.mark.parametrize("number", [0, 3])
 def test_the_shipped_cost_of_small_strain_is_what_is_measured(shipped, presses, number):
     finite = press_finite(Finger.default(), build(Finger.default()), SPECIMEN, force=FORCES[number])
-    again = loss(presses("contact")[number : number + 1], [finite])
+    cheaper = presses("contact")[number]
     for quantity in QUANTITIES:
-        assert getattr(again, quantity)[0] == pytest.approx(getattr(shipped.small_strain, quantity)[number], abs=1e-4)
+        error = getattr(cheaper, quantity) / getattr(finite, quantity) - 1
+        assert error == pytest.approx(getattr(shipped.small_strain, quantity)[number], abs=1e-4)
 
 
 @pytest.mark.slow
