@@ -2,11 +2,12 @@
 
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from papilla.calibrate.material_fit import MaterialTests, _at_bound, fit_material, model_stress
+from papilla.calibrate.material_fit import MaterialTests, _at_bound, _confess, fit_material, model_stress
 from papilla.errors import InputError
 from papilla.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh
 
@@ -71,12 +72,31 @@ def test_a_parameter_at_its_bound_is_confessed():
     stretch = np.linspace(1.01, 1.3, 12)
     steep = MaterialTests(stretch, 1e-3 * np.expm1(60 * (stretch - 1)), "uniaxial")
     assert "alpha stopped at its bound" in fit_material("ogden", steep).notes
-    # A millionth of the value, not of the width of the bounds: c2 near 0 within +-1e4, mu at 1e-3 above 1e-6
-    x, low, high = (
-        np.array([1e-3, 0.1 + 1e-9, 30 - 1e-4, 1.0, 0.0]),
-        *np.array([(1e-6, 1e4), (0.1, 30), (0.1, 30), (1 - 5e-9, 1), (-1e4, 1e4)]).T,
-    )
-    assert _at_bound(x, low, high).tolist() == [False, True, False, True, False]
+
+
+def test_a_bound_is_reached_within_a_millionth_of_the_value():
+    """Of the value, and of 1e-6 at least; not of the width between bounds of +-1e4."""
+    cases = [
+        (1e-3, 1e-6, 1e4, False),
+        (0.1 + 9e-8, 0.1, 30, True),
+        (30 - 1e-4, 0.1, 30, False),
+        (0.0, -1e4, 1e4, False),
+    ]
+    cases += [(1 - 5e-9, 0.0, 1.0, True), (1e-6 + 1.05e-12, 1e-6, 1e4, False), (1e-6 + 0.95e-12, 1e-6, 1e4, True)]
+    x, low, high, reached = (np.array(column) for column in zip(*cases, strict=True))
+    assert _at_bound(x, low, high).tolist() == reached.tolist()
+
+
+@pytest.mark.parametrize("condition, told", [(0.95e6, False), (1.05e6, True)])
+def test_a_condition_above_a_million_is_told(condition, told):
+    """Two unit columns at an angle t have the condition number cot(t / 2)."""
+    angle = 2 / condition
+    jac = np.vstack([[[1, np.cos(angle)], [0, np.sin(angle)]], np.zeros((34, 2))])
+    found = SimpleNamespace(jac=jac, cost=1e-6, x=np.array([0.9, 2.5]))
+    search = tuple(np.array(values) for values in ([1.0, 2.0], [1e-6, 0.1], [1e4, 30.0]))
+    fit = _confess(Ogden, ("mu", "alpha"), sampled(Ogden(0.11, 3.3)), found, search, np.ones(2), 1.0)
+    assert fit.condition == pytest.approx(condition, rel=1e-3)
+    assert any("ill-conditioned" in note for note in fit.notes) is told
 
 
 def test_a_parameter_that_the_data_do_not_see_is_confessed():

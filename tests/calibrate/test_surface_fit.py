@@ -96,6 +96,8 @@ def test_scatter_is_what_other_meshes_differ_by():
     size = np.where(force < 0.3, 0.03, 0.01)
     others = [(force, modulus, surface(force, modulus) + sign * size) for sign in (1, -1, 1)]
     known = uncertainty(Fitted(surface, 0.001, 2.0, np.full(3, 0.002)), others)
+    # Eight bins, each known at its middle
+    np.testing.assert_allclose(np.log10(known.scatter_force_N), -1 + (np.arange(8) + 0.5) / 8, atol=1e-12)
     assert known.meshes == 3 and 1.96 < known.scatter_factor < 2.2
     assert known.scatter_at(0.12) == pytest.approx(0.03, rel=1e-6)
     assert known.scatter_at(0.9) == pytest.approx(0.01, rel=1e-6)
