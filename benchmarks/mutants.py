@@ -1,8 +1,8 @@
 """Do the tests notice? Seeded faults in the code, one at a time, each against the quick tests of its package.
 
 Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a test killed, and those
-that survived. Every mutant runs in a copy of the tree, against the tests that reach its function; a run that hangs
-counts as killed. `--list` shows the mutants.
+that survived. Every mutant runs in a copy of the tree, against the quickest tests that reach its function; a run that
+hangs counts as killed. `--list` shows the mutants.
 """
 
 import argparse
@@ -38,6 +38,8 @@ SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.M
 OPPOSITE = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any",
             "argmin": "argmax", "argmax": "argmin", "floor": "ceil", "ceil": "floor"}  # fmt: skip
 
+MOST = 60
+"""Tests that a mutant meets at most."""
 QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
@@ -77,8 +79,8 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
     """Every mutant of a file."""
     text = path.read_text()
     for node in _code(ast.parse(text)):
-        before = ast.get_source_segment(text, node) or ""
         for changed in _changed(node):
+            before = ast.get_source_segment(text, node) or ""
             assert isinstance(node, ast.expr | ast.stmt) and node.end_lineno and node.end_col_offset
             after = ast.unparse(ast.fix_missing_locations(changed))
             if isinstance(node, ast.BinOp | ast.BoolOp | ast.Compare | ast.UnaryOp):
@@ -103,6 +105,8 @@ def _code(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _changed(node: ast.AST) -> Iterator[ast.AST]:
+    if not isinstance(node, ast.expr | ast.Return):
+        return
     new = copy.deepcopy(node)
     match new:
         case ast.Compare(ops=[only]) if type(only) in FLIPPED:
@@ -214,14 +218,17 @@ def reached(package: str, tree: Path) -> dict[str, list[str]]:
 
 
 def tests_of(mutant: Mutant, tests: dict[str, list[str]]) -> list[str]:
-    """The tests that reach the mutant's function, or, of a constant, its file; all where none does (a child's code)."""
+    """The `MOST` quickest tests that reach the mutant's function, or, of a constant, its file.
+
+    All tests where none does: a child process ran it.
+    """
     inside = [
         min([node.lineno, *(one.lineno for one in node.decorator_list)])
         for node in ast.walk(ast.parse((ROOT / mutant.file).read_text()))
         if isinstance(node, ast.FunctionDef) and node.body[0].lineno <= mutant.span[0] <= (node.end_lineno or 0)
     ]
     place = f"{mutant.file}:{max(inside)}" if inside else mutant.file
-    return tests.get(place, tests[""])
+    return tests[place][:MOST] if place in tests else tests[""]
 
 
 def _environment(tree: Path) -> dict[str, str]:
