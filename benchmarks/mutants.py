@@ -1,8 +1,8 @@
 """Do the tests notice? Seeded faults in the code, one at a time, each against the quick tests of its package.
 
 Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a test killed, and those
-that survived. Every mutant runs in a copy of the tree, against the quickest tests that reach its function; a run that
-hangs counts as killed. `--list` shows the mutants.
+that survived. Every mutant runs in a copy of the tree, against the tests that reach its function, the quickest
+first; a run that hangs counts as killed. `--list` shows the mutants.
 """
 
 import argparse
@@ -38,8 +38,6 @@ SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.M
 OPPOSITE = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any",
             "argmin": "argmax", "argmax": "argmin", "floor": "ceil", "ceil": "floor"}  # fmt: skip
 
-MOST = 60
-"""Tests that a mutant meets at most."""
 QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
@@ -89,19 +87,23 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
             yield Mutant(path.relative_to(ROOT).as_posix(), span, before, after)
 
 
-def _code(node: ast.AST) -> Iterator[ast.AST]:
+def _code(node: ast.AST, free: tuple[str, ...] = ()) -> Iterator[ast.AST]:
     """The nodes that say what is done: no annotations, imports, texts, and nothing that only raises or prints."""
     if isinstance(node, ast.Import | ast.ImportFrom | ast.JoinedStr | ast.Raise | ast.Assert):
         return
     if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
         return
+    if isinstance(node, ast.Constant | ast.UnaryOp) and ast.unparse(node) in free:
+        return
     yield node
+    # NumPy takes any negative length for the one that is left
+    free = ("-1",) if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "reshape" else ()
     for name, value in ast.iter_fields(node):
         if name in ("annotation", "returns", "decorator_list", "type_params"):
             continue
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST):
-                yield from _code(child)
+                yield from _code(child, free)
 
 
 def _changed(node: ast.AST) -> Iterator[ast.AST]:
@@ -218,17 +220,14 @@ def reached(package: str, tree: Path) -> dict[str, list[str]]:
 
 
 def tests_of(mutant: Mutant, tests: dict[str, list[str]]) -> list[str]:
-    """The `MOST` quickest tests that reach the mutant's function, or, of a constant, its file.
-
-    All tests where none does: a child process ran it.
-    """
+    """The tests that reach the mutant's function, or, of a constant, its file; all where none does (a child's code)."""
     inside = [
         min([node.lineno, *(one.lineno for one in node.decorator_list)])
         for node in ast.walk(ast.parse((ROOT / mutant.file).read_text()))
         if isinstance(node, ast.FunctionDef) and node.body[0].lineno <= mutant.span[0] <= (node.end_lineno or 0)
     ]
     place = f"{mutant.file}:{max(inside)}" if inside else mutant.file
-    return tests[place][:MOST] if place in tests else tests[""]
+    return tests.get(place, tests[""])
 
 
 def _environment(tree: Path) -> dict[str, str]:
