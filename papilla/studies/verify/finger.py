@@ -4,12 +4,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.fem import FingerModel, Press, ReducedFinger
+from papilla.fem import FingerModel, Press, ReducedFinger, press
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import THICKNESS_MM, Block, Specimen
-from papilla.units import GRAM_FORCE_N
+from papilla.units import gf_to_newton
 
 BLOCK = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus."""
@@ -38,9 +38,9 @@ def default_reduced() -> ReducedFinger:
     return default_model().reduce()
 
 
-def newton(force_gf: float) -> float:
-    """Force in N of a force in gf."""
-    return force_gf * GRAM_FORCE_N
+def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:
+    """A press on rung contact by a force in gf."""
+    return press(reduced, specimen, force=gf_to_newton(force_gf), fidelity="contact")
 
 
 def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press) -> tuple[float, float, float]:

@@ -24,11 +24,11 @@ from papilla.studies.verify.finger import (
     default_adjoints,
     default_model,
     default_reduced,
-    newton,
+    pressed_by,
 )
 from papilla.studies.verify.incompressible import residual
 from papilla.studies.verify.spectral import stack_sphere
-from papilla.units import to_microstrain
+from papilla.units import gf_to_newton, to_microstrain
 
 CONTRASTS = (1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3)
 
@@ -86,7 +86,7 @@ def loads() -> Iterator[Check]:
         yield Check(f"{name}, S_d", f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)", away, STATED)
         broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
         yield Check(f"{name}, complementarity", "worst of pressure, gap, product (exactly 0)", broken, COMPLEMENTARITY)
-    light = press(reduced, BLOCK, force=newton(0.1))
+    light = press(reduced, BLOCK, force=gf_to_newton(0.1))
     measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
     yield Check("0.1 gf, S_d per newton", measure, off(light.sd / light.force, _point_load_sd(reduced)), LIGHT_BOUND)
 
@@ -115,7 +115,7 @@ def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeEr
     for at in PLACES:
         reduced = model.reduce(at)
         try:
-            pressed = press(reduced, BLOCK, force=newton(5), fidelity="contact")
+            pressed = pressed_by(reduced, 5)
         except ContactRangeError as error:
             found.append(error)
         else:
@@ -133,7 +133,7 @@ def thin_layer() -> Iterator[Check]:
     mesh = build(thin, cache=False)
     quality = float(mean_ratio(mesh.points, mesh.tets).min())
     found, expected = (
-        press(FingerModel(replace(finger, outer=base.inner), on).reduce(), BLOCK, force=newton(30), fidelity="contact")
+        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), 30)
         for finger, on in ((thin, mesh), (base, default_model().mesh))
     )
     name = f"outer layer of 0.3 mm (worst cell of mean ratio {quality:.2g})"
@@ -148,8 +148,8 @@ def slivers() -> Iterator[Check]:
     ruined = crushed(base.mesh.cell(), SLIVERS)
     ratio = mean_ratio(ruined.points, ruined.tets)
     model = FingerModel(base.finger, mirrored(ruined, base.mesh.mirrors))
-    found = press(model.reduce(), BLOCK, force=newton(30), fidelity="contact")
-    sound = press(default_reduced(), BLOCK, force=newton(30), fidelity="contact")
+    found = pressed_by(model.reduce(), 30)
+    sound = pressed_by(default_reduced(), 30)
     name = f"{int((ratio < 0.05).sum())} slivers down to mean ratio {ratio.min():.1g}"
     yield Check(f"{name}, S_d", "S_d at 30 gf, against the sound mesh (stated: 3 %)", off(found.sd, sound.sd), STATED)
     away = off(found.indentation, sound.indentation)
@@ -203,7 +203,7 @@ def _scenes(reduced: ReducedFinger, specimen: Specimen) -> list[Press | None]:
     found: list[Press | None] = []
     for force in LOADS_GF:
         try:
-            found.append(press(reduced, specimen, force=newton(force), fidelity="contact"))
+            found.append(pressed_by(reduced, force, specimen))
         except ContactRangeError:
             found.append(None)
     return found

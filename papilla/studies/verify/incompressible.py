@@ -11,7 +11,7 @@ from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, at_unit_contact, bonded_layer, compared
 from papilla.studies.verify.case import Check
-from papilla.studies.verify.finger import BLOCK, default_model, newton
+from papilla.studies.verify.finger import default_model, pressed_by
 
 POISSONS = (0.49, 0.499, 0.4999, 0.49999, 0.499999, 0.5)
 
@@ -54,7 +54,7 @@ def _finger() -> Iterator[Check]:
     for nu in POISSONS:
         finger = replace(base.finger, outer=replace(base.finger.outer, nu=nu), inner=replace(base.finger.inner, nu=nu))
         model = FingerModel(finger, base.mesh)
-        found = press(model.reduce(), BLOCK, force=newton(50), fidelity="contact")
+        found = pressed_by(model.reduce(), 50)
         readings.append((found.sd, found.indentation))
         yield residual(f"finger, nu {nu:g}", model)
     compressibility = 1 - 2 * np.array(POISSONS)

@@ -22,9 +22,10 @@ from papilla.studies.verify.finger import (
     default_adjoints,
     default_model,
     default_reduced,
-    newton,
+    pressed_by,
 )
 from papilla.studies.verify.flat import FlatModel
+from papilla.units import gf_to_newton
 
 TIGHT, BALANCE, MIRROR = 1e-10, 1e-9, 1e-9
 
@@ -62,7 +63,7 @@ def _reciprocity() -> Iterator[Check]:
 
 def _energy() -> Iterator[Check]:
     model, reduced = default_model(), default_reduced()
-    pressed = press(reduced, BLOCK, force=newton(50), fidelity="contact")
+    pressed = pressed_by(reduced, 50)
     displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC].ravel()
     stored = reduced.multiplicity * _strain_energy(model, displacement)
     work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
@@ -108,7 +109,7 @@ def _complementarity() -> Iterator[Check]:
         "soft thin block": Block(0.05, 3.0, 0.5),
     }
     for name, specimen in specimens.items():
-        presses = [press(reduced, specimen, force=newton(gf), fidelity="contact") for gf in (5, 20, 60)]
+        presses = [pressed_by(reduced, gf, specimen) for gf in (5, 20, 60)]
         residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
         measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
         for measure, error in zip(measures, residuals, strict=True):
@@ -127,7 +128,7 @@ def _mirrors() -> Iterator[Check]:
     there = [Gauge(f"a{k}", angle_deg=a, y_mm=y, direction_deg=d) for k, (a, y, d) in enumerate(LEANING)]
     back = [Gauge(f"b{k}", angle_deg=-a, y_mm=y, direction_deg=-d) for k, (a, y, d) in enumerate(LEANING)]
     model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=SMALL_PATCH), base.mesh)
-    found = [press(model.reduce((x, 3.0)), BLOCK, force=newton(20), fidelity="contact") for x in (5.0, -5.0)]
+    found = [pressed_by(model.reduce((x, 3.0)), 20) for x in (5.0, -5.0)]
     del model
     strain = [one.reading for one in found]
     count = len(LEANING)
@@ -176,7 +177,7 @@ def _units() -> Iterator[Check]:
 def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf and the exchanges that contact takes from a cold start, all in the given units."""
     block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
-    force = newton(50) * stress * length**2
+    force = gf_to_newton(50) * stress * length**2
     found = press(reduced, block, force=force, fidelity="contact")
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from papilla.fem import FingerModel, press
+from papilla.fem import FingerModel
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.builder import VARIANTS
 from papilla.studies.verify.case import Check
-from papilla.studies.verify.finger import BLOCK, FORCES_GF, newton
+from papilla.studies.verify.finger import FORCES_GF, pressed_by
 
 SD_BOUNDS = {5: 0.03, 10: 0.01, 30: 0.01, 60: 0.01, 100: 0.01}
 """Target for S_d of the default mesh at each force (gf)."""
@@ -23,13 +23,13 @@ def scatter() -> Iterator[Check]:
     finger = Finger.default()
     reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(VARIANTS)]
     for force_gf in FORCES_GF:
-        values = [press(one, BLOCK, force=newton(force_gf), fidelity="contact").sd for one in reduced]
+        values = [pressed_by(one, force_gf).sd for one in reduced]
         yield Check(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), SD_BOUNDS[force_gf])
-    presses = [press(one, BLOCK, force=newton(50), fidelity="contact") for one in reduced]
+    presses = [pressed_by(one, 50) for one in reduced]
     for key, bound in OTHER_BOUNDS.items():
         name = key.replace("_", " ")
         yield Check(f"{name} at 50 gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound)
-    highest = float(np.mean([press(one, BLOCK, force=newton(50), fidelity="contact").sd for one in reduced]))
+    highest = float(np.mean([one.sd for one in presses]))
     worst = max(_spread([one.reading[k] for one in presses], highest) for k in range(len(finger.gauges)))
     yield Check("readings at 50 gf", "standard deviation of the worst gauge's reading over S_d, 5 meshes", worst, 0.01)
 
