@@ -46,6 +46,12 @@ class _Material(ABC):
         )
 
     @abstractmethod
+    def stability(self, stretches) -> np.ndarray:
+        """Least curvature (...) of the energy over logarithmic strains that keep the volume, over mu, at principal
+        stretches (..., 3): positive where the law is stable in Hill's sense (1958, doi:10.1016/0022-5096(58)90029-2).
+        """
+
+    @abstractmethod
     def _stretch_slope(self, at, stretch, free, mode) -> np.ndarray:
         """dW/dl at the principal stretch `at`, for a test with principal stretches `stretch` and `free`."""
 
@@ -64,6 +70,14 @@ class FirstInvariantMaterial(_Material):
     @abstractmethod
     def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
+
+    def stability(self, stretches) -> np.ndarray:
+        """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
+        square = np.asarray(stretches, float) ** 2
+        first, second = (slope[..., None, None] for slope in self.slopes(square.sum(axis=-1)))
+        slope = 2 * (square[..., :2] - square[..., 2:])
+        bend = first * _log_curvature(square, 4.0) + second * slope[..., :, None] * slope[..., None, :]
+        return _least(bend) / self.shear_modulus
 
     def _stretch_slope(self, at, stretch, free, mode):
         third = {"uniaxial": free, "equibiaxial": stretch, "pure_shear": np.ones_like(stretch)}[mode]
@@ -149,8 +163,29 @@ class Ogden(_Material):
         """W (MPa), shape (...), of isochoric principal stretches (..., 3)."""
         return 2 * self.mu / self.alpha**2 * (np.asarray(stretches) ** self.alpha - 1).sum(axis=-1)
 
+    def stability(self, stretches) -> np.ndarray:
+        """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
+        return _least(_log_curvature(np.asarray(stretches, float) ** self.alpha, 2.0))
+
     def _stretch_slope(self, at, stretch, free, mode):
         return 2 * self.mu / self.alpha * at ** (self.alpha - 1)
+
+
+def _log_curvature(powers: np.ndarray, factor: float) -> np.ndarray:
+    """Second derivatives (..., 2, 2) of factor / a^2 sum l^a over the first two logarithmic strains, of l^a (..., 3).
+
+    The third strain follows them by volume; a = 2 for the sum of squares.
+    """
+    both = np.broadcast_to(powers[..., 2, None, None], (*powers.shape[:-1], 2, 2)).copy()
+    both[..., [0, 1], [0, 1]] += powers[..., :2]
+    return factor * both
+
+
+def _least(matrices: np.ndarray) -> np.ndarray:
+    """Least eigenvalue (...) of symmetric (..., 2, 2), against the strains' own measure e1^2 + e2^2 + (e1 + e2)^2."""
+    # The measure's inverse square root brings both to unit length
+    root = np.array([[np.sqrt(3) + 1, 1 - np.sqrt(3)], [1 - np.sqrt(3), np.sqrt(3) + 1]]) / (2 * np.sqrt(3))
+    return np.linalg.eigvalsh(root @ matrices @ root)[..., 0]
 
 
 Material = NeoHookean | Yeoh | Ogden

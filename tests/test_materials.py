@@ -90,3 +90,28 @@ def test_a_material_is_rebuilt_from_its_description(card):
 def test_refusals_name_what_is_wrong(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+def _log_energy(card, e):
+    stretches = np.exp([e[0], e[1], -e[0] - e[1]])
+    return float(card.energy(stretches if isinstance(card, Ogden) else (stretches**2).sum()))
+
+
+@pytest.mark.parametrize(
+    "card", [NeoHookean(0.3), Yeoh(0.17, -0.03, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)], ids=repr
+)
+@pytest.mark.parametrize("strains", [(0.0, 0.0), (0.3, -0.1), (0.8, -0.4)])
+def test_stability_is_the_least_curvature_of_the_energy_over_logarithmic_strains(card, strains):
+    step, angles = 1e-4, np.linspace(0, np.pi, 721)
+    ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    lengths = np.sqrt((ways**2).sum(axis=1) + ways.sum(axis=1) ** 2)
+    at = [np.array([_log_energy(card, strains + sign * step * way) for way in ways]) for sign in (-1, 0, 1)]
+    curvature = (at[0] - 2 * at[1] + at[2]) / (step * lengths) ** 2
+    found = card.stability(np.exp([*strains, -sum(strains)]))
+    assert found == pytest.approx(curvature.min() / card.shear_modulus, rel=1e-3, abs=1e-5)
+
+
+def test_a_falling_yeoh_law_is_unstable_and_the_others_never_are():
+    stretches = np.exp([[0.0, 0.0, 0.0], [0.5, -0.25, -0.25], [1.2, -0.6, -0.6]])
+    assert (NeoHookean(1).stability(stretches) > 0).all() and (Ogden(1, -2).stability(stretches) > 0).all()
+    assert (Yeoh(1, -0.1).stability(stretches) > 0).tolist() == [True, True, False]

@@ -319,3 +319,13 @@ def test_shorter_steps_of_the_path_change_little(coarse, monkeypatch):
 def test_a_friction_that_is_none_is_refused(coarse):
     with pytest.raises(InputError, match='friction must be a number of at least 0 or "stick", got -1'):
         press_finite(*coarse, HalfSpace(0.51), force=0.1, friction=-1)
+
+
+def test_the_stability_of_the_laws_over_the_strains_reached_is_said(coarse, monkeypatch):
+    finger, mesh = coarse
+    stable = press_finite(finger, mesh, HalfSpace(0.51), force=0.5)
+    assert "laws stable over the strains reached, stretches up to 1." in stable.status
+    monkeypatch.setattr(Yeoh, "stability", lambda card, stretches: -np.ones(stretches.shape[:-1]))
+    mu = 0.136 / (2 * 1.4999)
+    weak = press_finite(finger, mesh, HalfSpace(0.51), force=0.5, materials={"outer": Yeoh(mu / 2, -0.01)})
+    assert "not to be trusted: a material's law is unstable within the stretches reached" in weak.status

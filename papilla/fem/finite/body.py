@@ -14,7 +14,7 @@ from skfem import Basis, ElementTetP1, ElementTetP2
 
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
-from papilla.fem.finite.constitutive import Kinematics, energy, response, stress
+from papilla.fem.finite.constitutive import Kinematics, energy, principal, response, stress
 from papilla.finger import Layer
 from papilla.materials import Material
 
@@ -109,6 +109,16 @@ class Body:
             )
             for card, cells in self._parts()
         )
+
+    def stability(self, displacement: np.ndarray) -> tuple[float, float]:
+        """Least stability of the materials (`papilla.materials`, over mu) and largest principal stretch, at a
+        displacement (nodes, 3) in mm."""
+        kinematics, least, largest = self._kinematics(displacement), np.inf, 1.0
+        for card, cells in self._parts():
+            stretches = principal(kinematics[cells])[0] * kinematics.jacobian[cells][..., None] ** (-1 / 3)
+            least = min(least, float(card.material.stability(stretches).min()))
+            largest = max(largest, float(stretches.max()))
+        return least, largest
 
     @cached_property
     def scale(self) -> np.ndarray:

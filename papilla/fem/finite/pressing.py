@@ -228,6 +228,14 @@ def _sentence(steps: list[int], balance: Balance) -> str:
     return f"finite: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
 
 
+def _stability(scene: Scene, state: State) -> str:
+    """What to say of the laws over the strains that were reached."""
+    least, largest = scene.body.stability(state.displacement)
+    if least > 0:
+        return f"; laws stable over the strains reached, stretches up to {largest:.2f}"
+    return f"; not to be trusted: a material's law is unstable within the stretches reached, up to {largest:.2f}"
+
+
 def result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
     """The press of a state, refused where it leaves what the model covers; `began` is when its clock started."""
     finger, touching = scene.finger, scene.touching
@@ -238,6 +246,7 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
     shape = contact_shape(current, pressure * patch.mass / current.mass)
     taken = (touching.at(state.displacement).compliance @ state.contact)[: len(pressure)] / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
+    sentence += _stability(scene, state)
     coarse = too_coarse(shape.area, float(current.edge_length[state.active].mean()), scene.body.space.mesh.size_mm)
     return press_result(
         gauge_weights(finger),
