@@ -1,8 +1,8 @@
 """The names of `papilla.estimators` and the module that defines each."""
 
-from .channel_lags import channel_lags as channel_lags
 from .friction import Friction as Friction
 from .friction import FrictionEstimate as FrictionEstimate
+from .lags import channel_lags as channel_lags
 from .lines import find_lines as find_lines
 from .lines import travelled as travelled
 from .pipeline import Pipeline as Pipeline

@@ -130,7 +130,7 @@ def test_real_presses_between_the_points_and_on_another_mesh():
     calibration = fit(sweep(meshes[0]), scatter=[sweep(meshes[2], *few)])
     force, modulus = RNG_FORCE[:60], RNG_MODULUS[:60]
     points = list(zip(force, modulus, strict=True))
-    presses = [[press(mesh, Block(E, 10), force=f, fidelity="contact") for f, E in points] for mesh in meshes[:2]]
+    presses = [[press(mesh, Block(E, 10), force=f) for f, E in points] for mesh in meshes[:2]]
     sd = np.array([[found.sd for found in row] for row in presses])
     same, other = (calibration.invert(row, force) for row in sd)
     assert np.abs(same.modulus_MPa / modulus - 1).max() < 0.02

@@ -34,6 +34,11 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     for row in found["rows"]:
         assert set(row) >= ROW_KEYS
         assert row["seconds_setup"] >= 0 and row["peak_memory_MiB"] > 50
+        if row["fidelity"] == "hertz" and row["size_mm"] > 1:
+            assert row["status"].startswith("refused") and row["seconds_per_scene"] is None, (
+                "no ellipse on coarse meshes"
+            )
+            continue
         assert row["status"] == "answered"
         assert 0 <= row["error_sd"] < 1 and row["seconds_per_scene"] > 0
     by_element = {element: rows["contact", element, 2.8] for element in ("Taylor-Hood", "P2", "P1")}

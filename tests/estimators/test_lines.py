@@ -5,7 +5,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.background import background
-from papilla.estimators.channel_lags import channel_lags
+from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, latest_stretch, travelled
 
 

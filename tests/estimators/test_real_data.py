@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.estimators.channel_lags import channel_lags
+from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, travelled
 from papilla.estimators.texture import log_band_features, split_by_repetition, windows
 

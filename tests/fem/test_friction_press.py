@@ -85,8 +85,8 @@ def test_rubber_on_rubber_sticks_and_lowers_sd(reference):
         specimen = Block(modulus, 10)
         for force in (0.2, 0.4, 0.6, 1.0):
             plain = press(reference, specimen, force=force, fidelity="contact")
-            stuck = press(reference, specimen, force=force, friction="stick")
-            rough = press(reference, specimen, force=force, friction=0.3)
+            stuck = press(reference, specimen, force=force, friction="stick", fidelity="contact")
+            rough = press(reference, specimen, force=force, friction=0.3, fidelity="contact")
             changes.append(stuck.sd / plain.sd - 1)
             assert rough.sd == pytest.approx(stuck.sd, rel=1e-9)
             ratio = np.hypot(*stuck.shear)[stuck.active] / stuck.pressure[stuck.active]

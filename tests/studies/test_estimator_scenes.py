@@ -200,7 +200,7 @@ def test_time_to_settle():
 
 def test_estimators_are_chosen_by_parts_of_their_names():
     assert set(chosen([])) == set(COMPETITORS)
-    assert set(chosen(["reciprocal", "BANK"])) == {"reciprocal in space", "wavenumber bank"}
+    assert set(chosen(["reciprocal", "SPACE"])) == {"reciprocal in space", "space tracker"}
 
 
 def test_the_known_velocity_can_be_late_and_wrong():

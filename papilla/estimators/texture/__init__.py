@@ -1,7 +1,7 @@
 """Telling fabrics apart, and their roughness from vibration: bands, concordance, outliers, nearest neighbours."""
 
+from papilla.estimators.texture.agreement import Concordance, concordance
 from papilla.estimators.texture.bands import Band, band_amplitudes, best_band, printed_bands, random_bands
-from papilla.estimators.texture.concordance import Concordance, concordance
 from papilla.estimators.texture.features import log_band_features, windows
 from papilla.estimators.texture.knn import Accuracy, leave_m_out, split_by_repetition
 from papilla.estimators.texture.matching import BandMatch, matching_band

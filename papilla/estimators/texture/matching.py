@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.errors import InputError
+from papilla.estimators.texture.agreement import Concordance, concordance
 from papilla.estimators.texture.bands import HIGHEST_HZ, band_amplitudes
-from papilla.estimators.texture.concordance import Concordance, concordance
 
 
 @dataclass(frozen=True)

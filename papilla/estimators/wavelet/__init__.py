@@ -2,10 +2,10 @@
 
 from papilla.estimators.wavelet.answer import RidgeEstimate, RidgeStatus
 from papilla.estimators.wavelet.cross import CrossWavelet, Ridge, Window, cross_wavelet
-from papilla.estimators.wavelet.morlet import Wavelet, morlet, octaves
 from papilla.estimators.wavelet.phase import lag_of_phase, periods_of_phase
 from papilla.estimators.wavelet.significance import cross_quantile, cross_threshold, lag_one, red_noise, threshold
 from papilla.estimators.wavelet.streaming import CrossRidge, RidgeState
+from papilla.estimators.wavelet.transform import Wavelet, morlet, octaves
 
 __all__ = [
     "CrossRidge",

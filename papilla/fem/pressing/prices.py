@@ -62,7 +62,8 @@ class Prices:
     """What is known of the fidelities of one finger on one mesh.
 
     specimen : what was pressed, in words; it is the same in all measurements.
-    hertz : hertz against contact; mesh : contact against itself with elements of `finest_size_mm`.
+    hertz : hertz against contact, None where it has no answer on this mesh.
+    mesh : contact against itself with elements of `finest_size_mm`.
     small_strain : contact against finite.
     costs : fidelity -> seconds, on the machine that measured.
     """
@@ -73,7 +74,7 @@ class Prices:
     mesh_size_mm: float
     finest_size_mm: float
     specimen: str
-    hertz: Loss
+    hertz: Loss | None
     mesh: Loss
     small_strain: Loss
     costs: dict[str, Cost]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from papilla import mesh as meshes
-from papilla.errors import PapillaError
+from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
 from papilla.fem.discrete.solver import BATCH
@@ -64,7 +64,12 @@ def measure(job: Job) -> list[BenchRow]:
     found: dict[str, dict[str, Any]] = {}
     for rung in ("hertz", "contact"):
         values, status = _answers(lambda force, r=rung: press(reduced, SPECIMEN, force=force, fidelity=r), job)
-        total, median = thousand(reduced, rung) if status == ANSWERED else (np.nan, np.nan)
+        total = median = np.nan
+        if status == ANSWERED:
+            try:
+                total, median = thousand(reduced, rung)
+            except ContactRangeError as error:
+                status = f"refused in part: {error}"
         found[rung] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
         found[rung]["peak_memory_MiB"] = peak_memory_MiB()
     common = _of_factor(model) | {"element": job.element, "size_mm": job.size_mm, "forces_gf": job.forces_gf}

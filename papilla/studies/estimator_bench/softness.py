@@ -107,7 +107,7 @@ def pressed_readings(reduced: ReducedFinger, modulus_MPa: float, profile: str) -
     raises what `press` raises."""
     forces, start, rows = np.linspace(*_limits(profile), FORCES), None, {}
     for force in forces.tolist():
-        found = press(reduced, Block(modulus_MPa, THICKNESS_MM), force=force, fidelity="contact", start=start)
+        found = press(reduced, Block(modulus_MPa, THICKNESS_MM), force=force, start=start)
         start, rows[force] = found.active, found.reading
     return np.array([rows[force] for force in force_profile(profile).tolist()])
 
