@@ -34,10 +34,8 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     for row in found["rows"]:
         assert set(row) >= ROW_KEYS
         assert row["seconds_setup"] >= 0 and row["peak_memory_MiB"] > 50
-        if row["fidelity"] == "hertz" and row["size_mm"] > 1:
-            assert row["status"].startswith("refused") and row["seconds_per_scene"] is None, (
-                "no ellipse on coarse meshes"
-            )
+        if row["fidelity"] == "hertz" and row["size_mm"] > 1 and row["status"].startswith("refused"):
+            assert row["seconds_per_scene"] is None, "no ellipse has the least energy on some meshes this coarse"
             continue
         assert row["status"] == "answered"
         assert 0 <= row["error_sd"] < 1 and row["seconds_per_scene"] > 0
