@@ -109,7 +109,7 @@ def test_the_law_in_bytes():
     assert memory.reduction_bytes(0, 1000, 0) == pytest.approx(60e6 + 190e4 + 2300e3)
     assert memory.reduction_bytes(0, 1000, 0, parities=4) == pytest.approx(60e6 + 4 * (190e4 + 2300e3))
     assert memory.reduction_bytes(0, 0, 1000) == 60e6 + 800e6
-    assert memory.finite_bytes(1000, 1000, 10) == pytest.approx(60e6 + 85e6 + 190e4 + 2300e3 + 8 * 1e4)
+    assert memory.finite_bytes(1000, 1000, 10) == pytest.approx(60e6 + 30e6 + 190e4 + 2300e3 + 8 * 1e4)
     assert memory.least_bytes(1000) == pytest.approx(memory.reduction_bytes(1000, 4800, 40))
 
 
