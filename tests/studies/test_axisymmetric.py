@@ -50,7 +50,7 @@ def test_without_strain_large_strain_is_small_strain():
 @pytest.mark.slow
 @pytest.mark.parametrize("alpha", [None, 6.0], ids=["neo-Hookean", "Ogden"])
 def test_the_press_at_finite_strain_changes_what_the_reference_says_it_changes(alpha):
-    """Both on a rigid flat; the ratio of finite to linear is free of what the meshes differ by."""
+    """Both on a rigid flat. The ratio of finite to linear is almost free of the mesh: gauges by 0.6 %, S_d by less."""
     layers = {
         name: Layer(modulus, 0.4999) if alpha is None else Layer.of(_card(modulus, alpha=alpha).material, 0.4999)
         for name, modulus in (("outer", 0.136), ("inner", 0.034))
@@ -64,7 +64,9 @@ def test_the_press_at_finite_strain_changes_what_the_reference_says_it_changes(a
     assert linear.strain[2:] == pytest.approx(reference[0][2:], rel=2e-2)
     change = reference[1] / reference[0] - 1
     assert finite.indentation / linear.indentation - 1 == pytest.approx(change[0], abs=2e-3)
-    assert (finite.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=4e-3)
+    assert (finite.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=1e-2)
+    spread = [np.std([path[4], path[3], path[2], path[3], path[4]]) for path in reference]
+    assert finite.sd / linear.sd == pytest.approx(spread[1] / spread[0], abs=3e-3)
 
 
 @pytest.mark.slow
