@@ -7,13 +7,14 @@ from .lines import find_lines as find_lines
 from .lines import travelled as travelled
 from .pipeline import Pipeline as Pipeline
 from .pipeline import PipelineEstimate as PipelineEstimate
-from .published import ImpulseDensity as ImpulseDensity
-from .published import ImpulseInterval as ImpulseInterval
-from .published import Okamoto as Okamoto
-from .published import RoughnessEstimate as RoughnessEstimate
-from .published import ShortTimeSpectrum as ShortTimeSpectrum
-from .published import ZeroCrossing as ZeroCrossing
-from .published.reciprocal import ReciprocalCounter as ReciprocalCounter
+from .published.roughness import ImpulseDensity as ImpulseDensity
+from .published.roughness import ImpulseInterval as ImpulseInterval
+from .published.roughness import Okamoto as Okamoto
+from .published.roughness import RoughnessEstimate as RoughnessEstimate
+from .published.roughness import ShortTimeSpectrum as ShortTimeSpectrum
+from .published.roughness import ZeroCrossing as ZeroCrossing
+from .published.roughness.reciprocal import ReciprocalCounter as ReciprocalCounter
+from .published.wavelet import CrossRidge as CrossRidge
 from .softness import GaugeEstimate as GaugeEstimate
 from .softness import GaugeSoftness as GaugeSoftness
 from .softness import GaugeState as GaugeState
@@ -27,4 +28,3 @@ from .tracking import SpaceTracker as SpaceTracker
 from .tracking import WavelengthEstimate as WavelengthEstimate
 from .tracking.blind import ChirpEstimate as ChirpEstimate
 from .tracking.blind import ChirpTracker as ChirpTracker
-from .wavelet import CrossRidge as CrossRidge

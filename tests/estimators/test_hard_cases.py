@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from papilla.estimators.published import (
+from papilla.estimators.published.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,
@@ -18,7 +18,7 @@ from papilla.estimators.published import (
     ShortTimeSpectrum,
     ZeroCrossing,
 )
-from papilla.estimators.published.reciprocal import ReciprocalCounter
+from papilla.estimators.published.roughness.reciprocal import ReciprocalCounter
 from papilla.estimators.tracking import SpaceTracker, TrackingStatus
 from papilla.studies.estimator_bench.scenes import scene
 

@@ -13,7 +13,7 @@ import pytest
 
 from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, travelled
-from papilla.estimators.texture import log_band_features, split_by_repetition, windows
+from papilla.estimators.published.texture import log_band_features, split_by_repetition, windows
 
 DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
 BOARDS = sorted((DATA / "fabricslide_board").glob("*.csv"))

@@ -10,8 +10,14 @@ from typing import Any
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.estimators.published import ImpulseDensity, ImpulseInterval, Okamoto, ShortTimeSpectrum, ZeroCrossing
-from papilla.estimators.published.reciprocal import ReciprocalCounter
+from papilla.estimators.published.roughness import (
+    ImpulseDensity,
+    ImpulseInterval,
+    Okamoto,
+    ShortTimeSpectrum,
+    ZeroCrossing,
+)
+from papilla.estimators.published.roughness.reciprocal import ReciprocalCounter
 from papilla.estimators.tracking import FusedTracker, SpaceTracker, WavelengthEstimate
 from papilla.estimators.tracking.blind import ChirpTracker
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from papilla.estimators.wavelet.answer import NONE, NOT_SIGNIFICANT, OK, SILENT
-from papilla.estimators.wavelet.transform import FOURIER, OMEGA0
+from papilla.estimators.published.wavelet.answer import NONE, NOT_SIGNIFICANT, OK, SILENT
+from papilla.estimators.published.wavelet.transform import FOURIER, OMEGA0
 
 AT_ONCE = 2**15
 """Samples of the windows that are transformed at once: they fit into the cache."""

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.published.answer import NONE
-from papilla.estimators.published.moving_sum import MovingSum, MovingSumState
+from papilla.estimators.published.roughness.answer import NONE
+from papilla.estimators.published.roughness.moving_sum import MovingSum, MovingSumState
 
 
 class Threshold(NamedTuple):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.wavelet import CrossRidge, RidgeStatus, cross_wavelet
+from papilla.estimators.published.wavelet import CrossRidge, RidgeStatus, cross_wavelet
 
 RATE = 300.0
 

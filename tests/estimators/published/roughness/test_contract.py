@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.published import (
+from papilla.estimators.published.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,

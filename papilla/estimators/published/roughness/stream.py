@@ -14,7 +14,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.answer import (
+from papilla.estimators.published.roughness.answer import (
     DUPLICATE,
     GAP,
     MISSING,

@@ -6,8 +6,8 @@ from itertools import accumulate
 
 import numpy as np
 
-from papilla.estimators.published.answer import NONE
-from papilla.estimators.published.moving_sum import MovingSum, MovingSumState
+from papilla.estimators.published.roughness.answer import NONE
+from papilla.estimators.published.roughness.moving_sum import MovingSum, MovingSumState
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.published import corpuscle
-from papilla.estimators.published.answer import ALIASED, NONE, OK, SILENT, Finding, first_reason, found_nothing
-from papilla.estimators.published.corpuscle import Corpuscle, Threshold
-from papilla.estimators.published.impulse_stream import ImpulseStream
+from papilla.estimators.published.roughness import corpuscle
+from papilla.estimators.published.roughness.answer import (
+    ALIASED,
+    NONE,
+    OK,
+    SILENT,
+    Finding,
+    first_reason,
+    found_nothing,
+)
+from papilla.estimators.published.roughness.corpuscle import Corpuscle, Threshold
+from papilla.estimators.published.roughness.impulse_stream import ImpulseStream
 
 
 class Method(NamedTuple):

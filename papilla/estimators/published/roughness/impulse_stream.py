@@ -6,8 +6,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from papilla.estimators.published.answer import Finding
-from papilla.estimators.published.stream import RoughnessStream
+from papilla.estimators.published.roughness.answer import Finding
+from papilla.estimators.published.roughness.stream import RoughnessStream
 
 
 class Source(Protocol):

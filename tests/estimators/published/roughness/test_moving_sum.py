@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.published.moving_sum import MovingSum
+from papilla.estimators.published.roughness.moving_sum import MovingSum
 
 
 @pytest.mark.parametrize("length", [1, 2, 7, 40])

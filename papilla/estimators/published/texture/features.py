@@ -4,7 +4,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.texture.bands import band_amplitudes
+from papilla.estimators.published.texture.bands import band_amplitudes
 
 
 def windows(samples, length: int) -> list[np.ndarray]:

@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
-from papilla.estimators.published import corpuscle
-from papilla.estimators.published.corpuscle import Corpuscle, Threshold
-from papilla.estimators.published.counting import ImpulseCount
-from papilla.estimators.published.impulse_stream import ImpulseStream
+from papilla.estimators.published.roughness import corpuscle
+from papilla.estimators.published.roughness.corpuscle import Corpuscle, Threshold
+from papilla.estimators.published.roughness.counting import ImpulseCount
+from papilla.estimators.published.roughness.impulse_stream import ImpulseStream
 
 IMPULSES_A_GROOVE = 2
 

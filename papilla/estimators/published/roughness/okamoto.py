@@ -7,8 +7,8 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.stft import Method, ShortTimeSpectrum
-from papilla.estimators.published.stream import DEFAULT_RANGE_MM
+from papilla.estimators.published.roughness.stft import Method, ShortTimeSpectrum
+from papilla.estimators.published.roughness.stream import DEFAULT_RANGE_MM
 
 
 class Okamoto(ShortTimeSpectrum):

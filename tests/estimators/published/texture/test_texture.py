@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError, MissingExtraError
-from papilla.estimators.texture import (
+from papilla.estimators.published.texture import (
     band_amplitudes,
     best_band,
     concordance,

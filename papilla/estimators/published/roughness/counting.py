@@ -5,8 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.estimators.published.answer import ALIASED, GAP, NONE, OK, SILENT, Finding, first_reason, found_nothing
-from papilla.estimators.published.moving_sum import MovingSum, MovingSumState
+from papilla.estimators.published.roughness.answer import (
+    ALIASED,
+    GAP,
+    NONE,
+    OK,
+    SILENT,
+    Finding,
+    first_reason,
+    found_nothing,
+)
+from papilla.estimators.published.roughness.moving_sum import MovingSum, MovingSumState
 
 CEILING = 0.9
 """Of the most impulses that a window can hold, one every second sample: from there on a count may be an alias."""

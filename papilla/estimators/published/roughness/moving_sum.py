@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.estimators.published.answer import NONE
+from papilla.estimators.published.roughness.answer import NONE
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.answer import (
+from papilla.estimators.published.roughness.answer import (
     ALIASED,
     GAP,
     NONE,
@@ -22,9 +22,9 @@ from papilla.estimators.published.answer import (
     first_reason,
     found_nothing,
 )
-from papilla.estimators.published.moving_sum import checked_ring
-from papilla.estimators.published.peaks import peaks
-from papilla.estimators.published.stream import DEFAULT_RANGE_MM, RoughnessStream
+from papilla.estimators.published.roughness.moving_sum import checked_ring
+from papilla.estimators.published.roughness.peaks import peaks
+from papilla.estimators.published.roughness.stream import DEFAULT_RANGE_MM, RoughnessStream
 
 MOST_MISSING = 0.1
 """Fraction of a window: with more missing samples than this it has no spectrum."""

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.estimators.wavelet.significance import cross_threshold
-from papilla.estimators.wavelet.transform import morlet
+from papilla.estimators.published.wavelet.significance import cross_threshold
+from papilla.estimators.published.wavelet.transform import morlet
 
 BEFORE, AFTER = 6, 13
 """The window of the 2011 paper: from six samples before t_MP to 13 after it, 20 in all (67 ms at 300 Hz)."""

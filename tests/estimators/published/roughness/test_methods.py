@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.published import (
+from papilla.estimators.published.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,
@@ -16,7 +16,7 @@ from papilla.estimators.published import (
     peaks,
     wavelength_of_optimum,
 )
-from papilla.estimators.published.corpuscle import PRINTED, Corpuscle
+from papilla.estimators.published.roughness.corpuscle import PRINTED, Corpuscle
 
 WAVELENGTHS = (0.6, 1.2, 1.8, 2.4, 3.0)
 LONGER = WAVELENGTHS[1:]

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.counting import ImpulseCount
-from papilla.estimators.published.crossings import UpwardCrossings
-from papilla.estimators.published.impulse_stream import ImpulseStream
-from papilla.estimators.published.stream import DEFAULT_RANGE_MM
+from papilla.estimators.published.roughness.counting import ImpulseCount
+from papilla.estimators.published.roughness.crossings import UpwardCrossings
+from papilla.estimators.published.roughness.impulse_stream import ImpulseStream
+from papilla.estimators.published.roughness.stream import DEFAULT_RANGE_MM
 
 
 class Method(NamedTuple):

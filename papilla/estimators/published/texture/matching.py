@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.estimators.texture.agreement import Concordance, concordance
-from papilla.estimators.texture.bands import HIGHEST_HZ, band_amplitudes
+from papilla.estimators.published.texture.agreement import Concordance, concordance
+from papilla.estimators.published.texture.bands import HIGHEST_HZ, band_amplitudes
 
 
 @dataclass(frozen=True)

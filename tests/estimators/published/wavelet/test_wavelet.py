@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.wavelet import (
+from papilla.estimators.published.wavelet import (
     cross_threshold,
     cross_wavelet,
     lag_of_phase,

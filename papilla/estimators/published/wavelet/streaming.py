@@ -8,11 +8,11 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.wavelet.answer import GAP, NONE, SILENT, WARMING_UP, RidgeEstimate
-from papilla.estimators.wavelet.cross import AFTER, BEFORE
-from papilla.estimators.wavelet.significance import cross_quantile
-from papilla.estimators.wavelet.strongest import Strongest
-from papilla.estimators.wavelet.transform import FOURIER, octaves
+from papilla.estimators.published.wavelet.answer import GAP, NONE, SILENT, WARMING_UP, RidgeEstimate
+from papilla.estimators.published.wavelet.cross import AFTER, BEFORE
+from papilla.estimators.published.wavelet.significance import cross_quantile
+from papilla.estimators.published.wavelet.strongest import Strongest
+from papilla.estimators.published.wavelet.transform import FOURIER, octaves
 
 REACH = 3.0
 """Scales to either side of an instant that its coefficient is made of; the wavelet is at 1 % of its height there."""
