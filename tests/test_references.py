@@ -9,6 +9,7 @@ from scipy import integrate, special
 
 from papilla import references as ref
 from papilla.errors import InputError
+from papilla.references.layer import panel_quadrature
 from papilla.specimen import HalfSpace
 
 NUS = (0.0, 0.3, 0.495, 0.5)
@@ -32,12 +33,9 @@ def layer_contact(chi, nu=0.5):
 # ---- Hertz
 
 
-def test_effective_modulus_and_composite_radius():
+def test_effective_modulus():
     assert ref.effective_modulus(0.1, 0.5) == pytest.approx(0.1 / 0.75, rel=1e-15)
     assert ref.effective_modulus(0.1, 0.5, 0.3, 0.2) == pytest.approx(1 / (0.75 / 0.1 + 0.96 / 0.3), rel=1e-15)
-    assert ref.composite_radius(24.0) == 24.0
-    assert ref.composite_radius(20.0, -30.0) == pytest.approx(60.0)
-    assert ref.composite_radius(math.inf, 5.0) == 5.0
 
 
 def test_hertz_sphere_follows_the_closed_form():
@@ -117,45 +115,50 @@ def test_finite_sphere_factor():
     assert ref.finite_sphere_factor(0.1, 1.0) == pytest.approx(0.99, abs=2e-4)
 
 
-def test_jkr_pull_off_is_half_a_gram():
-    assert ref.jkr_pull_off(0.05e-3, 25.0) / 9.80665e-3 == pytest.approx(0.6, abs=0.005)
-
-
 # ---- Layers in wavenumber
 
 
+def layer_share(Q, nu):
+    """Normal compliance of a bonded layer over the half-space's, literally as printed."""
+    numerator = (3 - 4 * nu) * np.sinh(2 * Q) - 2 * Q
+    return numerator / ((3 - 4 * nu) * np.cosh(2 * Q) + 2 * Q**2 + 4 * nu * (2 * nu - 3) + 5)
+
+
 @pytest.mark.parametrize("nu", NUS)
-def test_bonded_layer_stiffness_is_its_formula_and_its_limits(nu):
+def test_layer_on_a_rigid_base_is_its_formula_and_its_limits(nu):
     thickness, modulus = 10.0, 0.5
-    e_star = modulus / (1 - nu**2)
-    Q = np.linspace(0.3, 12, 60)
-    numerator = (3 - 4 * nu) * np.cosh(2 * Q) + 2 * Q**2 + 4 * nu * (2 * nu - 3) + 5
-    literal = 0.5 * e_star * Q / thickness * numerator / ((3 - 4 * nu) * np.sinh(2 * Q) - 2 * Q)
-    np.testing.assert_allclose(ref.bonded_layer_stiffness(Q / thickness, thickness, modulus, nu), literal, rtol=1e-12)
+    layer, e_star = [ref.StackLayer(thickness, modulus, nu)], modulus / (1 - nu**2)
+    q = np.linspace(0.3, 12, 60) / thickness
+    stiffness = ref.layered_halfspace_stiffness(q, layer, None)
+    np.testing.assert_allclose(stiffness, ref.halfspace_stiffness(q, e_star) / layer_share(q * 10, nu), rtol=1e-11)
     huge = np.array([1e2, 1e5, 1e12])
-    stiffness = ref.bonded_layer_stiffness(huge, thickness, modulus, nu)
-    np.testing.assert_allclose(stiffness, ref.halfspace_stiffness(huge, e_star), rtol=1e-15)
-    tiny = np.array([1e-6, 1e-9])
+    stiffness = ref.layered_halfspace_stiffness(huge, layer, None)
+    np.testing.assert_allclose(stiffness, ref.halfspace_stiffness(huge, e_star), rtol=1e-13)
+    tiny = np.array([1e-5, 1e-6])
     if nu == 0.5:
         limit = 0.75 * e_star / (tiny**2 * thickness**3)
     else:
-        limit = np.full(2, ref.oedometric_modulus(modulus, nu) / thickness)
-    np.testing.assert_allclose(ref.bonded_layer_stiffness(tiny, thickness, modulus, nu), limit, rtol=1e-8)
+        limit = np.full(2, oedometric_modulus(modulus, nu) / thickness)
+    np.testing.assert_allclose(ref.layered_halfspace_stiffness(tiny, layer, None), limit, rtol=1e-6)
+
+
+def oedometric_modulus(modulus, nu):
+    """Modulus of confined compression."""
+    return modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
 
 
 @pytest.mark.parametrize("nu", NUS)
-def test_deficit_and_stiffness_agree(nu):
+def test_deficit_is_what_the_layer_lacks(nu):
     Q = np.geomspace(1e-2, 40, 80)
-    compliance_ratio = ref.halfspace_stiffness(Q, 1 / (1 - nu**2)) / ref.bonded_layer_stiffness(Q, 1.0, 1.0, nu)
-    np.testing.assert_allclose(1 - ref.bonded_layer_deficit(Q, nu), compliance_ratio, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(1 - ref.bonded_layer_deficit(Q, nu), layer_share(Q, nu), rtol=0, atol=1e-14)
     assert ref.bonded_layer_deficit(0.0, nu) == pytest.approx(1.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("nu", NUS)
 def test_layered_stack_contains_the_simple_bodies(nu):
     q = np.geomspace(1e-7, 1e4, 40)
-    bonded = ref.bonded_layer_stiffness(q, 10.0, 1.3, nu)
-    for parts in ((10.0,), (3.0, 7.0), (0.01, 2.0, 7.99)):
+    bonded = ref.layered_halfspace_stiffness(q, [ref.StackLayer(10.0, 1.3, nu)], None)
+    for parts in ((3.0, 7.0), (0.01, 2.0, 7.99)):
         stack = [ref.StackLayer(part, 1.3, nu) for part in parts]
         np.testing.assert_allclose(ref.layered_halfspace_stiffness(q, stack, None), bonded, rtol=1e-11)
     alone = ref.halfspace_stiffness(q, 1.3 / (1 - nu**2))
@@ -176,7 +179,7 @@ def test_hard_layer_on_soft_halfspace_goes_from_base_to_layer():
 
 def test_unlike_layers_are_springs_in_series_at_long_wavelengths():
     stack = [ref.StackLayer(3.0, 0.136, 0.3), ref.StackLayer(11.0, 0.034, 0.45)]
-    flexibility = sum(layer.thickness / ref.oedometric_modulus(layer.modulus, layer.nu) for layer in stack)
+    flexibility = sum(layer.thickness / oedometric_modulus(layer.modulus, layer.nu) for layer in stack)
     stiffness = ref.layered_halfspace_stiffness(np.array([1e-7, 1e-5]), stack, None)
     np.testing.assert_allclose(stiffness, 1 / flexibility, rtol=1e-6)
 
@@ -195,28 +198,28 @@ def test_stiff_plate_on_soft_base_bends_as_a_plate():
 @pytest.mark.parametrize("nu", NUS)
 @pytest.mark.parametrize("thickness", [0.5, 10.0, 1000.0])
 def test_kernel_against_adaptive_quadrature_of_the_stiffness(nu, thickness):
-    """From K itself, not from the deficit the package integrates."""
+    """From the formula as printed, not from the deficit that the package integrates."""
     e_star = 1 / (1 - nu**2)
 
     def integrand(Q, r):
-        q = Q / thickness
-        excess = 1 / ref.bonded_layer_stiffness(q, thickness, 1.0, nu) - 2 / (e_star * q)
-        return excess * special.j0(q * r) * q / thickness / (2 * math.pi)
+        return (layer_share(Q, nu) - 1) * special.j0(Q / thickness * r) / (math.pi * e_star * thickness)
 
     distances = np.array([r for r in (0.0, 0.01, 0.7, 5.0, 17.0, 40.0) if r <= 20 * thickness])
     exact = {"limit": 500, "epsabs": 0, "epsrel": 1e-11}
     expected = [integrate.quad(integrand, 1e-12, 22, args=(r,), **exact)[0] for r in distances]
     scale = abs(expected[0])
-    np.testing.assert_allclose(ref.bonded_layer_kernel(distances, thickness, nu), expected, rtol=0, atol=2e-10 * scale)
     np.testing.assert_allclose(ref.BondedLayerKernel(thickness, nu)(distances), expected, rtol=0, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize("nu", NUS)
 def test_kernel_table_is_its_quadrature_everywhere(nu):
-    r = np.linspace(0.0, 60.0, 1777).reshape(1777, 1)
+    r = np.linspace(0.0, 49.9, 1777)
+    Q, weights = panel_quadrature(0.0, 24.0, 150)
     kernel = ref.BondedLayerKernel(1.0, nu)
-    assert kernel(r).shape == r.shape
-    np.testing.assert_allclose(kernel(r), ref.bonded_layer_kernel(r, 1.0, nu), rtol=0, atol=1e-10 * abs(kernel(0.0)))
+    assert kernel(r[:, None]).shape == (1777, 1)
+    transform = special.j0(np.outer(r, Q)) @ (weights * ref.bonded_layer_deficit(Q, nu))
+    expected = -(1 - nu**2) / math.pi * transform
+    np.testing.assert_allclose(kernel(r), expected, rtol=0, atol=1e-10 * abs(kernel(0.0)))
 
 
 @pytest.mark.parametrize("nu", NUS)
@@ -251,7 +254,7 @@ def test_kernel_gives_the_mean_displacement_of_a_disc(nu, radius):
     mean = ref.uniform_disc_mean_displacement(radius, 1.0, e_star) + force / modulus * pairs
 
     def spectral(q):
-        shortfall = 2 / (e_star * q) - 1 / ref.bonded_layer_stiffness(q, thickness, modulus, nu)
+        shortfall = 2 / (e_star * q) * (1 - layer_share(q * thickness, nu))
         return shortfall * 2 * special.j1(q * radius) ** 2 / q
 
     shortfall = integrate.quad(spectral, 1e-12, 24 / thickness, epsrel=1e-10, limit=500)[0]
@@ -329,15 +332,10 @@ def test_thin_compressible_layer_tends_to_an_elastic_foundation():
     """Winkler: a^2 -> 2 R d and F -> pi M R d^2/h, M the oedometric modulus."""
     contact = layer_contact(10.0, 0.2)
     assert contact.contact_radius**2 / 100 == pytest.approx(2.0, rel=0.05)
-    foundation = math.pi * ref.oedometric_modulus(1.0, 0.2) * contact.indentation**2
+    foundation = math.pi * oedometric_modulus(1.0, 0.2) * contact.indentation**2
     assert contact.force == pytest.approx(foundation, rel=0.1)
     thicker = layer_contact(5.0, 0.2)
     assert thicker.force / thicker.indentation**2 > contact.force / contact.indentation**2 > foundation / 100**2
-
-
-def test_polynomial_is_within_two_permille_of_the_exact_solution():
-    for chi in np.linspace(0.02, 1.0, 25):
-        assert ref.bonded_layer_sphere_fit(chi) == pytest.approx(layer_contact(chi).hertz_factor, rel=2e-3)
 
 
 def test_commonly_quoted_polynomial_is_off():
@@ -353,95 +351,35 @@ def test_compressibility_costs_what_is_stated():
         assert 1 - layer_contact(chi, 0.49).force / layer_contact(chi).force == pytest.approx(cost, abs=0.004)
 
 
-# ---- Half-space and solids
+# ---- Half-space
 
 
-@pytest.mark.parametrize("nu", NUS)
-def test_boussinesq_strain_is_the_gradient_of_its_displacement(nu):
-    points, h = np.random.default_rng(1).uniform(0.5, 2, (6, 3)), 1e-5
+@pytest.mark.parametrize("nu", (0.0, 0.3, 0.49))
+def test_boussinesq_is_in_equilibrium_and_balances_its_force(nu):
+    """Navier's equations by differences, and on the surface the known 1/r."""
+    h = 1e-3
+    steps = h * np.eye(3)
 
     def moved(shift):
-        return ref.boussinesq_displacement(points + shift, 2.0, 0.7, nu)
+        return ref.boussinesq_displacement(np.array([0.7, -0.4, 0.9]) + shift, 2.0, 0.7, nu)
 
-    gradient = np.stack([(moved(h * e) - moved(-h * e)) / (2 * h) for e in np.eye(3)], axis=-1)
-    strain = ref.boussinesq_strain(points, 2.0, 0.7, nu)
-    np.testing.assert_allclose(0.5 * (gradient + gradient.swapaxes(-1, -2)), strain, rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("nu", NUS)
-def test_boussinesq_stress_is_in_equilibrium_and_carries_the_force(nu):
-    points, h = np.random.default_rng(2).uniform(0.5, 2, (6, 3)), 1e-5
-    divergence = sum(
-        (ref.boussinesq_stress(points + h * e, 2.0, nu) - ref.boussinesq_stress(points - h * e, 2.0, nu))[..., j]
-        for j, e in enumerate(np.eye(3))
-    )
-    np.testing.assert_allclose(divergence / (2 * h), 0.0, rtol=0, atol=1e-8)
-
-    def ring(r):
-        return -2 * math.pi * r * ref.boussinesq_stress([r, 0.0, 1.5], 2.0, nu)[2, 2]
-
-    assert integrate.quad(ring, 0, np.inf)[0] == pytest.approx(2.0, rel=1e-8)
+    second = np.array([[moved(a + b) - moved(a - b) - moved(b - a) + moved(-a - b) for b in steps] for a in steps])
+    second /= 4 * h * h
+    navier = np.einsum("aai->i", second) + np.einsum("iaa->i", second) / (1 - 2 * nu)
+    assert np.abs(navier).max() < 1e-5 * np.abs(second).max() / (1 - 2 * nu)
     on_surface = ref.boussinesq_displacement([3.0, 4.0, 0.0], 2.0, 0.7, nu)
     assert on_surface[2] == pytest.approx(2.0 * (1 - nu**2) / (math.pi * 0.7 * 5.0), rel=1e-14)
+    assert on_surface[:2] == pytest.approx(-2.0 * (1 + nu) * (1 - 2 * nu) / (2 * math.pi * 0.7 * 25) * np.array([3, 4]))
 
 
-def test_uniform_disc_displacement():
-    r = np.linspace(0, 3, 200_001)
-    displacement = ref.uniform_disc_displacement(r, 3.0, 0.2, 0.5)
-    assert displacement[0] == pytest.approx(2 * 0.2 * 3 / 0.5, rel=1e-14)
-    mean = np.trapezoid(displacement * r, r) * 2 / 9
-    assert mean == pytest.approx(ref.uniform_disc_mean_displacement(3.0, 0.2, 0.5), rel=1e-8)
-    rim = ref.uniform_disc_displacement([3 - 1e-9, 3.0, 3 + 1e-9], 3.0, 0.2, 0.5)
-    np.testing.assert_allclose(rim, 4 * 0.2 * 3 / (math.pi * 0.5), rtol=1e-7)
-    point_load = 0.2 * math.pi * 9 / (math.pi * 0.5 * 3000)
-    assert ref.uniform_disc_displacement(3000.0, 3.0, 0.2, 0.5) == pytest.approx(point_load, rel=1e-6)
-    # Outside, against the point loads themselves
-    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    s = 1.5 * (nodes + 1)
-    distance = np.sqrt(25 + s[:, None] ** 2 - 10 * s[:, None] * np.cos(angle))
-    summed = 0.2 / (math.pi * 0.5) * 2 * np.pi * np.sum((1 / distance).mean(axis=1) * s * 1.5 * weights)
-    assert ref.uniform_disc_displacement(5.0, 3.0, 0.2, 0.5) == pytest.approx(summed, rel=1e-10)
+def test_mean_of_a_disc_is_that_of_its_point_loads():
+    """1/r over all pairs of points of a disc, by the density of their distances."""
 
+    def pairs(s):
+        return 4 / (math.pi * 9) * (math.acos(s / 6) - s / 6 * math.sqrt(1 - (s / 6) ** 2))
 
-def test_layered_sphere_displacement():
-    r = np.linspace(10.0, 24.0, 29)
-    one = ref.layered_sphere_displacement(r, 10.0, [24.0], [0.1], [0.3], 0.01)
-    split = ref.layered_sphere_displacement(r, 10.0, [15.0, 21.0, 24.0], [0.1] * 3, [0.3] * 3, 0.01)
-    np.testing.assert_allclose(split, one, rtol=0, atol=1e-14)
-    # One shell on a rigid core by hand: u = A (r - c^3/r^2), with 3K A + 4 G A c^3/R^3 = -p
-    three_k, shear = 0.1 / 0.4, 0.1 / 2.6
-    A = -0.01 / (three_k + 4 * shear * (10 / 24) ** 3)
-    np.testing.assert_allclose(one, A * (r - 1000 / r**2), rtol=0, atol=1e-14)
-    assert np.all(ref.layered_sphere_displacement(r, 10.0, [21.0, 24.0], [0.034, 0.136], [0.5, 0.5], 0.01) == 0)
-
-
-def test_two_unlike_shells_share_displacement_and_radial_stress():
-    moduli, nus, h = (0.034, 0.136), (0.45, 0.3), 1e-4
-
-    def displacement(r):
-        return ref.layered_sphere_displacement(r, 10.0, [21.0, 24.0], moduli, nus, 0.01)
-
-    def radial_stress(r, shell):
-        E, nu = moduli[shell], nus[shell]
-        slope = (displacement(r + h) - displacement(r - h)) / (2 * h)
-        return E / ((1 + nu) * (1 - 2 * nu)) * ((1 - nu) * slope + 2 * nu * displacement(r) / r)
-
-    assert displacement(10.0) == pytest.approx(0.0, abs=1e-15)
-    assert displacement(21 - 1e-9) == pytest.approx(displacement(21 + 1e-9), abs=1e-9)
-    assert displacement(21.0) < -0.01
-    assert radial_stress(21 - 2 * h, 0) == pytest.approx(radial_stress(21 + 2 * h, 1), rel=1e-4)
-    assert radial_stress(24 - 2 * h, 1) == pytest.approx(-0.01, rel=1e-4)
-
-
-def test_uniaxial_and_confined_moduli():
-    assert ref.neo_hookean_uniaxial(1.0, 0.3) == 0
-    slope = (ref.neo_hookean_uniaxial(1 + 1e-6, 0.3) - ref.neo_hookean_uniaxial(1 - 1e-6, 0.3)) / 2e-6
-    assert slope == pytest.approx(0.3, rel=1e-9)
-    assert ref.neo_hookean_uniaxial(2.0, 0.3) == pytest.approx(0.175, rel=1e-14)
-    assert ref.oedometric_modulus(0.3, 0.0) == 0.3
-    assert ref.oedometric_modulus(0.3, 0.25) == pytest.approx(0.36, rel=1e-14)
-    assert ref.oedometric_modulus(0.3, 0.5) == math.inf
+    total = 0.2 * math.pi * 9 / (math.pi * 0.5) * integrate.quad(pairs, 0, 6)[0]
+    assert ref.uniform_disc_mean_displacement(3.0, 0.2, 0.5) == pytest.approx(total, rel=1e-8)
 
 
 # ---- What is refused, and what is documented
@@ -450,38 +388,25 @@ BAD_INPUT = [
     (lambda: ref.effective_modulus(-1, 0.3), "modulus of the first body"),
     (lambda: ref.effective_modulus(1, 0.3, 1, 0.6), "nu of the second body"),
     (lambda: ref.effective_modulus(math.inf, 0.3), "both bodies are rigid"),
-    (lambda: ref.composite_radius(0.0), "must not be 0"),
-    (lambda: ref.composite_radius(math.nan), "first radius"),
-    (lambda: ref.composite_radius(30.0, -20.0), "conform"),
     (lambda: ref.hertz_sphere(0.0, 25, 0.1), "force"),
     (lambda: ref.hertz_sphere_at(-0.1, 25, 0.1), "indentation"),
     (lambda: ref.hertz_ellipse(1.0, 25, math.nan, 0.1), "radius_y"),
     (lambda: ref.hertz_ellipse(1.0, 1e6, 1, 0.1), "ratio must be at most"),
     (lambda: ref.hertz_ellipse(1.0, 25, 25, 0), "contact modulus"),
     (lambda: ref.finite_sphere_factor(2.0, 1.0), "at most the radius"),
-    (lambda: ref.jkr_pull_off(0.0, 25), "work of adhesion"),
-    (lambda: ref.bonded_layer_stiffness([math.nan], 10, 1, 0.5), "wavenumber"),
-    (lambda: ref.bonded_layer_stiffness(1.0, 0.0, 1, 0.5), "layer thickness"),
-    (lambda: ref.bonded_layer_stiffness(1.0, 1.0, 1, 0.51), "layer nu"),
     (lambda: ref.bonded_layer_deficit(-1.0, 0.5), "scaled wavenumber"),
     (lambda: ref.StackLayer(1.0, -1.0, 0.5), "layer modulus"),
     (lambda: ref.layered_halfspace_stiffness(1.0, [], None), "no layer on a rigid base"),
-    (lambda: ref.bonded_layer_kernel([-1.0], 10, 0.5), "distance r"),
     (lambda: ref.BondedLayerKernel(-10, 0.5), "layer thickness"),
     (lambda: ref.BondedLayerKernel(10, 0.5)([0.0, math.inf]), "distance r"),
     (lambda: ref.bonded_layer_sphere(1.0, 25, 0.1, 1.0), "must be at most 10"),
     (lambda: ref.bonded_layer_sphere(1.0, 25, 10, 1.0, -0.1), "layer nu"),
-    (lambda: ref.bonded_layer_sphere_fit(1.5), "chi"),
     (lambda: ref.boussinesq_displacement([0.0, 0.0, 0.0], 1, 1, 0.5), "away from the origin"),
-    (lambda: ref.boussinesq_stress([0.0, 1.0, -1.0], 1, 0.5), "depth z >= 0"),
-    (lambda: ref.boussinesq_stress([0.0, 1.0], 1, 0.5), "shape"),
-    (lambda: ref.boussinesq_strain([0.0, 0.0, 1.0], 1, 0, 0.5), "modulus"),
-    (lambda: ref.uniform_disc_displacement(-1.0, 1, 1, 1), "distance r"),
+    (lambda: ref.boussinesq_displacement([0.0, 1.0, -1.0], 1, 1, 0.5), "depth z >= 0"),
+    (lambda: ref.boussinesq_displacement([0.0, 1.0], 1, 1, 0.5), "shape"),
+    (lambda: ref.boussinesq_displacement([0.0, 0.0, 1.0], 1, 0, 0.5), "modulus"),
+    (lambda: ref.halfspace_stiffness([math.nan], 1.0), "wavenumber"),
     (lambda: ref.uniform_disc_mean_displacement(1, math.nan, 1), "pressure"),
-    (lambda: ref.neo_hookean_uniaxial([1.0, 0.0], 1.0), "stretch"),
-    (lambda: ref.layered_sphere_displacement(5, 10, [24], [1], [0.3], 1), "between 10 and 24"),
-    (lambda: ref.layered_sphere_displacement(12, 10, [24, 20], [1, 1], [0.3, 0.3], 1), "must increase"),
-    (lambda: ref.layered_sphere_displacement(12, 10, [24], [1, 1], [0.3], 1), "one value a shell"),
 ]
 
 

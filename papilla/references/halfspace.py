@@ -1,12 +1,15 @@
-"""Elastic half-space under a point force and under a uniformly loaded disc (mm, N, MPa; z is depth into the solid)."""
+"""Elastic half-space, bare or under a stack of bonded layers (mm, N, MPa; z is depth into the solid)."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ellipe, ellipkm1
+from scipy.linalg import expm
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.specimen import HalfSpace
 
 
 def boussinesq_displacement(points, force: float, modulus: float, nu: float):
@@ -18,60 +21,16 @@ def boussinesq_displacement(points, force: float, modulus: float, nu: float):
     Raises `InputError` for points above the surface, at the origin or not finite, modulus <= 0, nu outside [0, 0.5].
     Source: Johnson (1985), section 3.2, doi:10.1017/CBO9781139171731.
     """
-    points, s = surface_points(points)
+    points = np.asarray(points, dtype=float)
+    if points.ndim == 0 or points.shape[-1] != 3:
+        raise InputError(f"points must have shape (..., 3), got {points.shape}")
+    s, z = np.linalg.norm(points, axis=-1, keepdims=True), points[..., 2:]
+    if not np.all(np.isfinite(s) & (s > 0) & (z >= 0)):
+        raise InputError("points (mm) must be finite, at depth z >= 0 and away from the origin, where the force acts")
     modulus, nu = checks.positive("modulus (MPa)", modulus), checks.poisson("nu", nu)
-    z = points[..., 2:]
     scale = checks.finite("force (N)", force) * (1 + nu) / (2 * math.pi * modulus)
     radial = z / s**3 - (1 - 2 * nu) / (s * (s + z))
     return scale * np.concatenate([points[..., :2] * radial, z**2 / s**3 + 2 * (1 - nu) / s], axis=-1)
-
-
-def boussinesq_stress(points, force: float, nu: float):
-    """Stress in MPa (tension positive) under a point force along +z at the origin; independent of the modulus.
-
-    `points` is (..., 3) in mm with z >= 0, `force` in N; the result is (..., 3, 3).
-    Raises `InputError` for points above the surface, at the origin or not finite, or nu outside [0, 0.5].
-    Source: Johnson (1985), section 3.2, doi:10.1017/CBO9781139171731.
-    """
-    points, s = surface_points(points)
-    nu, scale = checks.poisson("nu", nu), checks.finite("force (N)", force) / (2 * math.pi)
-    z, s = points[..., 2:, None], s[..., None]
-    stress = -3 * z * points[..., :, None] * points[..., None, :] / s**5
-    plane = points[..., :2]
-    hoop = np.eye(2) * (1 / (s * (s + z)) - z / s**3)
-    dyad = plane[..., :, None] * plane[..., None, :] * (2 * s + z) / (s**3 * (s + z) ** 2)
-    # hoop - dyad is the in-plane part that vanishes for nu = 0.5
-    stress[..., :2, :2] -= (1 - 2 * nu) * (hoop - dyad)
-    return scale * stress
-
-
-def boussinesq_strain(points, force: float, modulus: float, nu: float):
-    """Strain tensor (..., 3, 3) under a point force: Hooke's law on `boussinesq_stress`, whose arguments it takes.
-
-    Raises `InputError` as `boussinesq_stress` does, and for modulus (MPa) <= 0.
-    Source: Johnson (1985), section 3.2, doi:10.1017/CBO9781139171731.
-    """
-    stress = boussinesq_stress(points, force, nu)
-    trace = np.trace(stress, axis1=-2, axis2=-1)[..., None, None]
-    return ((1 + nu) * stress - nu * trace * np.eye(3)) / checks.positive("modulus (MPa)", modulus)
-
-
-def uniform_disc_displacement(r, radius: float, pressure: float, e_star: float):
-    """Normal surface displacement in mm at distances r >= 0 (mm, any shape) from the middle of a loaded disc.
-
-    Inside (4 p c/(pi E*)) E(r^2/c^2); outside (4 p r/(pi E*)) [E(c^2/r^2) - (1 - c^2/r^2) K(c^2/r^2)], c the radius.
-    The middle sinks by 2 p c/E*. Raises `InputError` for r negative or not finite, radius or e_star <= 0.
-    Source: Johnson (1985), section 3.4, doi:10.1017/CBO9781139171731.
-    """
-    r = np.asarray(r, dtype=float)
-    if not np.all(np.isfinite(r) & (r >= 0)):
-        raise InputError(f"distance r (mm) must be finite and at least 0, got {np.min(r):g} to {np.max(r):g}")
-    radius, scale = _disc(radius, pressure, e_star)
-    inner, outer = np.minimum(r / radius, 1.0), np.maximum(r / radius, 1.0)
-    m, complement = outer**-2, (1 - 1 / outer) * (1 + 1 / outer)
-    # (1 - m) K(m) tends to 0 at the rim, where K itself is infinite
-    rim = complement * ellipkm1(np.where(complement > 0, complement, 1.0))
-    return 4 / math.pi * scale * np.where(r < radius, ellipe(inner**2), outer * (ellipe(m) - rim))
 
 
 def uniform_disc_mean_displacement(radius: float, pressure: float, e_star: float) -> float:
@@ -80,21 +39,112 @@ def uniform_disc_mean_displacement(radius: float, pressure: float, e_star: float
     Raises `InputError` for radius or e_star (MPa) <= 0 or a pressure that is not finite.
     Source: Johnson (1985), section 3.4, doi:10.1017/CBO9781139171731.
     """
-    return 16 / (3 * math.pi) * _disc(radius, pressure, e_star)[1]
+    scale = checks.finite("pressure (MPa)", pressure) * checks.positive("disc radius (mm)", radius)
+    return 16 / (3 * math.pi) * scale / checks.positive("contact modulus (MPa)", e_star)
 
 
-def _disc(radius, pressure, e_star):
-    """Radius, and p c/E* in mm."""
-    radius = checks.positive("disc radius (mm)", radius)
-    return radius, checks.finite("pressure (MPa)", pressure) * radius / checks.positive("contact modulus (MPa)", e_star)
+def halfspace_stiffness(wavenumber, e_star: float):
+    """Normal pressure over normal surface displacement of a half-space, MPa/mm: E* q / 2.
+
+    `wavenumber` q in 1/mm, any array > 0; `e_star` in MPa. Raises `InputError` unless both are positive.
+    Source: Johnson (1985), section 13.2, doi:10.1017/CBO9781139171731.
+    """
+    return 0.5 * checks.positive("contact modulus (MPa)", e_star) * _positive(wavenumber)
 
 
-def surface_points(points):
-    """Points (..., 3) on or below the surface as floats, and their distances (..., 1) from the origin, all > 0."""
-    points = np.asarray(points, dtype=float)
-    if points.ndim == 0 or points.shape[-1] != 3:
-        raise InputError(f"points must have shape (..., 3), got {points.shape}")
-    s = np.linalg.norm(points, axis=-1, keepdims=True)
-    if not np.all(np.isfinite(s) & (s > 0) & (points[..., 2:] >= 0)):
-        raise InputError("points (mm) must be finite, at depth z >= 0 and away from the origin, where the force acts")
-    return points, s
+@dataclass(frozen=True)
+class StackLayer:
+    """One layer of a stack: `thickness` in mm, `modulus` in MPa, `nu` in [0, 0.5]. Raises `InputError` otherwise."""
+
+    thickness: float
+    modulus: float
+    nu: float
+
+    def __post_init__(self):
+        checks.positive("layer thickness (mm)", self.thickness)
+        checks.positive("layer modulus (MPa)", self.modulus)
+        checks.poisson("layer nu", self.nu)
+
+
+def layered_halfspace_stiffness(wavenumber, layers: Sequence[StackLayer], base: HalfSpace | None):
+    """Normal pressure over normal displacement of a frictionless stack's surface, MPa/mm.
+
+    `layers` run from the surface down; `base` is the half-space below them, or None for a rigid one. At each
+    wavenumber the 2 x 2 compliance C (displacement = C traction, tangential and normal) is carried from the base up
+    through each layer; the stiffness is 1/C_nn at the surface. Stable for any q h.
+
+    `wavenumber` q in 1/mm, any array > 0; the result has its shape.
+    Raises `InputError` for wavenumbers that are not positive, and for a stack without layers on a rigid base.
+    Source: Perriot and Barthel (2004), doi:10.1557/jmr.2004.19.2.600.
+    """
+    q = _positive(wavenumber)
+    flat = q.ravel()
+    bodies: list[StackLayer | HalfSpace] = [*layers] if base is None else [*layers, base]
+    if not bodies:
+        raise InputError("layered_halfspace_stiffness: no layer on a rigid base, expected a layer or an elastic base")
+    # Tractions are scaled by 2 q and one reference modulus, so that C has the size of 1
+    reference = bodies[0].modulus
+    compliance = np.zeros((flat.size, 2, 2)) if base is None else _halfspace_compliance(base, reference, flat.size)
+    for layer in reversed(layers):
+        Q = flat * layer.thickness
+        mu = layer.modulus / reference / (2 * (1 + layer.nu))
+        thin = Q < 1
+        above = np.empty_like(compliance)
+        above[thin] = _through_thin(compliance[thin], Q[thin], mu, layer.nu)
+        above[~thin] = _through_thick(compliance[~thin], Q[~thin], mu, layer.nu)
+        compliance = above
+    return -(2 * reference * q) / compliance[:, 1, 1].reshape(q.shape)
+
+
+def _halfspace_compliance(base, reference, count):
+    modes = _decaying_modes(np.zeros(count), base.modulus / reference / (2 * (1 + base.nu)), base.nu)
+    return _right_divide(modes[:, :2], modes[:, 2:])
+
+
+def _through_thin(compliance, Q, mu, nu):
+    """Compliance above a layer, by the transfer matrix of (U, W, tau, sigma): exact as Q tends to 0."""
+    generator = np.array(
+        [
+            [0, 1, 2 / mu, 0],
+            [-nu / (1 - nu), 0, 0, (1 - 2 * nu) / (mu * (1 - nu))],
+            [mu / (1 - nu), 0, 0, nu / (1 - nu)],
+            [0, 0, -1, 0],
+        ]
+    )
+    T = expm(generator * Q[:, None, None])
+    T_uu, T_ut, T_tu, T_tt = T[:, :2, :2], T[:, :2, 2:], T[:, 2:, :2], T[:, 2:, 2:]
+    return np.linalg.solve(T_uu - compliance @ T_tu, compliance @ T_tt - T_ut)
+
+
+def _through_thick(compliance, Q, mu, nu):
+    """Compliance above a layer, by its modes decaying down and up: the exponentials never grow."""
+    mirror = np.diag([1.0, -1.0, -1.0, 1.0])
+    here, across = _decaying_modes(np.zeros_like(Q), mu, nu), _decaying_modes(Q, mu, nu)
+    up_here, up_across = mirror @ here, mirror @ across
+    # Bottom: U - C t = 0 of (down across + up here R) gives the reflection R of the modes going down
+    residual = [modes[:, :2] - compliance @ modes[:, 2:] for modes in (across, up_here)]
+    surface = here + up_across @ np.linalg.solve(residual[1], -residual[0])
+    return _right_divide(surface[:, :2], surface[:, 2:])
+
+
+def _decaying_modes(depth, mu, nu):
+    """(n, 4, 2): U, W, tau/(2 q), sigma/(2 q) of the two modes decaying with the scaled depth q z (n,).
+
+    Displacement (U sin qx, W cos qx), W downward: the potential (1, 1) and the Papkovich mode (qz, qz + 3 - 4 nu).
+    """
+    one = np.ones_like(depth)
+    potential = np.stack([one, one, -mu * one, -mu * one], axis=-1)
+    papkovich = np.stack([depth, depth + 3 - 4 * nu, -mu * (depth + 1 - 2 * nu), -mu * (depth + 2 - 2 * nu)], axis=-1)
+    return np.stack([potential, papkovich], axis=-1) * np.exp(-depth)[:, None, None]
+
+
+def _right_divide(A, B):
+    """A B^-1 of stacked 2 x 2 matrices."""
+    return np.linalg.solve(B.swapaxes(-1, -2), A.swapaxes(-1, -2)).swapaxes(-1, -2)
+
+
+def _positive(wavenumber):
+    q = np.asarray(wavenumber, dtype=float)
+    if not np.all(np.isfinite(q) & (q > 0)):
+        raise InputError(f"wavenumber (1/mm) must be finite and greater than 0, got {np.min(q):g} to {np.max(q):g}")
+    return q

@@ -1,10 +1,12 @@
-"""Hertz contact of smooth bodies, its finite-sphere correction, and the JKR pull-off force (mm, N, MPa)."""
+"""Hertz contact of smooth bodies, and its correction for a finite sphere (mm, N, MPa)."""
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import elliprd, elliprf
 
 from papilla import checks
 from papilla.errors import InputError
@@ -29,21 +31,6 @@ def effective_modulus(E1: float, nu1: float, E2: float = math.inf, nu2: float = 
     if compliance == 0:
         raise InputError("effective_modulus: both bodies are rigid, expected a finite modulus for at least one")
     return 1 / compliance
-
-
-def composite_radius(radius1: float, radius2: float = math.inf) -> float:
-    """Relative radius R in mm of two bodies in one plane: 1/R = 1/R1 + 1/R2.
-
-    A negative radius is a concave body, `inf` a flat one. Raises `InputError` for a zero or NaN radius and for
-    bodies that conform (1/R <= 0). Source: Johnson (1985), section 4.1, doi:10.1017/CBO9781139171731.
-    """
-    for name, radius in (("first radius (mm)", radius1), ("second radius (mm)", radius2)):
-        if not math.isinf(radius) and checks.finite(name, radius) == 0:
-            raise InputError(f"{name} must not be 0")
-    curvature = 1 / radius1 + 1 / radius2
-    if curvature <= 0:
-        raise InputError(f"radii {radius1:g} and {radius2:g} mm conform: 1/R1 + 1/R2 must be > 0, got {curvature:g}")
-    return 1 / curvature
 
 
 @dataclass(frozen=True)
@@ -140,38 +127,19 @@ def _ellipse(radius_x, radius_y):
 
 @lru_cache(maxsize=1024)
 def _axis_ratio(radius_ratio: float) -> tuple[float, float, float]:
-    """(k, K, D) such that R'/R'' = (K - D)/(k^2 D); secant steps in log k, where the log of that is nearly linear."""
-    target = math.log(radius_ratio)
-    step, log_k, slope = math.inf, 0.0, -1.5
-    error = -target
-    while abs(step) > 1e-15 + 1e-13 * abs(log_k):
-        step = -error / slope
-        log_k += step
+    """(k, K, D) such that R'/R'' = (K - D)/(k^2 D); log k is sought, over which the log of that is nearly linear."""
+
+    def error(log_k: float) -> float:
         K, D = _elliptic_KD(math.exp(log_k))
-        before, error = error, math.log((K - D) / D) - 2 * log_k - target
-        if abs(error) < 4e-16 * (1 + target) or error == before:
-            break
-        slope = (error - before) / step
-    k = math.exp(log_k)
+        return math.log((K - D) / D) - 2 * log_k - math.log(radius_ratio)
+
+    k = math.exp(brentq(error, -math.log(2 * MAX_RADIUS_RATIO), 0.01, xtol=1e-15)) if radius_ratio > 1 else 1.0
     return k, *_elliptic_KD(k)
 
 
 def _elliptic_KD(k: float) -> tuple[float, float]:
-    """Complete elliptic integrals K and D = (K - E)/m at complementary modulus k, by the arithmetic-geometric mean.
-
-    Gauss's sum for K - E is divided by m term by term, so the circular limit k = 1 does not cancel (DLMF 19.8.6).
-    """
-    mean, geometric, scale, total = 0.5 * (1 + k), math.sqrt(k), 1.0, 0.5
-    c2_over_m = 0.25 * (1 - k) / (1 + k)
-    while True:
-        total += scale * c2_over_m
-        if scale * c2_over_m < 1e-17 * total:
-            K = 0.5 * math.pi / mean
-            return K, K * total
-        # c_(n+1) = c_n^2 / (4 a_(n+1)), hence its square over m from the square before
-        c2 = c2_over_m * (1 - k * k)
-        mean, geometric, scale = 0.5 * (mean + geometric), math.sqrt(mean * geometric), 2 * scale
-        c2_over_m *= c2 / (16 * mean * mean)
+    """Complete elliptic integrals K and D = (K - E)/m at complementary modulus k; D does not cancel at k = 1."""
+    return float(elliprf(0, k * k, 1)), float(elliprd(0, k * k, 1)) / 3
 
 
 def finite_sphere_factor(indentation: float, radius: float) -> float:
@@ -198,12 +166,3 @@ def finite_sphere_factor(indentation: float, radius: float) -> float:
     else:
         force = 4 * sum(n * x ** (2 * n + 1) / (4 * n * n - 1) for n in range(1, 12))
     return force / (4 / 3 * depth**1.5)
-
-
-def jkr_pull_off(work_of_adhesion: float, radius: float) -> float:
-    """Pull-off force in N of an adhesive sphere: 3/2 pi w R, with w in N/mm (1 J/m2 = 1e-3 N/mm) and R in mm.
-
-    Raises `InputError` unless both are > 0. Source: Johnson, Kendall, Roberts (1971), doi:10.1098/rspa.1971.0141.
-    """
-    radius = checks.positive("radius (mm)", radius)
-    return 1.5 * math.pi * checks.positive("work of adhesion (N/mm)", work_of_adhesion) * radius

@@ -1,7 +1,23 @@
-"""Spectral stiffness (pressure over normal displacement at one wavenumber) of layers on a rigid or elastic base."""
+"""Surface of a layer bonded to a rigid base, less that of a half-space: smooth functions of distance (mm, N, MPa).
+
+z is depth into the solid, rows and columns of a Green's tensor are x, y, z: u = green @ force / modulus. What bonding
+takes from the half-space's tensor are Hankel transforms of its share of the spectral compliance: at wavenumber q the
+displacements along the wave and down answer the tractions there, and shear across the wave stands alone. With Q = q h,
+D = (3-4nu) cosh 2Q + 2Q^2 + 4nu(2nu-3) + 5 and G the shear modulus, they are (Johnson 1985, section 5.8,
+doi:10.1017/CBO9781139171731)
+
+    down, along : (1-nu)/(G q) [(3-4nu) sinh 2Q -+ 2Q]/D,        across : tanh Q/(G q),
+    coupling : [2Q^2 - (1-2nu)(3-4nu)(cosh 2Q - 1)]/(2 G q D).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
+from scipy.interpolate import CubicSpline
+from scipy.special import j0, j1
 
 from papilla import checks
 from papilla.errors import InputError
@@ -9,54 +25,78 @@ from papilla.errors import InputError
 DEFICIT_CUTOFF = 24.0
 """Q = q h beyond which `bonded_layer_deficit` is below 1e-17."""
 
+FAR, KNOTS = 50.0, 1500
+"""Distance over thickness beyond which the layer's own displacement, which decays at least as exp(-0.739 r/h), is 0."""
 
-def halfspace_stiffness(wavenumber, e_star: float):
-    """Normal pressure over normal surface displacement of a half-space, MPa/mm: E* q / 2.
 
-    `wavenumber` q in 1/mm, any array > 0; `e_star` in MPa. Raises `InputError` unless both are positive.
-    Source: Johnson (1985), section 13.2, doi:10.1017/CBO9781139171731.
+@dataclass(frozen=True)
+class _BondedLayer:
+    thickness: float
+    nu: float
+
+    def __post_init__(self):
+        checks.positive("layer thickness (mm)", self.thickness)
+        checks.poisson("layer nu", self.nu)
+
+    def _radial(self, r, count):
+        """The first `count` of the radial functions (..., in 1/mm) at r >= 0 mm: normal, mean, deviator, coupling."""
+        r = np.asarray(r, dtype=float)
+        if not np.all(np.isfinite(r) & (r >= 0)):
+            raise InputError(f"distance r (mm) must be finite and at least 0, got {np.min(r):g} to {np.max(r):g}")
+        scaled = r / self.thickness
+        place = np.arcsinh(np.minimum(scaled, FAR))
+        # Beyond the table the layer's own displacement is nothing, and the half-space's is taken away
+        beyond = np.divide(1.0, scaled, out=np.zeros_like(scaled), where=scaled >= FAR)
+        columns = zip(_tables(self.nu)[:count], _half_space(self.nu), strict=False)
+        lacking = (np.where(scaled < FAR, table(place), factor * beyond) for table, factor in columns)
+        return [-(1 + self.nu) / (math.pi * self.thickness) * column for column in lacking]
+
+
+class BondedLayerKernel(_BondedLayer):
+    """Normal displacement of a bonded layer under a normal force minus the half-space's, times E: kernel(r) in 1/mm.
+
+    Displacement in mm = [kernel(r) + (1 - nu^2)/(pi r)] * force / E, at distances r >= 0 mm of any shape; from tables
+    made once per `nu`, within 1e-9 of kernel(0). Raises `InputError` for `thickness` (mm) <= 0 or nu outside [0, 0.5],
+    and for r negative or not finite when called. Source: Hankel transform of the module's formulae.
     """
-    return 0.5 * checks.positive("contact modulus (MPa)", e_star) * positive_wavenumber(wavenumber)
+
+    def __call__(self, r):
+        return self._radial(r, 1)[0]
 
 
-def bonded_layer_stiffness(wavenumber, thickness: float, modulus: float, nu: float):
-    """Normal pressure over normal surface displacement of a layer bonded to a rigid base, MPa/mm.
+class BondedLayerGreen(_BondedLayer):
+    """Surface Green's tensor (..., 3, 3) of a bonded layer minus the half-space's, times E, at offsets (..., 2): 1/mm.
 
-    K(q) = (E* q/2) [(3-4nu) cosh 2Q + 2Q^2 + 4nu(2nu-3) + 5] / [(3-4nu) sinh 2Q - 2Q], Q = q h, frictionless top.
-    It tends to E* q/2 for large Q, and to the oedometric modulus over h (nu = 0.5: 3 E*/(4 q^2 h^3)) for small Q.
-
-    `wavenumber` q in 1/mm, any array > 0; `thickness` h in mm, `modulus` in MPa. No overflow, no cancellation.
-    Raises `InputError` unless wavenumber, thickness and modulus are positive and nu is in [0, 0.5].
-    Source: Johnson (1985), section 5.8, doi:10.1017/CBO9781139171731.
+    The half-space's, times pi r/(1+nu), with e the unit offset: tangential (1-nu) 1 + nu e e, normal 1-nu, coupling
+    +-(1-2nu)/2 e: a push draws the surface towards it. What is left is smooth, and finite at the origin; its normal
+    part is `BondedLayerKernel`. Raises `InputError` as that does. Source: Hankel transforms of the module's formulae.
     """
-    q, nu = positive_wavenumber(wavenumber), checks.poisson("layer nu", nu)
-    Q = q * checks.positive("layer thickness (mm)", thickness)
-    e_star = checks.positive("layer modulus (MPa)", modulus) / (1 - nu**2)
-    decay, numerator = scaled_numerator(Q, nu)
-    # (3-4nu)(sinh 2Q - 2Q) + 4Q(1-2nu): both terms positive, scaled by 2 exp(-2Q)
-    denominator = (3 - 4 * nu) * _scaled_sinh_excess(2 * Q) + 8 * Q * (1 - 2 * nu) * decay
-    return 0.5 * e_star * q * numerator / denominator
+
+    def __call__(self, xy):
+        xy = np.asarray(xy, dtype=float)
+        r = np.linalg.norm(xy, axis=-1)
+        normal, mean, deviator, coupling = self._radial(r, 4)
+        direction = np.divide(xy, r[..., None], out=np.zeros_like(xy), where=r[..., None] > 0)
+        dyad = direction[..., :, None] * direction[..., None, :]
+        tensor = np.zeros((*r.shape, 3, 3))
+        tensor[..., :2, :2] = (mean - deviator)[..., None, None] * np.eye(2) + 2 * deviator[..., None, None] * dyad
+        tensor[..., 2, 2] = normal
+        tensor[..., 2, :2] = coupling[..., None] * direction
+        tensor[..., :2, 2] = -coupling[..., None] * direction
+        return tensor
 
 
 def bonded_layer_deficit(Q, nu: float):
-    """Share W(Q) of the half-space's compliance that a bonded layer lacks: 1/K = (2/(E* q)) (1 - W), Q = q h >= 0.
+    """Share W(Q) of the half-space's normal compliance that a bonded layer lacks, Q = q h >= 0 of any shape.
 
     W falls from 1 at Q = 0 to 4 Q^2 exp(-2Q)/(3 - 4nu) and is computed without cancellation; dimensionless.
-    Raises `InputError` for Q negative or NaN, or nu outside [0, 0.5]. Source: as `bonded_layer_stiffness`.
+    Raises `InputError` for Q negative or NaN, or nu outside [0, 0.5].
+    Source: Johnson (1985), section 5.8, doi:10.1017/CBO9781139171731.
     """
     Q, nu = np.asarray(Q, dtype=float), checks.poisson("layer nu", nu)
     if not np.all(Q >= 0):
         raise InputError(f"scaled wavenumber Q must be at least 0, got a minimum of {np.min(Q):g}")
-    decay, numerator = scaled_numerator(Q, nu)
-    return 2 * decay * ((3 - 4 * nu) * decay + 2 * Q * Q + 2 * Q + 5 - 12 * nu + 8 * nu**2) / numerator
-
-
-def positive_wavenumber(wavenumber):
-    """The wavenumber in 1/mm as a float array; raises `InputError` unless every value is finite and > 0."""
-    q = np.asarray(wavenumber, dtype=float)
-    if not np.all(np.isfinite(q) & (q > 0)):
-        raise InputError(f"wavenumber (1/mm) must be finite and greater than 0, got {np.min(q):g} to {np.max(q):g}")
-    return q
+    return _deficits(Q, nu)[0]
 
 
 def panel_quadrature(low: float, high: float, panels: int):
@@ -67,17 +107,48 @@ def panel_quadrature(low: float, high: float, panels: int):
     return (left[:, None] + 0.5 * width * (x + 1)).ravel(), np.tile(0.5 * width * w, panels)
 
 
-def scaled_numerator(Q, nu):
-    """exp(-2Q), Q = q h, and the numerator of K times 2 exp(-2Q)."""
+def _half_space(nu):
+    """Factors of 1/r in the half-space's radial functions, times (1+nu)/(pi E): normal, mean, deviator, coupling."""
+    return 1 - nu, 1 - nu / 2, nu / 2, (1 - 2 * nu) / 2
+
+
+@lru_cache(maxsize=64)
+def _tables(nu: float) -> tuple[CubicSpline, ...]:
+    """Splines of the four transforms over asinh(r/h), which spaces the knots as they vary."""
+    knots = np.linspace(0.0, math.asinh(FAR), KNOTS)
+    values, slope = _transforms(np.sinh(knots), nu)
+    return tuple(
+        CubicSpline(knots, column, bc_type=((1, start), "not-a-knot"))
+        for column, start in zip(values.T, (0.0, 0.0, 0.0, slope), strict=True)
+    )
+
+
+def _transforms(scaled, nu):
+    """What bonding takes from the radial functions (m, 4), times pi h/(1+nu), at s = r/h (m, rising); the last's slope.
+
+    int (1-nu) W_n J0, int [(1-nu) W_l + W_s]/2 J0, int [W_s - (1-nu) W_l]/2 J2, int V/2 J1 over Q from 0.
+    """
+    result, slope = np.empty((len(scaled), 4)), 0.0
+    for chunk in np.array_split(np.arange(len(scaled)), math.ceil(len(scaled) / 64)):
+        s = scaled[chunk]
+        # Each panel holds at most a period and a half of the Bessel functions, on 16 nodes
+        Q, weights = panel_quadrature(0.0, DEFICIT_CUTOFF, 8 + math.ceil(DEFICIT_CUTOFF * s[-1] / 9))
+        normal, along, across, coupling = (weights * deficit for deficit in _deficits(Q, nu))
+        waves, along = np.outer(s, Q), (1 - nu) * along
+        even, odd = j0(waves), j1(waves)
+        second = np.divide(2 * odd, waves, out=np.ones_like(waves), where=waves > 0) - even
+        columns = even @ ((1 - nu) * normal), even @ (along + across) / 2, second @ (across - along) / 2
+        result[chunk] = np.stack([*columns, odd @ coupling / 2], axis=1)
+        slope = float(coupling @ Q) / 4
+    return result, slope
+
+
+def _deficits(Q, nu):
+    """Shares of the half-space's compliance that the layer lacks: normal, along, across; and V, with coupling
+    proportional to 1 - 2nu - V. All fall as exp(-2Q), and none cancels."""
     decay = np.exp(-2 * Q)
-    return decay, (3 - 4 * nu) * (1 + decay**2) + 2 * decay * (2 * Q * Q + 5 + 4 * nu * (2 * nu - 3))
-
-
-def _scaled_sinh_excess(x):
-    """2 exp(-x) (sinh x - x) for x >= 0, by its series below 1."""
-    small = np.minimum(x, 1.0)
-    term, series = small**3 / 6, np.zeros_like(small)
-    for n in range(2, 11):
-        series = series + term
-        term = term * small**2 / (2 * n * (2 * n + 1))
-    return np.where(x < 1, 2 * np.exp(-x) * series, -np.expm1(-2 * x) - 2 * x * np.exp(-x))
+    numerator = (3 - 4 * nu) * (1 + decay**2) + 2 * decay * (2 * Q * Q + 5 + 4 * nu * (2 * nu - 3))
+    common = (3 - 4 * nu) * decay + 2 * Q * Q + 5 - 12 * nu + 8 * nu**2
+    normal, along = (2 * decay * (common + sign * 2 * Q) / numerator for sign in (1, -1))
+    coupling = 2 * decay * ((1 - 2 * nu) * (2 * Q * Q + 8 * (1 - nu) ** 2) + 2 * Q * Q) / numerator
+    return normal, along, 2 * decay / (1 + decay), coupling

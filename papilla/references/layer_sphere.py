@@ -1,4 +1,4 @@
-"""Rigid sphere on an elastic layer bonded to a rigid base: exact frictionless contact, and its polynomial fit."""
+"""Rigid sphere on an elastic layer bonded to a rigid base: exact frictionless contact."""
 
 import math
 from dataclasses import dataclass, field
@@ -13,11 +13,6 @@ from papilla.references.layer import DEFICIT_CUTOFF, bonded_layer_deficit, panel
 
 MAX_CHI = 10.0
 """Largest chi = sqrt(R d)/h that `bonded_layer_sphere` resolves."""
-
-MAX_CHI_FIT = 1.0
-"""Largest chi at which `bonded_layer_sphere_fit` keeps its 0.2 %."""
-
-_FIT = (1.0, 1.133, 1.497, 1.5273, 0.7847, -0.8356)
 
 
 @dataclass(frozen=True)
@@ -90,19 +85,6 @@ def bonded_layer_sphere(
         hertz_factor=solution.hertz_factor,
         profile=e_star / math.pi * indentation * solution.profile(),
     )
-
-
-def bonded_layer_sphere_fit(chi: float) -> float:
-    """Force over Hertz's for a rigid sphere on a bonded incompressible layer, chi = sqrt(R d)/h: a polynomial.
-
-    1 + 1.133 chi + 1.497 chi^2 + 1.5273 chi^3 + 0.7847 chi^4 - 0.8356 chi^5, fitted to `bonded_layer_sphere`, within
-    0.2 % up to chi = 1. The second-order coefficient 1.283 of Dimitriadis et al. (2002),
-    doi:10.1016/S0006-3495(02)75620-8, makes the force 7 % too small at chi = 0.49.
-
-    Raises `InputError` for chi outside [0, `MAX_CHI_FIT`].
-    """
-    chi = checks.within("chi = sqrt(R d)/h", chi, 0.0, MAX_CHI_FIT)
-    return float(np.polynomial.polynomial.polyval(chi, _FIT))
 
 
 @dataclass(frozen=True)
