@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from papilla import cache
+from papilla.calibrate.large_strain import RATIOS
 from papilla.errors import FileFormatError
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing import large_strain
@@ -60,6 +61,12 @@ def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
     assert sum(weights) == pytest.approx(1)
     assert np.dot(weights, np.log([1.0, 2.0, 4.0]) ** 2) == pytest.approx(np.log(ratio) ** 2)
     assert family.at(5.0) == () and Family(family.tables[:2]).at(1.5) == ()
+
+
+def test_what_ships_holds_the_ratios_that_are_measured_for_it():
+    tables = known(Finger.default().strain_sha256).tables
+    assert {table.ratio for table in tables if table.friction == 0} == {*RATIOS}
+    assert {table.ratio for table in tables if table.friction > 0} < {*RATIOS}
 
 
 def test_a_table_survives_its_file_and_a_broken_one_is_refused():

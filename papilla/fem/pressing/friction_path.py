@@ -4,8 +4,7 @@ What friction does depends on how the force was reached. Here it grows from noth
 keeps, while it sticks, the relative tangential displacement that it had when it came into contact (Spence 1968,
 doi:10.1098/rspa.1968.0105), not that of the undeformed bodies. With full stick everything is linear in the indentation
 between one node's coming into contact and the next one's, so that the path of the condensed bodies is exact. With
-Coulomb's law a step ends where the next node is expected, and is solved exactly; `substeps` cuts it, to show what its
-length costs.
+Coulomb's law a step ends where the next node is expected, and is solved exactly.
 """
 
 import math
@@ -33,11 +32,11 @@ SHORTEST = 2.0**-12
 class FrictionPath:
     """States of growing indentation of a problem with one friction; made as far as asked for, and kept.
 
-    `friction` is Coulomb's coefficient, or infinite for full stick; each step of Coulomb's is cut in `substeps`.
+    `friction` is Coulomb's coefficient, or infinite for full stick.
     """
 
-    def __init__(self, problem: FrictionProblem, friction: float, substeps: int = 1):
-        self.problem, self.friction, self.substeps = problem, friction, substeps
+    def __init__(self, problem: FrictionProblem, friction: float):
+        self.problem, self.friction = problem, friction
         first = int(np.argmin(problem.gap / problem.mass))
         nothing, active = np.zeros((3, len(problem.mass))), np.arange(len(problem.mass)) == first
         depth = float(problem.gap[first] / problem.mass[first])
@@ -78,8 +77,7 @@ class FrictionPath:
             traction = state.traction + length * rate
             self.knots.append(_reached(self.problem, state, state.indentation + length, traction))
         elif length > 0:
-            for _ in range(self.substeps):
-                self.knots.append(self._coulomb(self.knots[-1], length / self.substeps, rate))
+            self.knots.append(self._coulomb(state, length, rate))
         if node is not None and state.active[node]:
             self.knots[-1] = _released(self.problem, self.knots[-1], node)
         elif node is not None:
