@@ -42,8 +42,6 @@ QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
-    ("papilla/calibration/document.py", 'softness.forward._kept("form", "terms", "units")',
-     "softness.forward._kept('terms', 'form', 'units')"): "a set of names",
     ("papilla/calibration/record.py", "math.hypot(sd_sigma / sd, along_force * force_sigma / force)",
      "math.hypot(along_force * force_sigma / force, sd_sigma / sd)"): "symmetric",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",

@@ -1,27 +1,19 @@
 """calibration.json: the calibration record as text, and back, bit for bit; no pickle.
 
-The models below are the file's format: what is written and what is accepted. A checksum over the content tells a file
-that was edited after papilla wrote it.
+A checksum over the content tells a file that was edited after papilla wrote it.
 """
 
 import hashlib
 import json
 import math
 import re
-from dataclasses import replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    model_validator,
-)
+from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import core_schema
 
 from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
@@ -29,14 +21,28 @@ from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdS
 from papilla.calibration.record import Calibration
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.file_models import first_problem, keys_of, table
 from papilla.files import write_text
 
 SCHEMA = "papilla.calibration/1"
-SPLINE = "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"
-UNITS = {"f": "gf", "E": "MPa", "sd": "microstrain"}
 CHECKSUM = "content_sha256"
 NO_CHECKSUM = "the file has no checksum: nothing tells whether it is as papilla wrote it"
 EDITED = "the file was changed after papilla wrote it: its checksum does not match, so nothing vouches for its answers"
+
+FORWARD = {
+    "form": "quadratic",
+    "terms": list(FORWARD_TERMS),
+    "units": {"f": "gf", "E": "MPa", "sd": "microstrain"},
+}
+INVERSE = {"form": "E = branch * sqrt(terms) - shift", "terms": list(INVERSE_TERMS)}
+SPLINE = {"form": "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"}
+SD = SPLINE | {"quantity": "ln(sd_microstrain)"}
+GAUGE = SPLINE | {"quantity": "reading_microstrain / force_N"}
+POSITION = {
+    "quantity": "(reading_microstrain - that at the apex) / force_N",
+    "form": "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm",
+}
+"""What each part of the file says of itself, in words and units."""
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
@@ -63,9 +69,9 @@ def read_calibration(path: Path) -> Calibration:
     if schema != SCHEMA:
         raise FileFormatError(f"{path}: the schema is {schema!r}, this version of papilla reads {SCHEMA!r}")
     try:
-        calibration = from_document(document)
-    except (InputError, OverflowError) as error:
-        raise FileFormatError(f"{path}: {error}") from error
+        calibration = _FILE.validate_python(document)
+    except ValidationError as error:
+        raise FileFormatError(f"{path}: {first_problem(error)}") from error
     stated = document.pop(CHECKSUM, None)
     if stated == checksum(document):
         return calibration
@@ -78,269 +84,171 @@ def checksum(document: dict) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def to_document(calibration: Calibration) -> dict:
+def to_document(calibration: Calibration) -> dict[str, Any]:
     """The calibration as plain values under the documented keys, without a checksum."""
-    one = calibration
-    softness = {
-        "forward": one.forward,
-        "inverse": one.inverse,
-        "surface": _splines(one.surface) | {"usable_nodes": one.surface.usable, "twofold": one.surface.twofold},
-        "gauges": [_splines(gauge) | {"name": gauge.name} for gauge in one.gauges],
-        "position": one.position
-        and {name: getattr(one.position, name) for name in _Position.model_fields if hasattr(one.position, name)}
-        | {"gauges": len(one.position.coefficients)},
+    one, sd, position = calibration, calibration.surface, calibration.position
+    softness: dict[str, Any] = {
+        "forward": FORWARD | _values(one.forward),
+        "inverse": INVERSE | _values(one.inverse),
+        "surface": SD | _spline(sd) | {"usable_nodes": sd.usable, "twofold": sd.twofold},
+        "gauges": [GAUGE | _spline(gauge) | {"name": gauge.name} for gauge in one.gauges],
     }
-    parts = {name: getattr(one, name) for name in ("finger", "mesh", "domain", "provenance")}
-    parts["notes"] = (*one.notes, one.remark) if one.remark else one.notes
     # Readers that do not know the optional part pass it over, so the schema is the same with and without it.
-    absent = {"softness": {"position"}} if one.position is None else None
-    return _File.model_validate(parts | {"softness": softness}).model_dump(mode="json", by_alias=True, exclude=absent)
+    if position is not None:
+        softness["position"] = POSITION | {"gauges": len(position.coefficients), "cells": position.cells}
+        softness["position"] |= _values(position)
+    whole = {"schema": SCHEMA, "finger": one.finger, "mesh": one.mesh, "softness": softness, "domain": one.domain}
+    notes = (*one.notes, one.remark) if one.remark else one.notes
+    return _plain(whole | {"provenance": one.provenance, "notes": notes})
 
 
-def from_document(document: dict) -> Calibration:
-    """The calibration of plain values; raises `InputError` naming the key."""
-    try:
-        return _File.model_validate(document).calibration
-    except ValidationError as error:
-        raise InputError(_first_problem(error)) from error
+def _values(part: Any) -> dict[str, Any]:
+    """The fields of a dataclass."""
+    return {item.name: getattr(part, item.name) for item in fields(part)}
 
 
-def _first_problem(error: ValidationError) -> str:
-    """The first problem of a validation as one line: key, what is wrong, value."""
-    problem = error.errors()[0]
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem["loc"])[1:]
-    if problem["type"] == "missing":
-        return f"key {key} is missing"
-    said = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-    said = f"{key} {said}" if said.startswith("must") else f"{key}: {said}" if key else said
-    if problem["type"] == "value_error":
-        return said
-    shown = repr(problem["input"])
-    return f"{said}, got {shown if len(shown) <= 60 else shown[:57] + '...'}"
+def _spline(part: SdSurface | GaugeSurface) -> dict[str, Any]:
+    uncertainty = {"level": LEVEL} | _values(part.uncertainty)
+    return _values(part.surface) | {"cells": part.surface.cells, "uncertainty": uncertainty}
 
 
-def _splines(part: SdSurface | GaugeSurface) -> dict:
-    surface = part.surface
-    table = {name: getattr(surface, name) for name in ("force_N", "modulus_MPa", "cells", "coefficients")}
-    return table | {"uncertainty": part.uncertainty}
+def _plain(value: Any) -> Any:
+    """A value as JSON has it, NaN as null."""
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return None if value != value else value
 
 
-# ---- Types of the fields
-
-
-def _same(expected, value):
-    if value != expected:
-        raise InputError(f"must be {expected!r}, got {value!r}")
-    return value
+# ---- What is accepted
 
 
 class _Numbers:
     """Nested lists of finite numbers as an array of a shape (any, where it is empty).
 
-    gaps : null stands for NaN, which JSON has not.
+    gaps : null stands for NaN, which JSON has not; least : no number may be below it.
     """
 
-    def __init__(self, *shape: int, gaps: bool = False):
-        self._shape, self._gaps = shape, gaps
+    def __init__(self, *shape: int, gaps: bool = False, least: float = -math.inf):
+        self._shape, self._gaps, self._least = shape, gaps, least
 
-    def __get_pydantic_core_schema__(self, source, handler):
-        written = core_schema.plain_serializer_function_ser_schema(_lists)
-        return core_schema.no_info_plain_validator_function(self._array, serialization=written)
+    def __get_pydantic_core_schema__(self, _source, _handler):
+        return core_schema.no_info_plain_validator_function(self._array)
 
     def _array(self, values) -> np.ndarray:
-        if isinstance(values, np.ndarray):
-            return values
         found = np.array(values, dtype=object)
         flat = [math.nan if value is None and self._gaps else value for value in found.ravel().tolist()]
         if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
             raise InputError("must be a list of numbers, each row as long as the others")
-        numbers = np.array(flat, dtype=float).reshape(found.shape)
+        try:
+            numbers = np.array(flat, dtype=float).reshape(found.shape)
+        except OverflowError:
+            numbers = np.array([math.inf])
         if np.isinf(numbers).any() or (np.isnan(numbers).any() and not self._gaps):
             raise InputError("must hold finite numbers alone")
-        return _shaped(numbers, self._shape or numbers.shape)
+        if (numbers < self._least).any():
+            raise InputError("must not be negative")
+        return _shaped("", numbers, self._shape or numbers.shape)
 
 
-def _shaped(array: np.ndarray, shape: tuple[int, ...], name: str = "") -> np.ndarray:
+def _shaped(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     if array.shape != shape:
         raise InputError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers".strip())
     return array
 
 
-def _not_negative(array: np.ndarray) -> np.ndarray:
-    if (array < 0).any():
-        raise InputError("must not be negative")
-    return array
+def _numbers(*shape: int, gaps: bool = False, least: float = -math.inf) -> Any:
+    return Annotated[np.ndarray, _Numbers(*shape, gaps=gaps, least=least)]
 
 
-def _lists(array: np.ndarray):
-    return [_lists(row) if row.ndim else None if np.isnan(row) else row.item() for row in array]
+def _surface(force_N, modulus_MPa, cells, coefficients) -> Surface:
+    return Surface(force_N, modulus_MPa, _shaped("coefficients", coefficients, (cells[0] + 3, cells[1] + 3)))
 
 
-Numbers = Annotated[np.ndarray, _Numbers()]
-Gaps = Annotated[np.ndarray, _Numbers(gaps=True)]
-Interval = Annotated[tuple[float, float], Field(strict=False)]
-Texts = Annotated[tuple[str, ...], Field(strict=False)]
-AtLeast0 = Annotated[float, Field(ge=0)]
+def _sd(uncertainty, usable_nodes, twofold, **spline) -> SdSurface:
+    (m, n), nodes = spline["cells"], usable_nodes
+    surface, nodes = _surface(**spline), _shaped("usable_nodes", nodes, (m, 2))
+    if ((nodes < 0) | (nodes > n) | (nodes != nodes.round())).any():
+        raise InputError(f"usable_nodes must hold whole numbers from 0 to {n}")
+    return SdSurface(surface, nodes.astype(int), _shaped("twofold", twofold, (m, 2)), uncertainty)
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, from_attributes=True, arbitrary_types_allowed=True)
-
-    def _check(self, name: str, *shape: int) -> np.ndarray:
-        """The numbers of a field; `InputError` where they have another shape."""
-        return _shaped(getattr(self, name), shape, name)
-
-    def _kept(self, *left_out: str) -> dict:
-        return {name: getattr(self, name) for name in type(self).model_fields if name not in left_out}
+def _gauge(name, uncertainty, **spline) -> GaugeSurface:
+    return GaugeSurface(name, _surface(**spline), uncertainty)
 
 
-# ---- The parts of the file, in their order
+def _position(gauges, cells, coefficients, **others) -> PositionTerms:
+    shape = (gauges, *(count + 3 for count in cells))
+    return PositionTerms(coefficients=_shaped("coefficients", coefficients, shape), **others)
 
 
-class _Forward(_Part):
-    form: Literal["quadratic"] = "quadratic"
-    terms: Annotated[list, AfterValidator(partial(_same, list(FORWARD_TERMS)))] = list(FORWARD_TERMS)
-    units: Annotated[dict, AfterValidator(partial(_same, UNITS))] = UNITS
-    coefficients: Annotated[np.ndarray, _Numbers(5)]
-    stderr: Annotated[np.ndarray, _Numbers(5, gaps=True), AfterValidator(_not_negative)]
-    covariance: Annotated[np.ndarray, _Numbers(5, 5, gaps=True)]
-    rms: AtLeast0
-    max: AtLeast0
-    modulus_MPa: Interval
-    condition: AtLeast0
-    notes: Texts
+def _softness(**parts) -> dict[str, Any]:
+    position, gauges = parts["position"], len(parts["gauges"])
+    if position is not None and len(position.coefficients) != gauges:
+        raise InputError(f"position must hold {gauges} gauges")
+    return parts | {"gauges": tuple(parts["gauges"])}
 
 
-class _Inverse(_Part):
-    form: str = "E = branch * sqrt(terms) - shift"
-    terms: Annotated[list, AfterValidator(partial(_same, list(INVERSE_TERMS)))] = list(INVERSE_TERMS)
-    coefficients: Annotated[np.ndarray, _Numbers(4)]
-    shift: float
-    branch: Literal[-1, 1]
-    modulus_MPa: Interval | None
+def _file(softness, domain, **others) -> Calibration:
+    calibration = Calibration(**softness, **others)
+    if domain != calibration.domain:
+        raise InputError("domain differs from that of softness.surface")
+    return calibration
 
 
-class _Uncertainty(_Part):
-    level: Annotated[float, AfterValidator(partial(_same, LEVEL))] = LEVEL
-    fit_rms: AtLeast0
-    fit_factor: AtLeast0
-    fit_max: AtLeast0
-    scatter_force_N: Numbers
-    scatter: Annotated[Numbers, AfterValidator(_not_negative)]
-    scatter_factor: AtLeast0
-    meshes: Annotated[int, Field(ge=0)]
-
-    @model_validator(mode="after")
-    def _shapes(self):
-        forces = self._check("scatter_force_N", self.scatter_force_N.size)
-        if not len(forces) or (forces <= 0).any() or (np.diff(forces) <= 0).any():
-            raise InputError("scatter_force_N must rise and be above 0")
-        self._check("scatter", len(forces))
-        return self
-
-    @property
-    def uncertainty(self) -> Uncertainty:
-        return Uncertainty(**self._kept("level"))
-
-
-class _Surface(_Part):
-    form: Annotated[str, AfterValidator(partial(_same, SPLINE))] = SPLINE
-    force_N: Interval
-    modulus_MPa: Interval
-    cells: Annotated[tuple[int, int], Field(strict=False)]
-    coefficients: Numbers
-    uncertainty: _Uncertainty
-
-    @model_validator(mode="after")
-    def _shapes(self):
-        _ = self.surface
-        return self
-
-    @property
-    def surface(self) -> Surface:
-        coefficients = self._check("coefficients", self.cells[0] + 3, self.cells[1] + 3)
-        return Surface(self.force_N, self.modulus_MPa, coefficients)
-
-
-class _Sd(_Surface):
-    quantity: Literal["ln(sd_microstrain)"] = "ln(sd_microstrain)"
-    usable_nodes: Numbers
-    twofold: Gaps
-
-    @model_validator(mode="after")
-    def _nodes(self):
-        nodes, last = self._check("usable_nodes", self.cells[0], 2), self.cells[1]
-        if ((nodes < 0) | (nodes > last) | (nodes != nodes.round())).any():
-            raise InputError(f"usable_nodes must hold whole numbers from 0 to {last}")
-        self._check("twofold", self.cells[0], 2)
-        return self
-
-
-class _Gauge(_Surface):
-    name: str
-    quantity: Literal["reading_microstrain / force_N"] = "reading_microstrain / force_N"
-
-
-class _Position(_Part):
-    quantity: Literal["(reading_microstrain - that at the apex) / force_N"] = (
-        "(reading_microstrain - that at the apex) / force_N"
-    )
-    form: Literal["uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm"] = (
-        "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm"
-    )
-    gauges: int
-    force_N: Interval
-    modulus_MPa: Interval
-    reach_mm: float
-    cells: Annotated[tuple[int, int, int], Field(strict=False)]
-    coefficients: Numbers
-    error: Numbers
-
-    @model_validator(mode="after")
-    def _shapes(self):
-        _ = self.terms
-        return self
-
-    @property
-    def terms(self) -> PositionTerms:
-        self._check("coefficients", self.gauges, *(cells + 3 for cells in self.cells))
-        return PositionTerms(**self._kept("quantity", "form", "gauges", "cells"))
-
-
-class _Softness(_Part):
-    forward: _Forward
-    inverse: _Inverse
-    surface: _Sd
-    gauges: list[_Gauge]
-    position: _Position | None = None
-
-
-class _File(_Part):
-    schema_: Annotated[str, AfterValidator(partial(_same, SCHEMA))] = Field(SCHEMA, alias="schema")
-    finger: dict[str, Any]
-    mesh: dict[str, Any]
-    softness: _Softness
-    domain: dict[str, Interval]
-    provenance: dict[str, Any]
-    notes: Texts
-
-    @model_validator(mode="after")
-    def _agree(self):
-        position, surface, gauges = self.softness.position, self.softness.surface, len(self.softness.gauges)
-        if position is not None and position.gauges != gauges:
-            raise InputError(f"softness.position must hold {gauges} gauges")
-        if self.domain != {"force_N": surface.force_N, "modulus_MPa": surface.modulus_MPa}:
-            raise InputError("domain differs from that of softness.surface")
-        return self
-
-    @property
-    def calibration(self) -> Calibration:
-        softness, sd = self.softness, self.softness.surface
-        return Calibration(
-            **self._kept("schema_", "softness", "domain"),
-            forward=Quadratic(**softness.forward._kept("form", "terms", "units")),
-            inverse=QuadraticInverse(**softness.inverse._kept("form", "terms")),
-            surface=SdSurface(sd.surface, sd.usable_nodes.astype(int), sd.twofold, sd.uncertainty.uncertainty),
-            gauges=tuple(GaugeSurface(one.name, one.surface, one.uncertainty.uncertainty) for one in softness.gauges),
-            position=None if softness.position is None else softness.position.terms,
+_AT_LEAST_0, _ANY = Annotated[float, Field(ge=0)], _numbers()
+_RANGE, _TEXTS = (Annotated[kind, Field(strict=False)] for kind in (tuple[float, float], tuple[str, ...]))
+_UNCERTAINTY = table(
+    Uncertainty,
+    dict.fromkeys(("fit_rms", "fit_factor", "fit_max", "scatter_factor"), _AT_LEAST_0)
+    | {"scatter_force_N": _ANY, "scatter": _numbers(least=0), "meshes": Annotated[int, Field(ge=0)]},
+    {"level": LEVEL},
+)
+_CELLS, _CELLS_3D = (Annotated[kind, Field(strict=False)] for kind in (tuple[int, int], tuple[int, int, int]))
+_DOMAIN = {"force_N": _RANGE, "modulus_MPa": _RANGE}
+_FITTED = _DOMAIN | {"cells": _CELLS, "coefficients": _ANY, "uncertainty": _UNCERTAINTY}
+_PARTS = {
+    "forward": table(
+        Quadratic,
+        keys_of(
+            Quadratic,
+            coefficients=_numbers(5),
+            stderr=_numbers(5, gaps=True, least=0),
+            covariance=_numbers(5, 5, gaps=True),
+            rms=_AT_LEAST_0,
+            max=_AT_LEAST_0,
+            condition=_AT_LEAST_0,
+        ),
+        FORWARD,
+    ),
+    "inverse": table(
+        QuadraticInverse,
+        {"coefficients": _numbers(4), "shift": float, "branch": Literal[-1, 1], "modulus_MPa": _RANGE | None},
+        INVERSE,
+    ),
+    "surface": table(_sd, _FITTED | {"usable_nodes": _ANY, "twofold": _numbers(gaps=True)}, SD),
+    "gauges": list[table(_gauge, _FITTED | {"name": str}, GAUGE)],  # type: ignore[misc]
+    "position": (
+        table(
+            _position,
+            _DOMAIN | {"gauges": int, "reach_mm": float, "cells": _CELLS_3D, "coefficients": _ANY, "error": _ANY},
+            POSITION,
         )
+        | None,
+        None,
+    ),
+}
+_FILE: TypeAdapter[Calibration] = TypeAdapter(
+    table(
+        _file,
+        {
+            **dict.fromkeys(("finger", "mesh", "provenance"), dict[str, Any]),
+            "softness": table(_softness, _PARTS),
+            "domain": dict[str, _RANGE],  # type: ignore[valid-type]
+            "notes": _TEXTS,
+        },
+    )
+)

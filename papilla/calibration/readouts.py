@@ -54,6 +54,8 @@ class Uncertainty:
     scatter_force_N, scatter : (k,) rms difference of independent meshes from this one, at rising forces; zero where
     none was given. scatter_factor : half width of the 95 % interval in `scatter`.
     meshes : how many meshes the scatter comes from.
+
+    Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """
 
     fit_rms: float
@@ -63,6 +65,13 @@ class Uncertainty:
     scatter: np.ndarray
     scatter_factor: float
     meshes: int
+
+    def __post_init__(self):
+        forces, scatter = self.scatter_force_N, self.scatter
+        if forces.ndim != 1 or not len(forces) or (forces <= 0).any() or (np.diff(forces) <= 0).any():
+            raise InputError("scatter_force_N must rise and be above 0")
+        if scatter.shape != forces.shape:
+            raise InputError(f"scatter must have a value for each of {len(forces)} forces, got shape {scatter.shape}")
 
     def scatter_at(self, force_N: float) -> float:
         """Mesh scatter at one force, linear in ln force between the stated ones, constant beyond."""

@@ -142,5 +142,5 @@ def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):
     card = 'modulus_MPa = 0.136\nmaterial = { model = "Ogden", mu_MPa = 0.1, alpha = 3.0 }'
     text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", card)
     (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
-    message = "[outer] modulus 0.136 MPa is not that of its ogden material, 0.3 MPa"
+    message = "outer: modulus 0.136 MPa is not that of its ogden material, 0.3 MPa"
     assert message in refused("press", "--modulus", 0.5, "--force", 1, "--finger", "finger.toml")
