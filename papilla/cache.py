@@ -7,7 +7,6 @@ It lies in the user's cache folder, or where the environment variable `PAPILLA_C
 import hashlib
 import io
 import os
-import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -29,24 +28,14 @@ ENVIRONMENT = "PAPILLA_CACHE"
 PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
 """How long another process may hold an entry before this one says that it waits, and before it goes on by itself."""
 
-PACKAGES = {
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "skfem": "scikit-fem",
-    "rslab": "rslab",
-    "pytetwild": "pytetwild",
-    "pyvista": "pyvista",
-    "vtkmodules": "vtk",
-    "matplotlib": "matplotlib",
-}
-"""Other packages whose version a result depends on: name when imported -> name when installed."""
+PACKAGES = ("numpy", "scipy", "scikit-fem", "rslab", "pytetwild", "pyvista", "vtk", "matplotlib")
+"""Other packages whose version a result depends on."""
 
 _ROOT = Path(__file__).parent
-_IMPORTS = re.compile(
-    r"^[ \t]*from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|^[ \t]*import[ \t]+([^\n]+)"
-    r"|[\"'](papilla(?:\.\w+)+)[\"']",
-    re.MULTILINE,
-)
+_LAYERS = ("mesh", "fem", "view", "calibrate")
+"""Packages whose results are kept, each of which imports those before it."""
+
+_NOTHING_KEPT = ("estimators", "telepresence", "studies", "cli")
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -54,9 +43,9 @@ Arrays = Mapping[str, np.ndarray]
 def key(maker: str, *values: object) -> str:
     """The key of a result that module `maker` (its `__name__`) makes from `values`: all that it depends on.
 
-    The code counts with that of every module of papilla that `maker` imports, at once or through others, and with the
-    versions of `PACKAGES` in them; parent packages do not, which only gather names. Values are numbers, text, bytes,
-    arrays, None, dataclasses, and tuples, lists and dicts of these; raises `InputError` for others.
+    The code counts with that of all modules of papilla that `maker` may import, those of its package and of the layers
+    below, and with the versions of `PACKAGES`. Values are numbers, text, bytes, arrays, None, dataclasses, and tuples,
+    lists and dicts of these; raises `InputError` for others.
     """
     return hashlib.sha256(repr((_code(maker), [_content(value) for value in values])).encode()).hexdigest()
 
@@ -156,48 +145,20 @@ def _go_on_without(error: BaseException) -> None:
 
 @lru_cache(maxsize=32)
 def _code(maker: str) -> str:
-    """Hash of the sources of a module and of all it imports, and the versions of other packages behind it."""
-    seen: dict[str, tuple[str, frozenset[str]]] = {}
-    waiting = {maker}
-    while waiting:
-        name = waiting.pop()
-        if name not in seen:
-            seen[name] = _source(name)
-            waiting |= {other for other in seen[name][1] if other not in PACKAGES}
-    sources = sorted((name, digest) for name, (digest, _) in seen.items())
-    packages = sorted({other for _, found in seen.values() for other in found if other in PACKAGES})
-    return repr((sources, [(name, _version(PACKAGES[name])) for name in packages]))
+    """Hashes of the sources that a module may run through, and the versions of other packages."""
+    sources, (_, package, *inside) = _sources(), maker.split(".")
+    if not {"/".join([package, *inside]) + ending for ending in (".py", "/__init__.py")} & {*sources}:
+        raise InputError(f"{maker} is no module of papilla: a cached result names the one that makes it")
+    above = {*_NOTHING_KEPT, *_LAYERS[_LAYERS.index(package) + 1 if package in _LAYERS else 0 :]}
+    below = [(name, digest) for name, digest in sources.items() if name.split("/")[0] not in above]
+    return repr((below, [(name, _version(name)) for name in PACKAGES]))
 
 
-@lru_cache(maxsize=512)
-def _source(name: str) -> tuple[str, frozenset[str]]:
-    """Hash of a module's file, and the modules of papilla and the `PACKAGES` that it imports."""
-    file = _file(name)
-    if file is None:
-        raise InputError(f"{name} is no module of papilla: a cached result names the one that makes it")
-    text = file.read_text(encoding="utf-8")
-    found: set[str] = set()
-    for package, names, plain, quoted in _IMPORTS.findall(text):
-        parts = [part.split(" as ")[0].strip() for part in re.split(r"[,\n]", names.strip("()") or plain)]
-        modules = [quoted] if quoted else [f"{package}.{part}" if package else part for part in parts]
-        found.update(filter(None, map(_known, modules)))
-    return hashlib.sha256(text.encode()).hexdigest(), frozenset(found)
-
-
-def _known(dotted: str) -> str | None:
-    """The module of papilla, or the package of `PACKAGES`, that a dotted name lies in."""
-    first = dotted.split(".")[0]
-    if first != "papilla":
-        return first if first in PACKAGES else None
-    while _file(dotted) is None:
-        dotted = dotted.rpartition(".")[0]
-    return dotted
-
-
-@lru_cache(maxsize=2048)
-def _file(name: str) -> Path | None:
-    path = _ROOT.parent.joinpath(*name.split("."))
-    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()), None)
+@lru_cache(maxsize=1)
+def _sources() -> dict[str, str]:
+    """Hash of each file of papilla's code, by its path in the package."""
+    files = sorted(_ROOT.rglob("*.py"))
+    return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 
 def _version(distribution: str) -> str:
