@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
 from papilla import checks
@@ -61,15 +62,26 @@ class _Material(ABC):
 
 
 class FirstInvariantMaterial(_Material):
-    """A material whose energy depends on I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation alone."""
+    """A material whose energy is a polynomial of I1 - 3, with I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation."""
 
+    @property
     @abstractmethod
+    def polynomial(self) -> Polynomial:
+        """W (MPa) of I1 - 3."""
+
+    @property
+    def shear_modulus(self) -> float:
+        """Small-strain shear modulus, MPa."""
+        return 2 * float(self.polynomial.coef[1])
+
     def energy(self, i1: ArrayLike) -> np.ndarray:
         """W (MPa) of the isochoric first invariant, any shape."""
+        return self.polynomial(np.asarray(i1) - 3)
 
-    @abstractmethod
     def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
+        x, slope = np.asarray(i1) - 3, self.polynomial.deriv()
+        return slope(x), slope.deriv()(x)
 
     def stability(self, stretches) -> np.ndarray:
         """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
@@ -95,17 +107,9 @@ class NeoHookean(FirstInvariantMaterial):
         checks.positive("neo-Hookean mu (MPa)", self.mu)
 
     @property
-    def shear_modulus(self) -> float:
-        """Small-strain shear modulus, MPa."""
-        return self.mu
-
-    def energy(self, i1: ArrayLike) -> np.ndarray:
-        """W (MPa) of the isochoric first invariant, any shape."""
-        return self.mu / 2 * (np.asarray(i1) - 3)
-
-    def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
-        return np.full(np.shape(i1), self.mu / 2), np.zeros(np.shape(i1))
+    def polynomial(self) -> Polynomial:
+        """W (MPa) of I1 - 3."""
+        return Polynomial([0.0, self.mu / 2])
 
 
 @dataclass(frozen=True)
@@ -123,19 +127,9 @@ class Yeoh(FirstInvariantMaterial):
         checks.finite("Yeoh c3 (MPa)", self.c3)
 
     @property
-    def shear_modulus(self) -> float:
-        """Small-strain shear modulus, MPa."""
-        return 2 * self.c1
-
-    def energy(self, i1: ArrayLike) -> np.ndarray:
-        """W (MPa) of the isochoric first invariant, any shape."""
-        x = np.asarray(i1) - 3
-        return x * (self.c1 + x * (self.c2 + x * self.c3))
-
-    def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
-        x = np.asarray(i1) - 3
-        return self.c1 + x * (2 * self.c2 + 3 * self.c3 * x), 2 * self.c2 + 6 * self.c3 * x
+    def polynomial(self) -> Polynomial:
+        """W (MPa) of I1 - 3."""
+        return Polynomial([0.0, self.c1, self.c2, self.c3])
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import reason, replacing
 
 BLOCK = 8192  # Rows that are read at once
+CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
 MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # More columns, or characters in the header, are no table of papilla
 
 
@@ -31,15 +32,11 @@ class Table:
     path : where the table was read, for messages.
     columns : name -> (n,) float; an empty cell is NaN.
     lines : (n,) int, the line of the file that each row ends on.
-    ignored : names of the columns that were not asked for; their cells were not looked at.
-    ends_open : the last line has no line end: a file that was cut off in its last number looks like that.
     """
 
     path: Path
     columns: Mapping[str, np.ndarray]
     lines: np.ndarray
-    ignored: tuple[str, ...]
-    ends_open: bool
 
     def fault(self, row: int, column: str, problem: str) -> FileFormatError:
         """The error for one cell, naming file, line and column."""
@@ -54,8 +51,9 @@ class TableReader:
 
     The file is UTF-8 with or without byte order mark; a stream that cannot be read twice is copied to a temporary file.
     Use it as a context manager. names : the wanted columns in the file's order; ignored : the others, whose cells are
-    not looked at; ends_open : as in `Table`. Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not
-    UTF-8, no header, more than `MAX_COLUMNS` columns, a column name empty or twice).
+    not looked at; notes : what a person should be told of the file, a sentence each. Raises `FileAccessError` (missing,
+    unreadable) or `FileFormatError` (not UTF-8, no header, more than `MAX_COLUMNS` columns, a column name empty or
+    twice).
     """
 
     def __init__(self, path: str | Path, wanted: Callable[[str], bool]):
@@ -63,7 +61,7 @@ class TableReader:
         self._raw = _opened(self.path)
         self._text = io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
-            self.ends_open = _last_byte(self._raw) not in b"\r\n"
+            cut_off = _last_byte(self._raw) not in b"\r\n"
             self._header, _ = self._begin()
             _check_header(self.path, self._header)
         except BaseException:
@@ -72,6 +70,8 @@ class TableReader:
         self._used = [number for number, name in enumerate(self._header) if wanted(name)]
         self.names = tuple(self._header[number] for number in self._used)
         self.ignored = tuple(name for name in self._header if name not in self.names)
+        notes = {f"ignored columns: {', '.join(self.ignored)}": bool(self.ignored), CUT_OFF: cut_off}
+        self.notes = tuple(note for note, holds in notes.items() if holds)
 
     def __enter__(self) -> Self:
         return self
@@ -101,7 +101,7 @@ class TableReader:
         blocks = list(self.blocks())
         columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in self.names}
         lines = np.concatenate([block.lines for block in blocks])
-        return Table(self.path, columns, lines, self.ignored, self.ends_open)
+        return Table(self.path, columns, lines)
 
     def _begin(self) -> tuple[list[str], Any]:
         """The names of the header, and the rows after it."""
@@ -126,7 +126,7 @@ class TableReader:
                 columns[name] = _numbers(cells[number])
         except ValueError:
             raise self._text_fault(rows, lines) from None
-        return Table(self.path, columns, np.array(lines), self.ignored, self.ends_open)
+        return Table(self.path, columns, np.array(lines))
 
     def _text_fault(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> FileFormatError:
         """The error for the first used cell that is no number."""
@@ -158,12 +158,6 @@ class TableReader:
             except UnicodeDecodeError:
                 return number
         raise AssertionError("every line is UTF-8")
-
-
-def read_table(path: str | Path, wanted: Callable[[str], bool]) -> Table:
-    """The `wanted` columns of a table as a whole; raises what `TableReader` and its `blocks` raise."""
-    with TableReader(path, wanted) as reader:
-        return reader.whole()
 
 
 @contextmanager

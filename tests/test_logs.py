@@ -60,8 +60,10 @@ def test_byte_order_mark_spaces_and_trailing_lines_are_tolerated(log):
 
 def test_unknown_columns_are_named_and_not_parsed(log):
     found = read_time_log(log("t_s,note,g1\n0,soft sponge,1\n1,,2\n"))
-    assert found.report.ignored == ("note",)
-    assert read_presses(log("material,force_N,modulus_MPa,g1\nA,1,1,1\nB,1,2,3\n")).ignored == ("material",)
+    assert found.report.notes == ("ignored columns: note",)
+    assert read_presses(log("material,force_N,modulus_MPa,g1\nA,1,1,1\nB,1,2,3\n")).notes == (
+        "ignored columns: material",
+    )
 
 
 def test_a_file_without_its_last_line_end_is_remarked_on(log):

@@ -138,7 +138,9 @@ class SurfaceFit:
             resolution.basis(axis, values)
             for resolution, axis, values in zip(self.along, self._axes, (force_N, modulus_MPa), strict=True)
         )
-        return _row_products(over_force, over_modulus)[:, self._kept]
+        p, q = over_force.shape[1], over_modulus.shape[1]
+        repeated, tiled = kron(csr_array(over_force), np.ones((1, q))), kron(np.ones((1, p)), csr_array(over_modulus))
+        return csr_array(repeated.tocsr().multiply(tiled.tocsr()))[:, self._kept]
 
     def _parameters(self, gram, size: int) -> float:
         """Effective parameters, trace of (G + P)^-1 G, by probes (Hutchinson 1990, doi:10.1080/03610919008812866)."""
@@ -231,39 +233,20 @@ def uncertainty(fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, n
     return Uncertainty(*residuals, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
 
 
-def _row_products(left: np.ndarray, right: np.ndarray) -> csr_array:
-    """(n, p q) sparse products of each row of (n, p) with the same row of (n, q)."""
-    a, b = csr_array(left), csr_array(right)
-    rows = np.repeat(np.arange(a.shape[0]), np.diff(a.indptr) * np.diff(b.indptr))
-    pieces = [
-        (
-            (a.indices[i0:i1, None] * b.shape[1] + b.indices[None, j0:j1]).ravel(),
-            (a.data[i0:i1, None] * b.data[None, j0:j1]).ravel(),
-        )
-        for i0, i1, j0, j1 in zip(a.indptr, a.indptr[1:], b.indptr, b.indptr[1:], strict=False)
-    ]
-    columns, values = (np.concatenate(part) for part in zip(*pieces, strict=True))
-    return csr_array((values, (rows, columns)), shape=(a.shape[0], a.shape[1] * b.shape[1]))
-
-
-def _bernstein_powers(degree: int) -> np.ndarray:
-    """(degree + 1, degree + 1) power coefficients of Bernstein's polynomials, a row each."""
-    rows = np.zeros((degree + 1, degree + 1))
-    for k in range(degree + 1):
-        for a in range(k, degree + 1):
-            rows[k, a] = (-1) ** (a - k) * comb(degree, k) * comb(degree - k, a - k)
-    return rows
+def _bernstein(degree: int) -> np.ndarray:
+    """(powers, degree + 1) Bernstein coefficients of the powers of the place in a cell."""
+    return np.array([[comb(k, a) / comb(degree, a) for k in range(degree + 1)] for a in range(degree + 1)])
 
 
 def _value_bounds(surface: Surface) -> np.ndarray:
     """(m, n, 4, 4) Bernstein coefficients of each cell: its values lie between their least and their greatest."""
-    cubic = np.linalg.inv(_bernstein_powers(3))
+    cubic = _bernstein(3)
     return np.einsum("ak,ijab,bl->ijkl", cubic, surface.polynomials, cubic)
 
 
 def _slope_bounds(surface: Surface) -> np.ndarray:
     """(m, n, 4, 3) Bernstein coefficients of d/du in each cell: above 0 all, the surface rises with the modulus."""
-    cubic, square = (np.linalg.inv(_bernstein_powers(degree)) for degree in (3, 2))
+    cubic, square = _bernstein(3), _bernstein(2)
     slope = surface.polynomials[..., 1:] * np.array([1.0, 2.0, 3.0])
     return np.einsum("ak,ijab,bl->ijkl", cubic, slope, square)
 

@@ -43,14 +43,6 @@ def _gauges(reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...]
     return gauges
 
 
-def notes_of(ignored: tuple[str, ...], ends_open: bool) -> tuple[str, ...]:
-    """What a person should be told of a log, a sentence each."""
-    notes = [f"ignored columns: {', '.join(ignored)}"] if ignored else []
-    if ends_open:
-        notes.append("the last line has no line end: if the file was cut off, its last number may be too short")
-    return tuple(notes)
-
-
 def check_finite(table: Table, names: Iterable[str]) -> None:
     """Refuse the first row in which a column holds no finite number."""
     names = tuple(names)

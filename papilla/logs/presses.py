@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.logs.columns import check_finite, notes_of, open_log
+from papilla.logs.columns import check_finite, open_log
 from papilla.tables import write_table
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain")
@@ -26,8 +26,7 @@ class PressLog:
     gauge_names : the g column names, by their number.
     indentation_mm : (n,) > 0, or None.
     x_mm, y_mm : (n,) touch-down points, or None.
-    ignored : names of columns that papilla does not know.
-    ends_open : the last line has no line end, as in a file that was cut off.
+    notes : what a person should be told of the file, a sentence each.
     """
 
     force_N: np.ndarray
@@ -37,16 +36,10 @@ class PressLog:
     indentation_mm: np.ndarray | None = None
     x_mm: np.ndarray | None = None
     y_mm: np.ndarray | None = None
-    ignored: tuple[str, ...] = ()
-    ends_open: bool = False
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.force_N)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a person should be told of the file, a sentence each."""
-        return notes_of(self.ignored, self.ends_open)
 
     @cached_property
     def sd_microstrain(self) -> np.ndarray:
@@ -66,7 +59,7 @@ class PressLog:
 def read_presses(path: str | Path) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain`.
 
-    Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.read_table` refuses, a missing or misspelt
+    Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
     positive, an `sd_microstrain` that is not the population standard deviation of the gauges.
     """
@@ -83,7 +76,7 @@ def read_presses(path: str | Path) -> PressLog:
     columns = dict(table.columns)
     readings = np.column_stack([columns.pop(name) for name in gauges])
     stated = columns.pop("sd_microstrain", None)
-    log = PressLog(readings=readings, gauge_names=gauges, ignored=table.ignored, ends_open=table.ends_open, **columns)
+    log = PressLog(readings=readings, gauge_names=gauges, notes=reader.notes, **columns)
     sd = log.sd_microstrain
     if stated is not None and (wrong := np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)).any():
         row = int(np.argmax(wrong))

@@ -11,7 +11,7 @@ import numpy as np
 
 from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
-from papilla.logs.columns import check_finite, notes_of, open_log
+from papilla.logs.columns import check_finite, open_log
 from papilla.logs.spread import Magnitudes, Noise
 from papilla.tables import Table, TableReader
 
@@ -26,8 +26,7 @@ class LogReport:
 
     gaps : steps over 1.5 median steps; duplicates : rows that repeat the time before them.
     nan_rows, nan_cells : rows and cells of used columns without a finite number; unbelievable : cells with one that no
-    sensor gives. ignored : names of the columns that papilla does not know.
-    ends_open : the last line has no line end, as in a file that was cut off.
+    sensor gives. notes : what a person should be told of the file, a sentence each.
     """
 
     rows: int
@@ -36,14 +35,7 @@ class LogReport:
     nan_cells: int
     nan_rows: int
     unbelievable: int
-    ignored: tuple[str, ...]
-    ends_open: bool
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a person should be told of the file, a sentence each."""
-        notes = [f"{self.unbelievable} cells hold numbers beyond {LARGEST:g}: they count as missing"]
-        return (*notes[: self.unbelievable], *notes_of(self.ignored, self.ends_open))
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +110,9 @@ class _Scan:
         step = self._steps.mean_up_to(longest)
         if not SHORTEST_STEP_S <= step <= LONGEST_STEP_S:
             raise FileFormatError(f"{path}: steps of t_s of {step:g} s on average; are these times in s?")
-        gaps, reader = self._steps.above(longest), self._reader
-        return 1 / step, LogReport(gaps=gaps, ignored=reader.ignored, ends_open=reader.ends_open, **self.counts)
+        beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST:g}: they count as missing"]
+        notes = (*beyond[: self.counts["unbelievable"]], *self._reader.notes)
+        return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, **self.counts)
 
 
 class TimeLogFile:

@@ -10,7 +10,7 @@ from papilla.calibrate import sweep as sweep_function
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.logs import read_presses
 from papilla.specimen import HalfSpace
-from papilla.tables import read_table
+from papilla.tables import TableReader
 
 REDUCED = SimpleNamespace(
     gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7, at=(1.0, 0.0)
@@ -99,7 +99,8 @@ def test_csv_there_and_back_and_as_a_bench_log(pressed, tmp_path):
     table.to_csv(path)
     header = path.read_text().splitlines()[0].split(",")
     assert header[:6] == ["force_N", "modulus_MPa", "g1", "g2", "sd_microstrain", "indentation_mm"]
-    written = read_table(path, lambda name: name != "status")
+    with TableReader(path, lambda name: name != "status") as reader:
+        written = reader.whole()
     for name in ("force_N", "modulus_MPa", "sd_microstrain", "contact_area_mm2", "resolved"):
         np.testing.assert_array_equal(written.columns[name], getattr(table, name))
     np.testing.assert_array_equal(written.columns["g2"], table.reading[:, 1])
