@@ -37,9 +37,10 @@ STICK = "stick"
 Friction = float | str
 """Coulomb's coefficient between finger and specimen, 0 for none, or `STICK`."""
 
-DEFAULT_FRICTION: Friction = 0.0
-"""What a press, a sweep and a calibration take unless told: in S_d small strain and no friction are off by as much, in
-opposite directions, so that friction comes together with large strain or not at all (docs/adr/0010)."""
+
+def friction_words(friction: float) -> Friction:
+    """The `friction` of a coefficient: infinite is `STICK`."""
+    return STICK if math.isinf(friction) else friction
 
 
 def friction_coefficient(friction: Friction) -> float:

@@ -12,6 +12,7 @@ import pytest
 from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus, Uncertainty
 from papilla.calibration.document import SCHEMA, checksum, to_document
 from papilla.calibration.quadratic import Quadratic
+from papilla.calibration.readouts import two_ended
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
 
@@ -115,6 +116,61 @@ def test_sigma_is_that_of_the_inputs_over_the_slope():
     assert record(0.01).invert(sd, force).sigma_MPa == pytest.approx(modulus * 0.01 / slope, rel=1e-3)
     with pytest.raises(InputError, match="must not be negative"):
         calibration.invert(sd, force, sd_sigma=-1.0)
+
+
+def with_friction(calibration, shift=0.03):
+    """The same calibration with S_d larger by exp(shift), and gauge readings by 500 microstrain / N, without friction."""
+
+    def doubted(readout, change):
+        friction = Surface(FORCE, MODULUS, np.full((4, 4), change))
+        return replace(readout, uncertainty=replace(readout.uncertainty, strain=1e-3, friction=friction))
+
+    gauges = tuple(doubted(gauge, 500.0) for gauge in calibration.gauges)
+    return replace(calibration, surface=doubted(calibration.surface, shift), gauges=gauges)
+
+
+@pytest.mark.parametrize("shift", [0.03, -0.02, 0.002])
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_friction_that_is_not_known_is_inside_the_interval(shift, share):
+    """Noisy S_d of a press with some share of what no friction changes: ends are missed in 5 %, the middle less."""
+    calibration, rng = with_friction(record(fit_rms=0.0), shift), np.random.default_rng(7)
+    force, modulus, sigma = 0.4, 0.2, 0.005
+    sd = calibration.predict(force, modulus) * np.exp(share * shift + sigma * rng.normal(size=2000))
+    answer = calibration.invert(sd, force, sd_sigma=sigma * sd)
+    inside = np.mean((answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa))
+    assert (0.935 < inside < 0.98) if share != 0.5 else inside > 0.95
+    assert set(answer.dominant) == {"friction" if abs(shift) > 0.01 else "measurement"}
+
+
+def test_two_likely_truths_are_missed_in_one_of_twenty_cases():
+    assert two_ended(2.0, 0.0) == 2.0 and two_ended(0.0, 1.0) == 0.0
+    assert two_ended(2.0, 100.0) == pytest.approx(2.0 * 1.644853627 / 1.959963985)
+    reaches = [two_ended(2.0, shift) for shift in (0.0, 0.5, 1.0, 3.0)]
+    assert sorted(reaches, reverse=True) == reaches
+
+
+def test_what_dominates_is_what_sigma_comes_from():
+    plain, open_to = record(fit_rms=1e-4, scatter=0.002), with_friction(record(fit_rms=1e-4, scatter=0.002))
+    assert (plain.dominant, open_to.dominant) == ("mesh", "friction")
+    assert open_to.sigmas == pytest.approx({"fit": 1e-4, "mesh": 0.002, "large strain": 0.001, "friction": 0.015})
+    sd = open_to.predict(0.4, 0.1)
+    assert open_to.invert(sd, 0.4, force_sigma=0.05).dominant == "measurement"
+
+
+def test_what_is_not_known_of_friction_is_in_the_file(tmp_path):
+    calibration = with_friction(record())
+    calibration.save(tmp_path / "c.json")
+    again = Calibration.load(tmp_path / "c.json")
+    for one, other in zip((calibration.surface, *calibration.gauges), (again.surface, *again.gauges), strict=True):
+        assert other.uncertainty.strain == one.uncertainty.strain == 1e-3
+        assert other.uncertainty.friction(0.3, 0.3) == one.uncertainty.friction(0.3, 0.3)
+    document = json.loads((tmp_path / "c.json").read_text())
+    for part in (document["softness"]["surface"], *document["softness"]["gauges"]):
+        del part["uncertainty"]["friction"], part["uncertainty"]["strain"]
+    (tmp_path / "older.json").write_text(json.dumps(document))
+    with pytest.warns(UserWarning, match="checksum does not match"):
+        older = Calibration.load(tmp_path / "older.json")
+    assert older.surface.uncertainty.friction is None and older.dominant == "fit"
 
 
 def test_hard_specimens_are_not_identifiable():

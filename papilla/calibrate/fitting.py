@@ -1,7 +1,8 @@
 """From a table of presses to a `Calibration`: the quadratic, the surfaces, their uncertainty and provenance."""
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 
@@ -10,12 +11,22 @@ import numpy as np
 from papilla import __version__
 from papilla.calibrate.press_table import Sweep
 from papilla.calibrate.published_form import fit_quadratic
-from papilla.calibrate.surface_fit import SurfaceFit, table_resolution, uncertainty, usable_part
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface
+from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
+from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
 from papilla.errors import InputError
 
+FRICTION_CELLS = (Resolution(8), Resolution(8))
+"""Cells over force and modulus of what friction changes: it is smooth."""
 
-def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
+
+def fit(
+    sweep: Sweep,
+    scatter: Sequence[Sweep] = (),
+    *,
+    frictionless: Sweep | None = None,
+    friction_known: bool = True,
+    strain: float = 0.0,
+) -> Calibration:
     """Fit a calibration to a sweep.
 
     Parameters
@@ -24,9 +35,14 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
         around them is not inverted.
     scatter : sweeps of the same finger on independent meshes (any table of forces and moduli): what they differ by
         becomes part of every sigma and interval.
+    frictionless : the same presses without friction, of which `scatter` is then, too; None where `sweep` has none.
+    friction_known : whether presses to come have the sweep's friction; else intervals take in presses without.
+    strain : relative standard deviation of what the sweep knows of large strain.
 
-    Raises `InputError` where the sweep is too small to fit, or a scatter sweep has other gauges.
+    Raises `InputError` where the sweep is too small to fit, or another sweep has other gauges or presses.
     """
+    if frictionless is not None and (frictionless.reading.shape != sweep.reading.shape):
+        raise InputError("the sweep without friction must be of the same presses and gauges")
     for other in scatter:
         if other.reading.shape[1] != sweep.reading.shape[1]:
             raise InputError(f"a scatter sweep has {other.reading.shape[1]} gauges, not {sweep.reading.shape[1]}")
@@ -47,7 +63,7 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
         np.unique(sweep.force_N),
         np.unique(sweep.modulus_MPa),
     )
-    others = [(s.force_N, s.modulus_MPa, np.log(s.sd_microstrain)) for s in scatter]
+    doubts = Doubts(sweep, scatter, frictionless, friction_known, strain)
     return Calibration(
         finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
         mesh={
@@ -57,8 +73,8 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
         },
         forward=forward,
         inverse=forward.inverse,
-        surface=SdSurface(surface, usable, twofold, uncertainty(fitted, others)),
-        gauges=gauge_surfaces(sweep, solver, scatter),
+        surface=SdSurface(surface, usable, twofold, doubts.of_surface(fitted, lambda s: np.log(s.sd_microstrain), 1.0)),
+        gauges=gauge_surfaces(sweep, solver, doubts),
         provenance=provenance(
             "sweep",
             presses=int(valid.sum()),
@@ -70,13 +86,42 @@ def fit(sweep: Sweep, scatter: Sequence[Sweep] = ()) -> Calibration:
     )
 
 
-def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, scatter: Sequence[Sweep] = ()) -> tuple[GaugeSurface, ...]:
+@dataclass(frozen=True, eq=False)
+class Doubts:
+    """What a sweep is compared with: presses on other meshes, and without friction; see `fit`."""
+
+    sweep: Sweep
+    scatter: Sequence[Sweep]
+    frictionless: Sweep | None
+    friction_known: bool
+    strain: float
+
+    def of_surface(self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float) -> Uncertainty:
+        """How far a surface, fitted to a `value` (n,) of the sweep, may be off; strain is relative to `unit`."""
+        others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
+        if self.frictionless is None:
+            return replace(uncertainty(fitted, others), strain=self.strain * unit)
+        change = value(self.frictionless) - value(self.sweep)
+        known = np.isfinite(change)
+        solver = SurfaceFit(self.sweep.force_N[known], self.sweep.modulus_MPa[known], FRICTION_CELLS)
+        friction = solver.surface(change[known]).surface
+        others = [(force, modulus, found - friction(force, modulus)) for force, modulus, found in others]
+        return replace(
+            uncertainty(fitted, others), strain=self.strain * unit, friction=None if self.friction_known else friction
+        )
+
+
+def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: Doubts) -> tuple[GaugeSurface, ...]:
     """A surface of reading / force (microstrain / N) for each gauge: it may cross zero, so it has no logarithm."""
     valid, surfaces = sweep.valid, []
     for number, name in enumerate(sweep.gauge_names):
-        fitted = solver.surface(sweep.reading[valid, number] / sweep.force_N[valid])
-        others = [(s.force_N, s.modulus_MPa, s.reading[:, number] / s.force_N) for s in scatter]
-        surfaces.append(GaugeSurface(name, fitted.surface, uncertainty(fitted, others)))
+
+        def per_force(table: Sweep, number: int = number) -> np.ndarray:
+            return table.reading[:, number] / table.force_N
+
+        values = per_force(sweep)[valid]
+        fitted, size = solver.surface(values), float(np.sqrt(np.mean(values**2)))
+        surfaces.append(GaugeSurface(name, fitted.surface, doubts.of_surface(fitted, per_force, size)))
     return tuple(surfaces)
 
 

@@ -13,15 +13,18 @@ from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, corrected, default_specimen, sweep
 from papilla.calibration import Calibration
 from papilla.errors import InputError
-from papilla.fem.pressing.large_strain import tables_of
+from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.mesh import build
-from papilla.specimen import DEFAULT_FRICTION, Friction, friction_coefficient
+from papilla.specimen import STICK, Friction, friction_coefficient
 
 SCATTER_VARIANTS = (1, 2, 3, 4)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
 SCATTER_FORCES, SCATTER_MODULI = DEFAULT_FORCES[::6], DEFAULT_MODULI[::6]
+
+NOT_INCLUDED = 0.018
+"""Relative standard deviation of S_d where large strain is not included: it changes up to twice as much."""
 
 CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
 CHECKED_MODULUS_MPA = (0.05, 0.72)
@@ -78,7 +81,7 @@ class Calibrated:
 def calibrate_finger(
     finger: Finger,
     *,
-    friction: Friction = DEFAULT_FRICTION,
+    friction: Friction | None = None,
     progress: Callable[[str], None] = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
 ) -> Calibrated:
@@ -86,29 +89,33 @@ def calibrate_finger(
 
     Parameters
     ----------
-    friction : between finger and specimens: 0, Coulomb's coefficient or "stick".
+    friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None where it is not known: stick is
+        then the likeliest, as of silicone on silicone, and intervals take in presses without friction.
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
 
     Raises what meshing, reduction and fitting raise.
     """
     reduced = fem.prepare(finger, progress=progress)
     progress("large strain: presses at finite strain")
-    doubt = ensure_large_strain(finger, reduced, build(finger), friction, steps)
+    mesh, known, doubts = build(finger), friction is not None, []
+    for one in (0.0, STICK) if friction is None else (friction,):
+        doubts.append(ensure_large_strain(finger, reduced, mesh, one, steps))
+    if friction is None:
+        friction = 0.0 if any(doubts) else STICK
+    error = NOT_INCLUDED if any(doubts) else large_strain_error(reduced, friction_coefficient(friction))
     progress("sweeping over force and modulus")
     presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, friction, steps)
+    free = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, 0.0, steps) if friction else None
     scatter = []
     for variant in SCATTER_VARIANTS:
         progress(f"mesh scatter, mesh {variant} of {len(SCATTER_VARIANTS)}")
         other = fem.prepare(finger, variant=variant, progress=progress)
-        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, friction, steps))
+        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, 0.0, steps))
     progress("fitting")
-    calibration = fit(presses, scatter)
-    calibration = replace(calibration, notes=(*calibration.notes, *filter(None, [doubt])))
+    calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
+    calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced)
-    if friction:
-        note = "what a place beside the apex changes is computed without friction"
-        calibration = replace(calibration, notes=(*calibration.notes, note))
     return Calibrated(calibration, presses, recover(calibration, reduced, friction), reduced)
 
 
@@ -131,14 +138,24 @@ def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrate
     return Calibrated(calibration, log, Recovery(force, modulus, np.asarray(answer.modulus_MPa)))
 
 
-def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction = DEFAULT_FRICTION) -> Recovery:
+def _friction_notes(known: bool, doubts: list[str]) -> list[str]:
+    """What a calibration's intervals say of large strain and friction."""
+    if any(doubts):
+        own = "" if known else ", and friction is not known, which takes as much off as large strain adds"
+        return [f"{next(filter(None, doubts))}: intervals hold {200 * NOT_INCLUDED:.2g} % for it{own}"]
+    if known:
+        return []
+    return ["friction is not known: stick is taken, and intervals take in presses without (--friction says it)"]
+
+
+def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction) -> Recovery:
     """Press between the points of the default sweep, and let the calibration's surface tell the modulus."""
     rows = []
     for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
         for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
             touched = default_specimen(modulus)
             linear = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
-            found = corrected(reduced, linear, friction)
+            found = corrected(reduced, touched, linear)
             rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))
     return Recovery(*np.array(rows).T)
 
@@ -159,6 +176,7 @@ def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, friction: Friction
     def make():
         return sweep(reduced, moduli, forces, progress=steps, friction=friction).to_arrays()
 
-    tables = [(table.to_json(), weight) for table, weight in tables_of(reduced, friction_coefficient(friction))]
+    ends = ends_of(friction_coefficient(friction))
+    tables = [(table.to_json(), weight) for stuck in ends for table, weight in tables_of(reduced, stuck)]
     key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, friction, tables)
     return Sweep.from_arrays(cache.fetch("sweep", key, make))

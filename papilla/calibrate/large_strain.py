@@ -17,10 +17,10 @@ from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.large_strain import (
-    FULL_STICK,
     POWERS,
     SHIPPED,
     LargeStrain,
+    ends_of,
     keep,
     known,
     shipped_text,
@@ -30,6 +30,7 @@ from papilla.fem.reduction.gauges import gauge_weights
 from papilla.files import write_text
 from papilla.finger import Finger, Layer
 from papilla.mesh import LayeredMesh, build
+from papilla.specimen import STICK as STUCK
 from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
@@ -91,21 +92,20 @@ def measure_large_strain(
 def ensure_large_strain(
     finger: Finger, reduced: ReducedFinger, mesh: LayeredMesh, friction: Friction, steps: Progress | None = None
 ) -> str:
-    """Make the table of a finger for a friction, and keep it in the cache, unless one is known.
+    """Make the tables of a finger for a friction, and keep them in the cache, unless they are known.
 
     Returns what to note where a finger has to do without, else nothing.
     """
-    rubbing, missing = friction_coefficient(friction), "large strain is not included"
+    missing = "large strain is not included"
     if len(reduced.layers) < 2:
         return f"{missing}: the finger has no two layers below the apex"
-    if 0 < rubbing < FULL_STICK:
-        return f"{missing}: it is known without friction, and stuck from a friction of {FULL_STICK:g} on"
-    if not tables_of(reduced, rubbing):
-        try:
-            made = measure_large_strain(finger, mesh, friction="stick" if rubbing else 0.0, steps=steps)
-        except (InputError, SolverError) as error:
-            return f"{missing}: {error}"
-        keep(reduced.strain_key, [made])
+    for stuck in ends_of(friction_coefficient(friction)):
+        if not tables_of(reduced, stuck):
+            try:
+                made = measure_large_strain(finger, mesh, friction=STUCK if stuck else 0.0, steps=steps)
+            except (InputError, SolverError) as error:
+                return f"{missing}: {error}"
+            keep(reduced.strain_key, [made])
     return ""
 
 
@@ -124,7 +124,7 @@ def ship(stuck: bool = False) -> None:
     for ratio in RATIOS:
         one = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
         began = perf_counter()
-        table = measure_large_strain(one, build(one), friction="stick" if stuck else 0.0)
+        table = measure_large_strain(one, build(one), friction=STUCK if stuck else 0.0)
         error = 100 * table.sd_error(gauge_weights(one))
         took = perf_counter() - began
         print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)

@@ -1,6 +1,7 @@
 """A table of presses over force and modulus: what a calibration is fitted to."""
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -10,8 +11,9 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger, press
-from papilla.fem.pressing.large_strain import tables_of, with_large_strain
-from papilla.specimen import DEFAULT_FRICTION, THICKNESS_MM, Block, Friction, Specimen, friction_coefficient
+from papilla.fem.pressing.fidelity import including_large_strain
+from papilla.fem.pressing.large_strain import is_known
+from papilla.specimen import STICK, THICKNESS_MM, Block, Friction, Specimen
 from papilla.tables import write_table
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
@@ -116,7 +118,7 @@ def sweep(
     forces: Sequence[float] = DEFAULT_FORCES,
     specimen: Specimen | Callable[[float], Specimen] = default_specimen,
     progress: Callable[[int, int], None] | None = None,
-    friction: Friction = DEFAULT_FRICTION,
+    friction: Friction | None = None,
     large_strain: bool = True,
 ) -> Sweep:
     """Press specimens of each modulus (MPa) at each force (N).
@@ -129,13 +131,16 @@ def sweep(
     ----------
     specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`.
     progress : called with (presses done, presses in all).
-    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus.
+    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus. None: stick where
+        large strain is known with it, else 0.
     large_strain : False leaves it out.
 
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
     moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
     make = specimen if not isinstance(specimen, Specimen) else lambda modulus: replace(specimen, modulus=modulus)
+    if friction is None:
+        friction = STICK if large_strain and is_known(reduced, math.inf) else 0.0
     rows: list[tuple] = []
     for modulus in moduli:
         touched, start = make(modulus), None
@@ -143,7 +148,7 @@ def sweep(
             try:
                 found = press(reduced, touched, force=force, fidelity="contact", start=start, friction=friction)
                 start = found.active
-                found = corrected(reduced, found, friction) if large_strain else found
+                found = corrected(reduced, touched, found) if large_strain else found
             except ContactRangeError as error:
                 blank = [float("nan")] * len(reduced.gauge_names)
                 rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
@@ -164,13 +169,12 @@ def sweep(
     )
 
 
-def corrected(reduced: ReducedFinger, found: Press, friction: Friction) -> Press:
-    """A linear press with what large strain changes in it, the same press where no table of that is known for the
-    finger and the friction; raises `ContactRangeError` outside of the table."""
-    rubbing = friction_coefficient(friction)
-    if not tables_of(reduced, rubbing):
+def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:
+    """A linear press with what large strain changes in it; the same press where no table of that is known for the
+    finger, or the specimen is curved. Raises `ContactRangeError` outside of the table."""
+    if not is_known(reduced, found.friction) or specimen.curvature != (0.0, 0.0):
         return found
-    with_it = with_large_strain(reduced, found, rubbing)
+    with_it = including_large_strain(reduced, specimen, found, found.friction)
     if with_it is None:
         raise ContactRangeError("large strain is not known here: the press is outside of the presses that tell it")
     return with_it

@@ -109,6 +109,8 @@ def _values(part: Any) -> dict[str, Any]:
 
 def _spline(part: SdSurface | GaugeSurface) -> dict[str, Any]:
     uncertainty = {"level": LEVEL} | _values(part.uncertainty)
+    friction = part.uncertainty.friction
+    uncertainty["friction"] = None if friction is None else _values(friction) | {"cells": friction.cells}
     return _values(part.surface) | {"cells": part.surface.cells, "uncertainty": uncertainty}
 
 
@@ -201,15 +203,17 @@ def _file(softness, domain, **others) -> Calibration:
 
 _AT_LEAST_0, _ANY = Annotated[float, Field(ge=0)], _numbers()
 _RANGE, _TEXTS = (Annotated[kind, Field(strict=False)] for kind in (tuple[float, float], tuple[str, ...]))
+_CELLS, _CELLS_3D = (Annotated[kind, Field(strict=False)] for kind in (tuple[int, int], tuple[int, int, int]))
+_DOMAIN = {"force_N": _RANGE, "modulus_MPa": _RANGE}
+_SPLINE = _DOMAIN | {"cells": _CELLS, "coefficients": _ANY}
 _UNCERTAINTY = table(
     Uncertainty,
     dict.fromkeys(("fit_rms", "fit_factor", "fit_max", "scatter_factor"), _AT_LEAST_0)
-    | {"scatter_force_N": _ANY, "scatter": _numbers(least=0), "meshes": Annotated[int, Field(ge=0)]},
+    | {"scatter_force_N": _ANY, "scatter": _numbers(least=0), "meshes": Annotated[int, Field(ge=0)]}
+    | {"strain": (_AT_LEAST_0, 0.0), "friction": (table(_surface, _SPLINE) | None, None)},
     {"level": LEVEL},
 )
-_CELLS, _CELLS_3D = (Annotated[kind, Field(strict=False)] for kind in (tuple[int, int], tuple[int, int, int]))
-_DOMAIN = {"force_N": _RANGE, "modulus_MPa": _RANGE}
-_FITTED = _DOMAIN | {"cells": _CELLS, "coefficients": _ANY, "uncertainty": _UNCERTAINTY}
+_FITTED = _SPLINE | {"uncertainty": _UNCERTAINTY}
 _PARTS = {
     "forward": table(
         Quadratic,

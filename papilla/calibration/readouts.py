@@ -17,6 +17,9 @@ NORMAL_FACTOR = 1.959963984540054
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
 
 
+BISECTIONS = 30
+"""Halvings that find the reach of an interval to nine digits."""
+
 IDENTIFIABLE = 0.5
 """sigma_E / E above which a modulus is called not identifiable (the sensor cannot tell)."""
 
@@ -54,6 +57,8 @@ class Uncertainty:
     scatter_force_N, scatter : (k,) rms difference of independent meshes from this one, at rising forces; zero where
     none was given. scatter_factor : half width of the 95 % interval in `scatter`.
     meshes : how many meshes the scatter comes from.
+    strain : one sigma of what large strain changes, as far as it is known.
+    friction : what the value changes where there is no friction, if friction is not known; else None.
 
     Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """
@@ -65,6 +70,8 @@ class Uncertainty:
     scatter: np.ndarray
     scatter_factor: float
     meshes: int
+    strain: float = 0.0
+    friction: Surface | None = None
 
     def __post_init__(self):
         forces, scatter = self.scatter_force_N, self.scatter
@@ -77,9 +84,46 @@ class Uncertainty:
         """Mesh scatter at one force, linear in ln force between the stated ones, constant beyond."""
         return float(np.interp(math.log(force_N), self._ln_force, self.scatter))
 
+    def friction_at(self, ln_force: float, ln_modulus: float) -> float:
+        """What the value changes without friction at a point of the domain (N, MPa); 0 where friction is known."""
+        return 0.0 if self._friction is None else self._friction.evaluate(ln_force, ln_modulus)[0]
+
+    def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
+        """Standard deviation of the value at a point of the domain (N, MPa), by what it comes from.
+
+        Two sigmas of friction reach from what the surface says to what holds without it.
+        """
+        return {
+            "fit": self.fit_rms,
+            "mesh": self.scatter_at(math.exp(ln_force)),
+            "large strain": self.strain,
+            "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
+        }
+
+    @cached_property
+    def _friction(self) -> PointSurface | None:
+        return None if self.friction is None else PointSurface(self.friction)
+
     @cached_property
     def _ln_force(self) -> np.ndarray:
         return np.log(self.scatter_force_N)
+
+
+def two_ended(half: float, shift: float) -> float:
+    """How far a 95 % interval reaches beyond both of two likely truths that lie `shift` apart, each known to `half`.
+
+    Evenly likely, either is missed in 5 % of cases: less than `half` where they are far apart, and `half` where they
+    are one. What lies between them is inside.
+    """
+    if half == 0 or shift == 0:
+        return half
+    sigma = half / NORMAL_FACTOR
+    low, high = 0.0, NORMAL_FACTOR
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        outside = math.erfc(middle / math.sqrt(2)) + math.erfc((middle + abs(shift) / sigma) / math.sqrt(2))
+        low, high = (middle, high) if outside > 2 * (1 - LEVEL) else (low, middle)
+    return high * sigma
 
 
 @dataclass(frozen=True, eq=False)

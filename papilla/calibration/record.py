@@ -22,8 +22,12 @@ from papilla.calibration.readouts import (
     PositionTerms,
     SdSurface,
     SoftnessStatus,
+    two_ended,
 )
 from papilla.errors import InputError
+
+GRID = 8
+"""Points along each axis of the domain over which an error is averaged."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Inversion:
 
     modulus_MPa, sigma_MPa : estimate and its standard deviation; NaN where there is none.
     lower_MPa, upper_MPa : 95 % interval; 0 or inf where it leaves the calibrated moduli, NaN where nothing is known.
+    dominant : what sigma comes from most: "measurement", "fit", "mesh", "large strain" or "friction"; "" without sigma.
     status : `SoftnessStatus`, or an int array of its values. NOT_IDENTIFIABLE may come with an estimate: then its
     sigma is more than half of it, and only the interval means something.
     """
@@ -41,6 +46,7 @@ class Inversion:
     lower_MPa: float | np.ndarray
     upper_MPa: float | np.ndarray
     status: SoftnessStatus | np.ndarray
+    dominant: str | np.ndarray = ""
 
     @property
     def interval(self) -> tuple[float | np.ndarray, float | np.ndarray]:
@@ -154,8 +160,9 @@ class Calibration:
         Parameters
         ----------
         sd_microstrain, force_N : S_d (population standard deviation of the readings) and force.
-        sd_sigma, force_sigma : standard deviations of the two (microstrain, N); the fit's residual and the mesh
-            scatter are added to them: sigma_lnE = sigma_lnS / (d ln S_d / d ln E).
+        sd_sigma, force_sigma : standard deviations of the two (microstrain, N); residual of the fit, mesh scatter and
+            what is not known of large strain and friction are added: sigma_lnE = sigma_lnS / (d ln S_d / d ln E).
+            Friction that is not known draws the interval to one side: that of a press without.
 
         Never extrapolates: outside the domain there is no modulus, and the status says why. Raises `InputError` for
         a negative standard deviation.
@@ -165,7 +172,7 @@ class Calibration:
             return self._invert_one(*map(float, cast(tuple[float, ...], arguments)))
         rows = np.broadcast_arrays(*(np.asarray(value, float) for value in arguments))
         answers = [self._invert_one(*row) for row in zip(*(row.ravel().tolist() for row in rows), strict=True)]
-        names = ("modulus_MPa", "sigma_MPa", "lower_MPa", "upper_MPa", "status")
+        names = ("modulus_MPa", "sigma_MPa", "lower_MPa", "upper_MPa", "status", "dominant")
         shape = rows[0].shape
         return Inversion(*(np.array([getattr(one, name) for one in answers]).reshape(shape) for name in names))
 
@@ -181,17 +188,32 @@ class Calibration:
         at = ln_modulus if status is SoftnessStatus.OK else self._nearest_end(ln_force, status)
         _, along_force, along_modulus = self.surface.point.evaluate(ln_force, at)
         known = self.surface.uncertainty
-        measured = math.hypot(sd_sigma / sd, along_force * force_sigma / force)
-        scatter = known.scatter_at(force)
-        half = math.hypot(NORMAL_FACTOR * measured, known.fit_factor * known.fit_rms, known.scatter_factor * scatter)
-        lower, upper = self._end(ln_force, ln_sd - half), self._end(ln_force, ln_sd + half)
+        sigmas = {"measurement": math.hypot(sd_sigma / sd, along_force * force_sigma / force)}
+        sigmas |= known.sigmas(ln_force, at)
+        factors = {"fit": known.fit_factor, "mesh": known.scatter_factor, "friction": 0.0}
+        half = math.hypot(*(factors.get(name, NORMAL_FACTOR) * sigma for name, sigma in sigmas.items()))
+        lower, upper = self._end(ln_force, ln_sd, -half, at), self._end(ln_force, ln_sd, half, at)
         if status is not SoftnessStatus.OK:
             return Inversion(math.nan, math.nan, lower, upper, status)
-        relative = math.hypot(measured, known.fit_rms, scatter) / along_modulus if along_modulus > 0 else math.inf
+        relative = math.hypot(*sigmas.values()) / along_modulus if along_modulus > 0 else math.inf
         if relative > IDENTIFIABLE:
             status = SoftnessStatus.NOT_IDENTIFIABLE
-        modulus = math.exp(ln_modulus)
-        return Inversion(modulus, relative * modulus, lower, upper, status)
+        modulus, dominant = math.exp(ln_modulus), max(sigmas, key=lambda name: sigmas[name])
+        return Inversion(modulus, relative * modulus, lower, upper, status, dominant)
+
+    @property
+    def sigmas(self) -> dict[str, float]:
+        """Relative standard deviation of S_d, root mean square over the domain, by what it comes from."""
+        low, high = (np.log(limits) for limits in zip(*self.domain.values(), strict=True))
+        grid = np.linspace(low, high, 2 * GRID + 1)[1::2]
+        parts = [self.surface.uncertainty.sigmas(x, y) for x in grid[:, 0].tolist() for y in grid[:, 1].tolist()]
+        return {name: float(np.sqrt(np.mean([part[name] ** 2 for part in parts]))) for name in parts[0]}
+
+    @property
+    def dominant(self) -> str:
+        """What the sigma of a modulus comes from most, its measurement apart."""
+        sigmas = self.sigmas
+        return max(sigmas, key=lambda name: sigmas[name])
 
     def check_force(self, force_N: float) -> SoftnessStatus:
         """OK inside the domain of forces, or on which side of it a force is."""
@@ -207,9 +229,18 @@ class Calibration:
         axis = self.surface.surface.modulus_axis
         return axis.start + axis.step * (high if status is SoftnessStatus.HARDER else low)
 
-    def _end(self, ln_force: float, ln_sd: float) -> float:
-        """An end of an interval: 0 or inf where it leaves the calibrated moduli, NaN where S_d has no inverse."""
-        ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd)
-        if status is SoftnessStatus.OK:
-            return math.exp(ln_modulus)
-        return {SoftnessStatus.SOFTER: 0.0, SoftnessStatus.HARDER: math.inf}.get(status, math.nan)
+    def _end(self, ln_force: float, ln_sd: float, half: float, at: float) -> float:
+        """An end of an interval: 0 or inf where it leaves the calibrated moduli, NaN where S_d has no inverse.
+
+        What friction changes is taken where the end lies, which is found from `at`.
+        """
+        known, ln_modulus, status = self.surface.uncertainty, at, SoftnessStatus.OK
+        for _ in range(1 if known.friction is None else 3):
+            shift = known.friction_at(ln_force, ln_modulus)
+            reach = math.copysign(two_ended(abs(half), shift), half)
+            # Without friction S_d is larger by the shift: the same S_d is then of a modulus as much lower.
+            drawn = max(shift, 0.0) if half < 0 else min(shift, 0.0)
+            ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd - drawn + reach)
+            if status is not SoftnessStatus.OK:
+                return {SoftnessStatus.SOFTER: 0.0, SoftnessStatus.HARDER: math.inf}.get(status, math.nan)
+        return math.exp(ln_modulus)

@@ -9,16 +9,19 @@ if TYPE_CHECKING:
 
 FrictionOption = Annotated[
     str | None,
-    typer.Option(help="Coulomb friction between finger and specimen, or stick.  [default: 0]", metavar="0|MU|stick"),
+    typer.Option(
+        help="Coulomb friction between finger and specimen, or stick.  [default: not known, stick the likeliest]",
+        metavar="0|MU|stick",
+    ),
 ]
 
 
-def read_friction(text: str | None) -> "Friction":
-    """The friction of an option's text; raises `InputError`."""
-    from papilla.specimen import DEFAULT_FRICTION, friction_coefficient
+def read_friction(text: str | None) -> "Friction | None":
+    """The friction of an option's text, None where it is not given; raises `InputError`."""
+    from papilla.specimen import friction_coefficient
 
     if text is None:
-        return DEFAULT_FRICTION
+        return None
     try:
         friction: Friction = float(text)
     except ValueError:

@@ -38,8 +38,8 @@ def press(
     Give the force or the indentation.
     """
     rubbing = read_friction(friction)
-    if rubbing and fidelity in ("hertz", "finite"):
-        raise InputError(f"--fidelity {fidelity} knows no friction: leave it to auto, or take contact")
+    if rubbing and fidelity == "hertz":
+        raise InputError("--fidelity hertz knows no friction: leave it to auto, or take contact or finite")
     touched = make_specimen(specimen, modulus, thickness, radius)
     if (force is None) == (indentation is None):
         raise InputError("give exactly one of --force and --indentation")
@@ -53,20 +53,33 @@ def press(
     from papilla.fem.reduction.finger_model import prepare
     from papilla.finger import Finger
     from papilla.mesh import build
+    from papilla.specimen import STICK, friction_words
 
     design = Finger.load(finger) if finger else Finger.default()
     with progress() as shown:
         if fidelity == "finite":
             mesh = build(design, progress=shown.line)
             found = fem.press_finite(
-                design, mesh, touched, force=force, indentation=indentation, at=at, progress=shown.line
+                design,
+                mesh,
+                touched,
+                force=force,
+                indentation=indentation,
+                friction=STICK if rubbing is None else rubbing,
+                at=at,
+                progress=shown.line,
             )
         else:
             reduced = prepare(design, at=at, progress=shown.line)
             found = fem.press(
                 reduced, touched, force=force, indentation=indentation, fidelity=fidelity, friction=rubbing
             )
-    named = {"finger": design.name, "specimen": describe(touched), "at_mm": list(at), "friction": rubbing}
+    named = {
+        "finger": design.name,
+        "specimen": describe(touched),
+        "at_mm": list(at),
+        "friction": friction_words(found.friction),
+    }
     if as_json:
         print_json({**found.to_json(), **named})
     else:
@@ -111,6 +124,7 @@ def _print(found: "Press", named: dict, gauges: list[str]) -> None:
         ("S_d (population sd)", f"{found.sd:.1f}", "µε"),
         ("force balance", f"{found.force_balance:.1e}", ""),
         ("fidelity", found.fidelity, ""),
+        ("friction", str(named["friction"]), ""),
     ]
     tell(f"{named['specimen']['kind']} ({specimen}) on {named['finger']}")
     print_table(rows)

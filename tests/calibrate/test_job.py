@@ -8,6 +8,9 @@ import pytest
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
 from papilla.finger import Finger
 
+FREE = 0.03
+"""What S_d of the made-up finger is larger by without friction."""
+
 
 @pytest.fixture
 def made(monkeypatch, tmp_path, truth):
@@ -19,9 +22,10 @@ def made(monkeypatch, tmp_path, truth):
         return SimpleNamespace(variant=variant, to_arrays=lambda: {"variant": np.array(variant)})
 
     def sweep(reduced, moduli, forces, progress, friction):
-        asked["swept"].append((reduced.variant, len(moduli), len(forces)))
+        asked["swept"].append((reduced.variant, len(moduli), len(forces), friction))
+        size = (1 + reduced.variant / 1000) * (1 if friction else 1 + FREE)
         name = f"mesh {reduced.variant}"
-        return truth.sweep(moduli, forces, change=lambda *_: 1 + reduced.variant / 1000, mesh_sha256=name)
+        return truth.sweep(moduli, forces, change=lambda *_: size, mesh_sha256=name, friction=friction)
 
     def press(reduced, specimen, *, force, fidelity, friction):
         assert (reduced.variant, specimen.thickness, fidelity) == (0, 10.0, "contact")
@@ -38,27 +42,54 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job, "sweep", sweep)
     monkeypatch.setattr(job, "with_positions", with_positions)
     monkeypatch.setattr(job, "build", lambda finger: None)
-    monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "large strain is not included: it is not asked for")
-    monkeypatch.setattr(job, "corrected", lambda reduced, found, friction: found)
-    monkeypatch.setattr(job, "tables_of", lambda reduced, friction: ())
+    monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "")
+    monkeypatch.setattr(job, "large_strain_error", lambda reduced, friction: 0.001)
+    monkeypatch.setattr(job, "corrected", lambda reduced, specimen, found: found)
+    monkeypatch.setattr(job, "tables_of", lambda reduced, stuck: ())
     return asked
 
 
-def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_four(made):
+def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_four(made, truth):
     finger, lines = Finger.default(), []
     done = job.calibrate_finger(finger, progress=lines.append)
     assert made["prepared"] == [(finger, variant) for variant in range(5)]
-    assert made["swept"] == [(0, 43, 60), *((variant, 8, 10) for variant in (1, 2, 3, 4))]
+    assert made["swept"] == [(0, 43, 60, "stick"), (0, 43, 60, 0.0), *((k, 8, 10, 0.0) for k in (1, 2, 3, 4))]
     assert made["positions"] == [(finger, 0)]
     calibration = done.calibration
-    assert "large strain is not included: it is not asked for" in calibration.notes
+    assert any(note.startswith("friction is not known: stick is taken") for note in calibration.notes)
     assert calibration.mesh["scatter_sha256"] == ["mesh 1", "mesh 2", "mesh 3", "mesh 4"]
     assert len(done.presses) == len(DEFAULT_MODULI) * len(DEFAULT_FORCES) == calibration.provenance["presses"]
-    # ln(1 + v / 1000) for v = 1 to 4: rms 0.0027.
-    assert calibration.surface.uncertainty.scatter == pytest.approx(np.sqrt(7.5) * 1e-3, rel=0.01)
+    # ln(1 + v / 1000) for v = 1 to 4: rms 0.0027. Friction, which shifts all of a mesh's presses alike, is no scatter.
+    known = calibration.surface.uncertainty
+    assert known.scatter == pytest.approx(np.sqrt(7.5) * 1e-3, rel=0.01)
+    assert known.strain == 0.001 and known.friction(0.3, 0.3) == pytest.approx(np.log1p(FREE), rel=1e-6)
+    reading = truth.readings(0.3, 0.3)[2] / 0.3
+    assert calibration.gauges[2].uncertainty.friction(0.3, 0.3) == pytest.approx(FREE * reading, rel=1e-3)
+    assert calibration.dominant == "friction"
     assert "mesh scatter, mesh 4 of 4" in lines and lines[-1] == "contacts beside the apex"
     job.calibrate_finger(finger)
-    assert len(made["swept"]) == 5, "the second time the tables come from the cache"
+    assert len(made["swept"]) == 6, "the second time the tables come from the cache"
+
+
+def test_friction_that_is_known_widens_no_interval(made):
+    finger = Finger.default()
+    known, unknown = (job.calibrate_finger(finger, friction=friction).calibration for friction in ("stick", None))
+    assert known.surface.uncertainty.friction is None and known.dominant == "mesh"
+    sd = float(known.predict(0.3, 0.2))
+    told, open_to = known.invert(sd, 0.3), unknown.invert(sd, 0.3)
+    assert told.modulus_MPa == pytest.approx(open_to.modulus_MPa, rel=1e-9)
+    assert (told.dominant, open_to.dominant) == ("mesh", "friction")
+    # A press without friction is the same finger's on a softer specimen, and the other end hardly moves.
+    assert unknown.invert(sd * (1 + FREE), 0.3).lower_MPa < 0.2 < known.invert(sd * (1 + FREE), 0.3).lower_MPa
+    assert open_to.upper_MPa <= told.upper_MPa
+
+
+def test_large_strain_that_is_not_included_widens_every_interval(made, monkeypatch):
+    monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "large strain is not included: the finger is one layer")
+    calibration = job.calibrate_finger(Finger.default()).calibration
+    assert {friction for *_, friction in made["swept"]} == {0.0}
+    assert calibration.surface.uncertainty.strain == 0.018 and calibration.dominant == "large strain"
+    assert any(note.startswith("large strain is not included: the finger is one layer") for note in calibration.notes)
 
 
 def test_the_check_is_between_the_points_within_its_limits(made):

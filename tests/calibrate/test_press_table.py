@@ -30,7 +30,7 @@ def pressed(monkeypatch):
         reading = np.array([force, -force]) * 100 * specimen.modulus
         return SimpleNamespace(
             reading=reading, sd=reading.std(), indentation=force, contact_area=1.0, peak_pressure=0.1,
-            resolved=force > 0.2, status="fine", active=np.array([force]),
+            resolved=force > 0.2, status="fine", active=np.array([force]), friction=float(friction != 0),
         )  # fmt: skip
 
     monkeypatch.setitem(sweep_function.__globals__, "press", press)

@@ -1,5 +1,6 @@
 """The `finite` fidelity: one press at finite strain, its load raised in steps that are cut back where Newton fails."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -255,6 +256,7 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
         force=total if force is None else force,
         fidelity="finite",
         large_strain=True,
+        friction=touching.friction if touching.friction < STICK else math.inf,
         indentation=state.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,

@@ -5,6 +5,7 @@ small strain, both share. What large strain changes is included where a table of
 left, and the mesh, is looked up among the figures of `papilla bench` (`prices`), told, and never measured here.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -17,11 +18,11 @@ from papilla.errors import ContactRangeError, InputError
 from papilla.fem.pressing.contact import NoContactError, contact_press
 from papilla.fem.pressing.friction import friction_press
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
-from papilla.fem.pressing.large_strain import tables_of, with_large_strain
+from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
 from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.specimen import DEFAULT_FRICTION, Friction, Specimen, friction_coefficient
+from papilla.specimen import Friction, Specimen, friction_coefficient
 
 Load = tuple[float | None, float | None]
 """Force (N) and indentation (mm), one of them None."""
@@ -53,7 +54,7 @@ def press(
     indentation_mm: float | None = None,
     fidelity: str | None = None,
     tolerance: float = 0.02,
-    friction: Friction = DEFAULT_FRICTION,
+    friction: Friction | None = None,
     start: np.ndarray | None = None,
     force: float | None = None,
     indentation: float | None = None,
@@ -69,7 +70,8 @@ def press(
         the result says so). The status says which quantity decided, and what is known of mesh and strain. None: contact
         with large strain where that is known, else "auto". "finite" needs the mesh: `press_finite`.
     friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz knows none. The force
-        grows from first touch along the contact normal: what friction does depends on it, and the status says so.
+        grows from first touch along the contact normal: what friction does depends on it, and the status says so. None:
+        stick where large strain is included, as of silicone on silicone, and none where it is not (docs/adr/0013).
     start : (n,) active nodes of a similar press without friction, to start the contact search from.
 
     Raises `InputError` for unusable values, `ContactRangeError` where the press leaves what the model covers.
@@ -82,41 +84,75 @@ def press(
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
     if fidelity not in (*FIDELITIES, "auto", None):
         raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
-    rubbing = friction_coefficient(friction)
+    rubbing = friction_coefficient(friction or 0.0)
     if fidelity == "hertz" and rubbing:
         raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
     if fidelity == "hertz":
         return hertz_press(reduced, specimen, *load, "hertz: as asked", began)
 
-    def contact(aim: Load) -> Press:
-        if rubbing:
-            return friction_press(reduced, specimen, *aim, rubbing, began)
-        return contact_press(reduced, specimen, *aim, start, began)
+    def contact(aim: Load, friction: float = rubbing) -> Press:
+        return _linear(reduced, specimen, aim, friction, start, began)
+
+    def told(linear: Callable[[Load], Press], friction: float) -> Press:
+        return _with_large_strain(reduced, specimen, load, friction, linear)
 
     alone = "; large strain, which raises S_d about as much as stick lowers it, is not in it" if rubbing else ""
     if fidelity == "contact":
         found = contact(load)
         return replace(found, status=found.status + alone)
+    doubt = ""
+    if friction is None and tables_of(reduced, stuck=True):
+        try:
+            found = told(partial(contact, friction=math.inf), math.inf)
+        except InputError as error:
+            doubt = f"; without friction: {error}"
+        else:
+            if found.large_strain:
+                return replace(found, seconds=perf_counter() - began)
     if rubbing or (fidelity is None and tables_of(reduced)):
-        found = _with_large_strain(reduced, load, rubbing, contact)
+        found = told(contact, rubbing)
         if found.large_strain:
-            return replace(found, seconds=perf_counter() - began)
+            return replace(found, status=found.status + doubt, seconds=perf_counter() - began)
     if not rubbing:
-        found = _with_large_strain(reduced, load, 0.0, partial(_cheapest, reduced, specimen, tolerance, start, began))
-    told = shared_losses(reduced, found.force, tolerance, found.large_strain)
-    return replace(found, status=found.status + alone + told, seconds=perf_counter() - began)
+        found = told(partial(_cheapest, reduced, specimen, tolerance, start, began), 0.0)
+    losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
+    return replace(found, status=found.status + alone + doubt + losses, seconds=perf_counter() - began)
 
 
-def _with_large_strain(reduced: ReducedFinger, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
+def including_large_strain(reduced: ReducedFinger, specimen: Specimen, found: Press, friction: float) -> Press | None:
+    """A linear press of a friction with what large strain changes in it; None where that is not known.
+
+    Without friction and stuck it is known from tables, in between from both (`between_ends`). It is known of flat
+    specimens alone.
+    """
+    if specimen.curvature != (0.0, 0.0):
+        return None
+    if friction in (0, math.inf):
+        return with_large_strain(reduced, found, friction > 0)
+    linear = partial(_linear, reduced, specimen, (found.force, None), start=found.active, began=perf_counter())
+    free, held = linear(friction=0.0), linear(friction=math.inf)
+    free_told, held_told = with_large_strain(reduced, free), with_large_strain(reduced, held, stuck=True)
+    if free_told is None or held_told is None:
+        return None
+    return between_ends(reduced, found, (free, held), (free_told, held_told), lambda lower: linear(friction=lower))
+
+
+def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
+    if friction:
+        return friction_press(reduced, specimen, *load, friction, began)
+    return contact_press(reduced, specimen, *load, start, began)
+
+
+def _with_large_strain(reduced, specimen, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
     """The press that `linear` makes, and what large strain changes in it; an indentation is that of large strain."""
     indentation, found = load[1], linear(load)
-    corrected = with_large_strain(reduced, found, friction)
+    corrected = including_large_strain(reduced, specimen, found, friction)
     if corrected is None or indentation is None:
         return corrected or found
     inside = found
     for _ in range(SETTLED):
         inside = linear((None, inside.indentation * indentation / corrected.indentation))
-        corrected = with_large_strain(reduced, inside, friction)
+        corrected = including_large_strain(reduced, specimen, inside, friction)
         if corrected is None:
             return found
     return corrected

@@ -52,10 +52,11 @@ def friction_press(
         values=reduced.traction_rows @ state.traction.ravel(),
         status=f"contact: {held}, the force grown from first touch in {taken} steps",
         shear=state.traction[1:],
+        friction=friction,
     )
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def friction_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> FrictionPath:
     """The path of one finger, specimen and coefficient; kept, so that the presses of a sweep share it."""
     patch = reduced.patch

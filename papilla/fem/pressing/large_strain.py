@@ -9,7 +9,7 @@ specimen it is.
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -35,8 +35,11 @@ MEASURES = ("indentation", "contact_area", "peak_pressure")
 POWERS = [(i, j) for i in range(5) for j in range(5 - i)]
 """Powers of force and area in the polynomial."""
 
-FULL_STICK = 0.5
-"""Coefficient of friction from which nothing slips that matters: the tractions of stuck presses ask for 0.22."""
+LOWERED = (0.7, 0.85, 1.0)
+"""Parts of a coefficient of friction at which linear presses tell the share of stick, linear in between."""
+
+BETWEEN = 0.003
+"""Relative error of S_d, one sigma, at a friction that neither is none nor sticks: its share of stick is estimated."""
 
 SAME_RATIO = 1e-3
 """Relative difference up to which two ratios of moduli are one."""
@@ -156,11 +159,9 @@ class Family:
 
     tables: tuple[LargeStrain, ...]
 
-    def at(self, ratio: float, friction: float = 0.0) -> tuple[tuple[LargeStrain, float], ...]:
-        """Tables and their weights for a ratio of moduli and a friction; empty where none is known."""
-        if 0 < friction < FULL_STICK:
-            return ()
-        tables = [table for table in self.tables if (table.friction > 0) == (friction > 0)]
+    def at(self, ratio: float, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
+        """Tables and their weights for a ratio of moduli, without friction or stuck; empty where none is known."""
+        tables = [table for table in self.tables if (table.friction > 0) == stuck]
         for table in tables:
             if abs(ratio / table.ratio - 1) < SAME_RATIO:
                 return ((table, 1.0),)
@@ -172,12 +173,12 @@ class Family:
         return tuple(zip(tables, weights, strict=True))
 
 
-def with_large_strain(reduced: ReducedFinger, found: Press, friction: float = 0.0) -> Press | None:
-    """A linear press of a friction with what large strain changes in it; None where no table covers it.
+def with_large_strain(reduced: ReducedFinger, found: Press, stuck: bool = False) -> Press | None:
+    """A linear press, without friction or stuck, with what large strain changes in it; None where no table covers it.
 
     Its pressure stays the linear one: force, nodes and what the pressure sums to are the same.
     """
-    tables = tables_of(reduced, friction)
+    tables = tables_of(reduced, stuck)
     if not tables:
         return None
     force = found.force / reduced.layers[1, 1]
@@ -187,22 +188,70 @@ def with_large_strain(reduced: ReducedFinger, found: Press, friction: float = 0.
     changes = np.sum([weight * table.changes(force, softness) for table, weight in tables], axis=0)
     norms = np.linalg.norm(found.values, axis=1, keepdims=True)
     values = found.values + norms * changes[3:].reshape(found.values.shape)
-    reading = _readings(reduced.weights, values)
-    sd, error = float(reading.std()), max(table.sd_error(reduced.weights) for table, _ in tables)
+    measures = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
+    return _with(reduced, found, values, measures)
+
+
+def between_ends(
+    reduced: ReducedFinger,
+    found: Press,
+    ends: tuple[Press, Press],
+    told: tuple[Press, Press],
+    linear: Callable[[float], Press],
+) -> Press:
+    """A linear press of a friction between none and stick with what large strain changes in it.
+
+    ends : linear presses by the same force without friction and stuck; told : the same with large strain; `linear`
+    makes linear presses of other frictions. Where points slip, friction does at large strain what it does at small: its
+    effect grows as the coefficient. But stick does more, 1/k times as much: so the share of it that a coefficient mu
+    brings is that of k mu in linear presses.
+    """
+    (free, held), (free_told, held_told) = ends, told
+    small, large = held.reading - free.reading, held_told.reading - free_told.reading
+    if not (small.any() and large.any()):
+        return replace(free_told, friction=found.friction)
+    lower = found.friction * float(np.linalg.norm(small) / np.linalg.norm(large))
+    marks = [found.friction * share for share in LOWERED]
+    shares = [float(small @ (linear(mark).reading - free.reading) / (small @ small)) for mark in marks]
+    share = min(float(np.interp(lower, [0.0, *marks], [0.0, *shares])), 1.0)
+    measures = {name: (1 - share) * getattr(free_told, name) + share * getattr(held_told, name) for name in MEASURES}
+    values = (1 - share) * free_told.values + share * held_told.values
+    return _with(reduced, found, values, measures)
+
+
+def _with(reduced: ReducedFinger, found: Press, values: np.ndarray, measures: dict) -> Press:
+    """A press whose gauges' values (q, g) and `MEASURES` large strain has changed."""
+    reading, error = _readings(reduced.weights, values), large_strain_error(reduced, found.friction)
+    sd = float(reading.std())
     change = f"{100 * (sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
     told = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
-    factors = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
-    return replace(
-        found, values=values, reading=reading, sd=sd, status=f"{found.status}; {told}", large_strain=True, **factors
-    )
+    status = f"{found.status}; {told}"
+    return replace(found, values=values, reading=reading, sd=sd, status=status, large_strain=True, **measures)
 
 
-def tables_of(reduced: ReducedFinger, friction: float = 0.0) -> tuple[tuple[LargeStrain, float], ...]:
+def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
+    """Relative error of S_d with large strain, of the known tables that tell a friction; 0 where there is none."""
+    tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]
+    worst = max((table.sd_error(reduced.weights) for table in tables), default=0.0)
+    return math.hypot(worst, BETWEEN) if 0 < friction < math.inf else worst
+
+
+def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
     """The known tables that answer for a reduced finger, with their weights; none beside the apex."""
     if reduced.at != (0.0, 0.0) or len(reduced.layers) < 2:
         return ()
     family = known(reduced.strain_key)
-    return () if family is None else family.at(float(reduced.layers[0, 1] / reduced.layers[1, 1]), friction)
+    return () if family is None else family.at(float(reduced.layers[0, 1] / reduced.layers[1, 1]), stuck)
+
+
+def is_known(reduced: ReducedFinger, friction: float) -> bool:
+    """Whether tables answer for a reduced finger at a friction: those of both ends, in between."""
+    return all(tables_of(reduced, stuck) for stuck in ends_of(friction))
+
+
+def ends_of(friction: float) -> tuple[bool, ...]:
+    """Without friction (False), stuck (True), or both: what a coefficient of friction is told from."""
+    return (False, True) if 0 < friction < math.inf else (friction > 0,)
 
 
 def known(key: str) -> Family | None:
@@ -213,7 +262,8 @@ def known(key: str) -> Family | None:
 def keep(key: str, tables: Iterable[LargeStrain]) -> None:
     """Store tables of a geometry in the cache, for `known`, beside those that are there."""
     family = known(key)
-    new = {round(float(np.log(table.ratio)), 3): table for table in (*(family.tables if family else ()), *tables)}
+    known_ones = (*(family.tables if family else ()), *tables)
+    new = {(table.friction, round(float(np.log(table.ratio)), 3)): table for table in known_ones}
     cache.keep(
         "large_strain",
         cache.key(MEASURED_BY, key),

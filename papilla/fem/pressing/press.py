@@ -36,7 +36,7 @@ class Press:
     values : (q, g) what the gauges feel, in the order of `papilla.fem.reduction.gauges.QUANTITIES`.
     reading : (g,) in microstrain. sd : population standard deviation (ddof 0) of the readings, in microstrain.
     force_balance : relative difference of the pressure's integral from the force.
-    large_strain : whether what large strain changes is included.
+    large_strain : whether what large strain changes is included. friction : Coulomb's coefficient, infinite for stick.
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
     shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
@@ -59,6 +59,7 @@ class Press:
     active: np.ndarray
     shear: np.ndarray | None = None
     large_strain: bool = False
+    friction: float = 0.0
 
     def __repr__(self) -> str:
         return (
