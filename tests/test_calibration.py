@@ -119,7 +119,7 @@ def test_sigma_is_that_of_the_inputs_over_the_slope():
 
 
 def with_friction(calibration, shift=0.03):
-    """The same calibration with S_d larger by exp(shift), and gauge readings by 500 microstrain / N, without friction."""
+    """The same calibration with S_d larger by exp(shift), and readings by 500 microstrain / N, without friction."""
 
     def doubted(readout, change):
         friction = Surface(FORCE, MODULUS, np.full((4, 4), change))
