@@ -1,25 +1,26 @@
-"""Some of the wavelength estimators side by side, at 1 kHz in held-out scenes: `papilla bench --estimators` runs all.
+"""Scenes and estimators of `papilla bench --estimators` by parts of their names, for whoever tunes one.
 
-Run with `python benchmarks/wavelength_estimators.py space bank`: the words select estimators by their names.
+Run with `python benchmarks/wavelength_estimators.py --scenes hum late --methods pipeline --seeds 1 2 3`: seeds below
+100 are for tuning, from 100 on every parameter of a scene is drawn.
 """
 
 import argparse
-import dataclasses
 
-from papilla.cli.bench_estimators import print_tables
-from papilla.studies.estimator_bench.plan import HELD_OUT, LONG
-from papilla.studies.estimator_bench.runner import compare
+from papilla.cli.bench_estimators import print_scenes
+from papilla.studies.estimator_bench.runner import LONG, Plan, compare
 
 
 def main() -> None:
     """Compare what the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", help="parts of the estimators' names, none for all")
-    parser.add_argument("--seeds", type=int, default=2, help="held-out seeds a scene")
+    parser.add_argument("--scenes", nargs="*", default=(), help="parts of scenes' names, none for all")
+    parser.add_argument("--methods", nargs="*", default=(), help="parts of estimators' names, none for all")
+    parser.add_argument("--seeds", type=int, nargs="+", default=LONG.seeds, help="a run of each scene for each")
+    parser.add_argument("--snr", type=float, default=LONG.snr_dB, help="texture over the noise of a sample, dB")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     chosen = parser.parse_args()
-    seeds = tuple(range(HELD_OUT, HELD_OUT + chosen.seeds))
-    print_tables(compare(dataclasses.replace(LONG, names=tuple(chosen.names), seeds=seeds), workers=chosen.workers))
+    plan = Plan(tuple(chosen.scenes), tuple(chosen.methods), tuple(chosen.seeds), snr_dB=chosen.snr)
+    print_scenes(compare(plan, workers=chosen.workers))
 
 
 if __name__ == "__main__":

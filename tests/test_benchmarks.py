@@ -25,8 +25,7 @@ SHORT = {
     "thousand_scenes": ([], {}, "peak memory"),
     "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
     "files_read": (["press"], {}, "press: "),
-    "honesty": (["const", "--seeds", "101", "--wavelengths", "1.5"], {}, "2 sigma"),
-    "wavelength_estimators": (["reciprocal", "--seeds", "1", "--workers", "1"], {}, "reciprocal in space"),
+    "wavelength_estimators": (["--scenes", "start", "--seeds", "1", "--workers", "1"], {}, "in 2 sigma"),
 }
 """Script -> arguments, constants to replace, and what it must print. `papilla bench --short` itself is run, with its
 numbers looked at, in tests/cli."""

@@ -1,131 +1,217 @@
-"""The comparison as the command runs it, small: tables, targets, plots."""
+"""The comparison of estimators: its judge on answers that are known, the rivals, the command, small."""
 
 import dataclasses
 import json
 import math
 
+import numpy as np
 import pytest
 
-from papilla.cli.bench_estimators import bench_estimators, print_tables
+from papilla.cli import bench_estimators as command
 from papilla.errors import InputError
-from papilla.studies.estimator_bench import prototypes, targets
-from papilla.studies.estimator_bench.competitors import AS_PRINTED, COMPETITORS, FAMILIES
-from papilla.studies.estimator_bench.plan import LONG, SHORT
-from papilla.studies.estimator_bench.runner import compare
-from papilla.view import estimator_plots
+from papilla.studies.estimator_bench import cost, honesty, rivals, runner
+from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
+from papilla.studies.estimator_bench.scenes import CLAIMS, scene
+from papilla.view.estimator_plots import honesty_figure
 from papilla.view.style import png
 
-SMALL = dataclasses.replace(
-    SHORT,
-    names=("zero crossing", "reciprocal"),
-    wavelengths_mm=(1.2,),
-    seconds=2.0,
-    delays_ms=(0, 2),
-    draws=20,
-    cost_seconds=0.3,
-)
+SMALL = runner.Plan(scenes=("start", "const, hum only"), methods=("pipeline", "STFT over"), seeds=(3, 4), longest_s=0.4)
+
+
+# ---- The judge
+
+
+def judged(made, factor=1.0, sigma=0.01, ok=True, path_mm=None):
+    """A run of a method that answers `factor` (a number, or (n,)) times the truth."""
+    wavelength = factor * made.wavelength_mm
+    answer = Answer(wavelength, sigma * wavelength, np.broadcast_to(ok, made.time_s.shape))
+    return honesty.judged(made, answer, path_mm, 7.0)
+
+
+@pytest.fixture(scope="module")
+def grating():
+    return scene("const", 1.8, seed=1, seconds=1.0)
+
+
+def row_of(*runs, name="const", method="pipeline"):
+    return honesty.row_of(name, method, runs)
+
+
+def test_right_answers_are_not_false_and_within_sigma(grating):
+    row = row_of(judged(grating, 1.015))
+    assert row.answered == row.claimed == row.covered == 1 and row.false == row.over_5 == row.first_right_s == 0
+    assert (row.median, row.rms) == pytest.approx((0.015, 0.015)) and row.over_sigma == pytest.approx(1.5 / 1.015)
+    assert row_of(judged(grating, 1.03)).covered == 0
+
+
+def test_what_is_false_is_counted_among_ok_alone(grating):
+    factor, ok = np.ones(1000), np.zeros(1000, bool)
+    ok[200:600], factor[500:700] = True, 1.2
+    row = row_of(judged(grating, factor, ok=ok))
+    assert row.false == 0.25 and row.false_settled == pytest.approx(1 / 3, abs=0.01), (
+        "100 rows of 400, of 300 late ones"
+    )
+    past = grating.travelled_mm > 12
+    assert row.answered == pytest.approx(ok[past].mean()) and row.over_5 == pytest.approx(200 / past.sum())
+    early = np.where(np.arange(1000) < 100, 1.5, 1.0)
+    row = row_of(judged(grating, early))
+    assert row.false == pytest.approx(0.1) and row.false_settled == 0 and row.first_right_s == pytest.approx(0.1)
+
+
+def test_no_answer_is_neither_false_nor_right(grating):
+    row = row_of(judged(grating, math.nan, ok=False))
+    assert row.answered == row.claimed == 0 and row.over_5 == 1 and row.median == row.first_right_s == math.inf
+    assert math.isnan(row.false) and math.isnan(row.rms)
+
+
+def test_any_answer_is_false_without_a_line_and_either_line_is_right():
+    made = scene("const, hum only", 1.8, seed=1, seconds=1.0)
+    answer = Answer(np.full(1000, 2.0), np.full(1000, 1.0), np.arange(1000) < 600)
+    row = row_of(honesty.judged(made, answer, None, 1.0), name=made.name)
+    assert row.false == row.claimed == 1 and row.covered == 0 and math.isnan(row.median)
+    two = scene("const, two lines", 1.8, seed=1, seconds=1.0)
+    second = two.other_mm / two.wavelength_mm
+    assert row_of(judged(two, np.where(np.arange(1000) % 2, second, 1.0)), name=two.name).false == 0
+
+
+def test_after_a_step_everything_begins_anew():
+    made = scene("step", 1.2, seed=1, seconds=2.0)
+    change = int(np.flatnonzero(np.diff(made.wavelength_mm))[0]) + 1
+    held = np.where(np.arange(2000) < change + 80, made.wavelength_mm[0], made.wavelength_mm[-1])
+    row = row_of(judged(made, held / made.wavelength_mm), name="step")
+    assert row.first_right_s == pytest.approx(0.08) and row.false == pytest.approx(80 / 2000, abs=2e-3)
+    assert row.false_settled == row.over_5 == 0, "12 mm, 0.3 s and two periods count from the step on"
+
+
+def test_the_error_over_the_bound_is_that_of_the_path_remembered():
+    made = scene("const", 1.8, seed=1, seconds=3.0)
+    run = judged(made, 1 + 2 * made.bound(path_mm=96.0), path_mm=96.0)
+    assert math.sqrt(run.bound_square) == pytest.approx(2)
+    for other in (scene("harsh", 1.8, seed=1, seconds=3.0), scene("start", 1.8)):
+        assert math.isnan(judged(other, path_mm=96.0).bound_square)
+
+
+def test_the_faults_of_the_product_alone():
+    good = dict(answered=0.9, claimed=1.0, false=0.0, false_settled=0.0, median=0.001, over_5=0.0, rms=0.001)
+    good |= dict(covered=0.95, over_sigma=1.0, over_bound=1.0, first_right_s=0.1, us=1.0, runs=1)
+    fine = honesty.Row("const", "pipeline", PRODUCT, **good)
+    beside = [fine, honesty.Row("const", "periodogram", RIVAL, **good)]
+    assert honesty.faults(fine, beside) == ()
+    worse = {"answered": 0.7, "false": 0.03, "false_settled": 0.01, "median": 0.002, "over_5": 0.02, "covered": 0.8}
+    for name, value in worse.items():
+        assert len(honesty.faults(dataclasses.replace(fine, **{name: value}), beside)) == 1, name
+    blind = dataclasses.replace(beside[1], over_5=0.3)
+    assert honesty.faults(dataclasses.replace(fine, answered=0.1), [fine, blind]) == (), "no spectrum is right there"
+    empty = dataclasses.replace(fine, scene="const, hum only", claimed=0.5)
+    assert honesty.faults(empty, [empty]) == ("runs with an answer 50 > 1 %",)
+    assert honesty.faults(dataclasses.replace(beside[1], false=1.0), beside) == ()
+
+
+# ---- The methods
+
+
+SLOW = {"no velocity": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW.get(name, ())) for name in METHODS])
+def test_every_method_answers_a_plain_grating(name):
+    made = scene("const", 1.8, seed=2, seconds=0.6)
+    answer = METHODS[name].run(made.time_s, made.readings, made.known_mm_s)
+    assert answer.ok.shape == answer.sigma_mm.shape == answer.wavelength_mm.shape == (600,) and answer.ok.dtype == bool
+    literal = 2.0 if "interval" in name else 1.0
+    off = 0.15 if METHODS[name].kind == PUBLISHED else 0.005
+    assert np.nanmedian(answer.wavelength_mm[-50:]) * literal == pytest.approx(1.8, rel=off)
+
+
+def test_a_spectrum_is_at_the_bound_and_its_sigma_is_true():
+    """Plain over the window, in white noise: error over the bound, and over its own sigma, over 60 noises."""
+    made, rng, errors, sigmas = scene("const, rounded", 1.2, snr_dB=300, seconds=0.5), np.random.default_rng(0), [], []
+    for _ in range(60):
+        noisy = made.signal[:, 0] + 0.3 * rng.standard_normal(500)
+        wavelength, sigma, ok = rivals.strongest(made.position_mm, noisy, tapered=False)
+        assert ok
+        errors.append(wavelength - 1.2)
+        sigmas.append(sigma)
+    assert np.std(errors) == pytest.approx(np.mean(sigmas), rel=0.35)
+
+
+def test_noise_alone_is_no_line_of_a_spectrum():
+    place, rng = np.linspace(0, 96, 960), np.random.default_rng(1)
+    found = [
+        rivals.strongest(place, rng.standard_normal(960), tapered)[2] for tapered in (True, False) for _ in range(100)
+    ]
+    assert sum(found) <= 1
+
+
+def test_names_select_and_unknown_ones_are_refused():
+    assert chosen("estimator", ("ekf", "music"), METHODS) == ["MUSIC", "seeded EKF"]
+    with pytest.raises(InputError, match="no estimator is called 'nobody', there are: pipeline; "):
+        chosen("estimator", ("nobody",), METHODS)
+    with pytest.raises(InputError, match="no scene is called 'nowhere'"):
+        runner.compare(runner.Plan(scenes=("nowhere",)))
+    with pytest.raises(InputError, match="at least one seed"):
+        runner.Plan(seeds=())
+
+
+# ---- The comparison
 
 
 @pytest.fixture(scope="module")
 def small():
     calls = []
-    found = compare(SMALL, progress=lambda *call: calls.append(call))
-    assert calls[-1][1] == calls[-1][2]
-    return found
+    rows = runner.compare(SMALL, progress=lambda *call: calls.append(call))
+    assert calls[-1] == (4, 4)
+    return rows
 
 
-def test_every_table_has_its_rows(small):
-    assert len(small.scenes) == 3 * len(SMALL.conditions)
-    assert len(small.steps) == 3 * len(SMALL.steps_mm)
-    assert len(small.velocity) == 3 * (len(SMALL.delays_ms) + len(SMALL.gains))
-    assert [row.scene for row in small.likelihood] == ["const", "act1", "act2"]
-    assert all(row.block_us > 0 and row.update_p999_us >= row.update_us > 0 for row in small.costs)
-    json.dumps(small.to_json())
-
-
-def test_the_figures_are_in_their_order(small):
-    rows = {(row.estimator, row.scene, row.snr_dB): row for row in small.scenes}
-    exact = rows["reciprocal in space", "act1", 20.0]
-    counted = rows["zero crossing (2007), as printed", "act1", 20.0]
-    assert exact.error < 0.01 < 0.05 < counted.error
-    assert abs(exact.lag_ms) < 0.5 < 20 < counted.lag_ms < 60
-    assert counted.ratio == counted.error / counted.bound > 10
-    assert math.isnan(exact.ratio) and math.isnan(counted.sigma_ratio)
-    assert exact.outliers == exact.false_locks == 0 and exact.answered == 1
-    errors = [rows["reciprocal in space", "const", snr].error for snr in (20.0, 0.0, -6.0)]
-    assert errors == sorted(errors)
-    known = {(row.delay_ms, row.gain): row.error for row in small.velocity if row.estimator == "reciprocal in space"}
-    assert known[2, 1.0] > 3 * known[0, 1.0]
-    assert known[0, 1.03] == pytest.approx(0.03, abs=0.01)
-
-
-def test_prototypes_are_compared_where_both_are_known(small):
-    names = {(row.estimator, row.scene, row.measure) for row in small.prototypes}
-    assert ("zero crossing (2007)", "harsh", "error_answered") in names
-    assert ("zero crossing (2007)", "act2", "lag_ms") in names
-    assert all(row.differs == (abs(row.ratio - 1) > prototypes.TOLERANCE) for row in small.prototypes)
-    assert {f"{name}, {AS_PRINTED}" for name in (*prototypes.PERCENT, *prototypes.LAGS_MS)} <= set(COMPETITORS)
-
-
-def test_targets_name_what_exists_and_are_judged(small):
-    scenes = {f"{scene}, {snr:g} dB" for scene, snr in LONG.conditions}
-    steps = {f"{before:g} to {after:g} mm" for before, after in LONG.steps_mm}
-    assert {target.where for target in targets.TARGETS} <= scenes | steps | {"NumPy", "compiled"}
-    assert {row.place for row in small.scenes} <= scenes and {row.place for row in small.steps} == steps
-    assert {target.estimator for target in targets.TARGETS} <= set(COMPETITORS)
-    verdicts = small.targets
-    assert {row.measure for row in verdicts} == {"block_us", "update_us", "update_p999_us"}
-    assert all(row.met == (row.low <= row.measured <= row.high) for row in verdicts)
-
-
-def test_a_missed_and_an_unanswered_target_are_not_met():
-    target = targets.Target("x", "const, 20 dB", "lag_ms", 0.5, "", low=-0.5)
-    judged = [targets.judged(target, value) for value in (0.4, 0.6, -0.6, math.nan)]
-    assert [item.met for item in judged] == [True, False, False, False]
-    assert judged[0].where == "const, 20 dB" and judged[0].unit == "ms"
-
-
-def test_plots_and_tables_of_a_comparison(small, capsys):
-    figures = estimator_plots.all_plots(small.to_json())
-    assert set(figures) == {"error", "cost", "outliers", "steps", "velocity"}
-    assert all(png(figure, dpi=30).startswith(b"\x89PNG") for figure in figures.values())
-    print_tables(small)
-    shown = capsys.readouterr().out
-    for part in ("reciprocal in space", "RMS error in harsh", "Targets: ", "Maximum likelihood", "p99.9"):
-        assert part in shown
-
-
-def test_every_competitor_runs_on_its_gauges():
-    assert {item.family for item in COMPETITORS.values()} == set(FAMILIES)
-    from papilla.studies.estimator_bench.scenes import scene
-
-    for item in COMPETITORS.values():
-        rows = scene("const", 1.8, seconds=0.12, gauge_positions_mm=item.gauges_mm).block()
-        options = {"compiled": False} if item.compiles else {}
-        found = item.make(**options).process(rows)
-        assert len(found.wavelength_mm) == len(found.frequency_Hz) == len(rows)
-
-
-def test_two_processes_find_what_one_finds(small):
-    plan = dataclasses.replace(SMALL, names=("reciprocal",), conditions=(("const", 20.0),), delays_ms=(0,), draws=5)
-    one, two = (compare(plan, workers=workers) for workers in (1, 2))
-    assert repr((one.scenes, one.steps, one.velocity, one.likelihood)) == repr(
-        (two.scenes, two.steps, two.velocity, two.likelihood)
-    )
-
-
-def test_an_unknown_estimator_is_refused():
-    with pytest.raises(InputError, match="no estimator is called 'nobody'"):
-        compare(dataclasses.replace(SMALL, names=("nobody",)))
+def test_a_row_for_each_scene_and_method(small):
+    assert [(row.scene, row.method) for row in small] == [
+        (name, method) for name in SMALL.scenes for method in ("pipeline", "STFT over the path")
+    ]
+    hum = small[3]
+    assert all(row.runs == 2 and row.us > 0 for row in small) and hum.answered > 0.9 and hum.false == 1
+    assert json.loads(json.dumps([dataclasses.asdict(row) for row in small]))[0]["kind"] == PRODUCT
 
 
 @pytest.mark.slow
-def test_the_command_in_short(tmp_path, capsys):
-    bench_estimators(True, tmp_path, True)
+def test_two_processes_find_what_one_finds(small):
+    def untimed(rows):
+        return repr([dataclasses.replace(row, us=0.0) for row in rows])
+
+    assert untimed(runner.compare(SMALL, workers=2)) == untimed(small)
+
+
+def test_claims_take_any_wavelength_and_tuning_one_of_five():
+    assert len({runner.wavelength_of(seed) for seed in range(CLAIMS)}) == 5
+    drawn = [runner.wavelength_of(seed) for seed in range(CLAIMS, CLAIMS + 200)]
+    assert len(set(drawn)) == 200 and min(drawn) > 0.6 and max(drawn) < 3 and min(drawn) < 0.65 and max(drawn) > 2.8
+
+
+def test_costs_of_an_output(monkeypatch):
+    monkeypatch.setattr(cost, "OUTPUTS", {"wavelength": cost.OUTPUTS["wavelength"]})
+    found = cost.costs(None, 0.6)
+    assert [one.output for one in found] == ["wavelength"]
+    assert all(one.block_us > 0 and one.update_p999_us >= one.update_us > 0 for one in found)
+
+
+def test_the_picture_and_the_tables(small, capsys):
+    assert png(honesty_figure([dataclasses.asdict(row) for row in small]), dpi=30).startswith(b"\x89PNG")
+    command.print_scenes(small)
+    shown = capsys.readouterr().out
+    for part in ("in 2 sigma %", "Median error of the wavelength", "STFT over the path", "const, hum only"):
+        assert part in shown
+
+
+def test_the_command_in_short(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(runner, "SHORT", SMALL)
+    monkeypatch.setattr(command, "WORKERS", 1)
+    monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 3.0, 4.0),))
+    command.bench_estimators(True, tmp_path, True)
     printed = json.loads(capsys.readouterr().out)
-    assert printed["short"] is True and printed["seconds"] > 0
-    assert {"scenes", "steps", "velocity", "costs", "likelihood", "prototypes", "targets"} <= set(printed)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
-        f"estimators_{name}.png" for name in ("error", "cost", "outliers", "steps", "velocity")
-    )
-    assert all(0.8 < row["ratio"] < 1.3 for row in printed["likelihood"])
+    assert printed["short"] is True and printed["seconds"] > 0 and printed["softness"] == []
+    assert printed["plots"] == [str(tmp_path / command.PLOT)] and (tmp_path / command.PLOT).stat().st_size > 1000
+    assert {row["scene"] for row in printed["scenes"]} == set(SMALL.scenes) and printed["costs"][0]["update_us"] == 2
+
+
+def test_short_leaves_no_scene_out():
+    assert runner.SHORT.scenes == () and len(runner.SHORT.seeds) == 1 and min(runner.LONG.seeds) >= CLAIMS

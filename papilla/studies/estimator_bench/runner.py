@@ -1,110 +1,96 @@
-"""The comparison: costs first and alone, then every estimator in every scene, on as many processes as asked for."""
+"""The comparison: every method on every scene, on as many processes as asked for, and what came of it."""
 
 import multiprocessing
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
-from functools import partial
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
 
-from papilla.studies.estimator_bench.competitors import Competitor, chosen
-from papilla.studies.estimator_bench.likelihood import Likelihood, likelihood
-from papilla.studies.estimator_bench.plan import LONG, Plan
-from papilla.studies.estimator_bench.prototypes import Prototype, against_prototypes
-from papilla.studies.estimator_bench.rows import SceneRow, StepRow, VelocityRow, scene_row, step_row, velocity_row
-from papilla.studies.estimator_bench.targets import TARGETS, Verdict, verdicts
-from papilla.studies.estimator_bench.timing import Cost, costs_of
+import numpy as np
 
-TIMED_WAVELENGTH_MM = 1.8
-LIKELIHOOD_SCENES = ("const", "act1", "act2")
-Job = tuple[Callable, tuple]
+from papilla.errors import InputError
+from papilla.studies.estimator_bench.honesty import Row, Run, faults, judged, row_of
+from papilla.studies.estimator_bench.methods import METHODS, PUBLISHED, chosen
+from papilla.studies.estimator_bench.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, scene
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """All tables of one comparison; errors are fractions."""
+class Plan:
+    """The size of a comparison.
 
-    scenes: tuple[SceneRow, ...]
-    steps: tuple[StepRow, ...]
-    velocity: tuple[VelocityRow, ...]
-    costs: tuple[Cost, ...]
-    likelihood: tuple[Likelihood, ...]
+    scenes, methods : parts of their names, none for all. seeds : one run each; from `CLAIMS` on parameters are drawn.
+    longest_s : scenes at more than 1 mm/s are cut to it. snr_dB : texture over the noise of a sample.
+    Raises `InputError` for no seeds.
+    """
 
-    @property
-    def targets(self) -> tuple[Verdict, ...]:
-        """What was to be reached and what was; targets of estimators that were not run are left out."""
-        return verdicts(TARGETS, self.scenes, self.steps, self.costs)
+    scenes: tuple[str, ...] = ()
+    methods: tuple[str, ...] = ()
+    seeds: tuple[int, ...] = tuple(range(CLAIMS, CLAIMS + 8))
+    longest_s: float = 4.0
+    snr_dB: float = 20.0
 
-    @property
-    def prototypes(self) -> tuple[Prototype, ...]:
-        """The published estimators as printed against an independent computation of the same scenes."""
-        return against_prototypes(self.scenes)
+    def __post_init__(self):
+        if not self.seeds:
+            raise InputError("seeds must hold at least one seed, got none")
 
-    def to_json(self) -> dict:
-        """As plain values, for `--json`."""
-        names = ("scenes", "steps", "velocity", "costs", "likelihood", "prototypes", "targets")
-        return {name: [asdict(row) for row in getattr(self, name)] for name in names}
+
+LONG = Plan()
+SHORT = Plan(
+    methods=tuple(name for name, method in METHODS.items() if method.kind != PUBLISHED and name != "MUSIC"),
+    seeds=(CLAIMS,),
+    longest_s=2.5,
+)
+"""For a quick look and for tests: one run of a scene is no verdict."""
+
+
+def wavelength_of(seed: int) -> float:
+    """The wavelength of a run in mm: one of five for tuning, any of 0.6-3.0 for claims."""
+    if seed < CLAIMS:
+        return WAVELENGTHS_MM[seed % len(WAVELENGTHS_MM)]
+    low, high = WAVELENGTHS_MM[0], WAVELENGTHS_MM[-1]
+    return low * (high / low) ** float(np.random.default_rng(seed).uniform())
+
+
+def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan) -> list[Run]:
+    """One run of each method on a scene."""
+    recipe = SCENES[name]
+    seconds = recipe.seconds if "slow" in name else min(recipe.seconds, plan.longest_s)
+    made = scene(name, wavelength_of(seed), snr_dB=plan.snr_dB, seed=seed, seconds=seconds, drawn=seed >= CLAIMS)
+    found = []
+    for method in methods:
+        began = time.perf_counter()
+        answer = METHODS[method].run(made.time_s, made.readings, made.known_mm_s)
+        us = 1e6 * (time.perf_counter() - began) / made.time_s.size
+        found.append(judged(made, answer, METHODS[method].path_mm, us))
+    return found
 
 
 def compare(
-    plan: Plan = LONG,
-    *,
-    workers: int = 1,
-    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
-) -> Comparison:
-    """Run the comparison of `plan` on `workers` processes; `progress` gets the stage, jobs done and total.
-
-    Costs are timed in this process before any other is started. Raises `InputError` for unknown names.
-    """
-    entrants = chosen(plan.names)
-    costs: list[Cost] = []
-    for number, competitor in enumerate(entrants.values()):
-        progress("timing", number, len(entrants))
-        costs += costs_of(competitor, wavelength_mm=TIMED_WAVELENGTH_MM, seed=plan.seeds[0], seconds=plan.cost_seconds)
-    jobs = _jobs(list(entrants.values()), plan)
-    results = _run(jobs, workers, lambda done: progress("scenes", done, len(jobs)))
-
-    def of(kind: type) -> tuple:
-        return tuple(row for row in results if isinstance(row, kind))
-
-    return Comparison(of(SceneRow), of(StepRow), of(VelocityRow), tuple(costs), of(Likelihood))
+    plan: Plan = LONG, *, workers: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
+) -> tuple[Row, ...]:
+    """A row for each scene and method of the plan, on `workers` processes; raises `InputError` for unknown names."""
+    names, methods = chosen("scene", plan.scenes, SCENES), chosen("estimator", plan.methods, METHODS)
+    jobs = [(name, seed, methods, plan) for name in names for seed in plan.seeds]
+    results = []
+    for done, found in enumerate(_results(jobs, workers), 1):
+        results.append(found)
+        progress(done, len(jobs))
+    rows: list[Row] = []
+    for number, name in enumerate(names):
+        own = results[number * len(plan.seeds) : (number + 1) * len(plan.seeds)]
+        here = [row_of(name, method, runs) for method, runs in zip(methods, zip(*own, strict=True), strict=True)]
+        rows += [replace(row, faults=faults(row, here)) for row in here]
+    return tuple(rows)
 
 
-def _jobs(entrants: Sequence[Competitor], plan: Plan) -> list[Job]:
-    """All jobs, a scene's together so that a process makes each scene once."""
-    jobs: list[Job] = [
-        (partial(likelihood, draws=plan.draws, seed=plan.seeds[0]), (kind, plan.wavelengths_mm))
-        for kind in LIKELIHOOD_SCENES
-    ]
-    for kind, snr in plan.conditions:
-        jobs += [
-            (scene_row, (item.name, kind, snr, plan))
-            for item in entrants
-            if item.snrs_dB is None or snr in item.snrs_dB
-        ]
-    velocities = [(delay, 1.0) for delay in plan.delays_ms] + [(0, gain) for gain in plan.gains]
-    for item in entrants:
-        jobs += [(step_row, (item.name, before, after, plan)) for before, after in plan.steps_mm]
-        jobs += [(velocity_row, (item.name, delay, gain, plan)) for delay, gain in velocities]
-    return jobs
-
-
-def _run(jobs: Sequence[Job], workers: int, done: Callable[[int], None]) -> list:
+def _results(jobs: list[tuple], workers: int) -> Iterable[list[Run]]:
     """Results in the order of the jobs."""
     if workers <= 1:
-        results = []
-        for number, (function, arguments) in enumerate(jobs):
-            results.append(function(*arguments))
-            done(number + 1)
-        return results
+        yield from (runs_of(*job) for job in jobs)
+        return
     # A fresh interpreter for each: to fork one whose threads draw a progress bar is not safe.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures = [pool.submit(function, *arguments) for function, arguments in jobs]
-        try:
-            for number, future in enumerate(as_completed(futures)):
-                future.result()
-                done(number + 1)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-        return [future.result() for future in futures]
+    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    try:
+        yield from pool.map(runs_of, *zip(*jobs, strict=True))
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)

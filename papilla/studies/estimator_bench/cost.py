@@ -1,0 +1,89 @@
+"""What a sample costs in the pipeline, output by output: a row of a block, and an update in a loop."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from papilla.calibration import Calibration
+from papilla.estimators import Pipeline
+from papilla.studies.estimator_bench.scenes import scene
+
+BLOCK, REPEATS = 500, 3
+GAUGES_MM = (-13.5, -7.2, 0.0, 7.2, 13.5)
+TEXTURE_MICROSTRAIN, MODULUS_MPA, FORCE_N, FRICTION = 60.0, 0.3, 0.45, 0.6
+NOISE: dict[str, Any] = {"gauge_sigma": 20.0, "force_sigma_N": 0.002}
+OUTPUTS = {
+    "frequency, no velocity": (),
+    "wavelength": ("velocity_mm_s",),
+    "wavelength, friction": ("force_N", "velocity_mm_s", "tangential_N"),
+}
+EVERYTHING = "wavelength, friction, modulus"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Microseconds of what is told: block_us of a row of `process` (median over blocks of 500 rows), update_us and
+    update_p999_us of one `update` (median, 99.9 % quantile).
+
+    Each block's or sample's is the best of three runs: what the estimator does there comes back, what the machine does
+    by chance does not. loop_p999_us : of the first run alone, which a loop on this machine would have seen.
+    """
+
+    output: str
+    block_us: float
+    update_us: float
+    update_p999_us: float
+    loop_p999_us: float
+
+
+def costs(calibration: Calibration | None, seconds: float) -> tuple[Cost, ...]:
+    """Every output on `seconds` of a log; the modulus where there is a calibration of five gauges."""
+    columns = _log(seconds, calibration)
+    cases: dict[str, tuple] = {name: (None, own) for name, own in OUTPUTS.items()}
+    if calibration is not None:
+        cases[EVERYTHING] = (calibration, OUTPUTS["wavelength, friction"])
+    found = []
+    for name, (known, own) in cases.items():
+        rows = np.column_stack([columns[column] for column in ("t_s", "gauges", *own)])
+        found.append(Cost(name, *timed(partial(Pipeline, known, columns=own, **NOISE), rows)))
+    return tuple(found)
+
+
+def _log(seconds: float, calibration: Calibration | None) -> dict[str, np.ndarray]:
+    """The columns of a log, gauges (n, 5): a finger to and fro over a grating, pressing a little harder and less."""
+    made = scene("act1", 1.8, seed=1, seconds=seconds, gauge_positions_mm=GAUGES_MM)
+    rng, force = np.random.default_rng(0), FORCE_N + 0.01 * np.sin(2 * made.time_s)
+    gauges = TEXTURE_MICROSTRAIN * made.readings
+    if calibration is not None:
+        gauges = gauges + calibration.predict_readings(force, MODULUS_MPA)
+    for begin in rng.integers(300, len(gauges), len(gauges) // 500).tolist():
+        gauges[begin : begin + 10, rng.integers(0, 5)] = np.nan
+    noisy = force + NOISE["force_sigma_N"] * rng.standard_normal(len(force))
+    tangential = FRICTION * force * np.tanh(made.velocity_mm_s / 2)
+    columns = {"t_s": made.time_s, "gauges": gauges, "force_N": noisy, "tangential_N": tangential}
+    return columns | {"velocity_mm_s": made.velocity_mm_s}
+
+
+def timed(make: Callable, rows: np.ndarray) -> tuple[float, ...]:
+    """block_us, update_us, update_p999_us, loop_p999_us of new estimators that `make` gives, on these rows."""
+    make().process(rows[:100])
+    parts = [rows[start : start + BLOCK] for start in range(0, len(rows), BLOCK)]
+    blocks = [np.divide(_each(make().process, parts), [len(part) for part in parts]) for _ in range(REPEATS)]
+    updates = np.array([_each(make().update, rows.tolist()) for _ in range(REPEATS)])
+    median, high = np.quantile(updates.min(axis=0), [0.5, 0.999])
+    block = np.median(np.min(blocks, axis=0))
+    return tuple(1e6 * float(value) for value in (block, median, high, np.quantile(updates[0], 0.999)))
+
+
+def _each(call: Callable, arguments) -> list[float]:
+    """Seconds of each call."""
+    spent = []
+    for argument in arguments:
+        began = time.perf_counter()
+        call(argument)
+        spent.append(time.perf_counter() - began)
+    return spent

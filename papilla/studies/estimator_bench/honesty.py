@@ -1,0 +1,146 @@
+"""How honest a method is on a scene: what it answers, how much of that is false, and whether its sigma holds the truth.
+
+A row is false where the method says "ok" and is off by more than 5 %, or where there is no line at all.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla.errors import InputError
+from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, RIVAL, Answer
+from papilla.studies.estimator_bench.scenes import SCENES, Scene
+
+WRONG = 0.05
+SETTLED_S, SETTLED_PERIODS, FROM_MM = 0.3, 2.0, 12.0
+"""Since the surface began: when a false answer weighs more, and from what path on answers are counted."""
+MOST_FALSE, MOST_FALSE_SETTLED, LEAST_COVERED, LEAST_ANSWERED = 0.02, 0.005, 0.9, 0.8
+MOST_RUNS_CLAIMED, BESIDE_BEST, TRUSTED = 0.01, 1.2, 0.05
+
+
+@dataclass(frozen=True)
+class Run:
+    """One method on one scene: relative errors (n,) (inf without an answer), errors over sigma, and rows that are ok,
+    settled, and counted (on `FROM_MM` of path since the surface began); when the first right answer came; the mean
+    square error over the bound (NaN where there is none); microseconds a sample."""
+
+    error: np.ndarray
+    over_sigma: np.ndarray
+    ok: np.ndarray
+    settled: np.ndarray
+    counted: np.ndarray
+    first_right_s: float
+    bound_square: float
+    us: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one scene over all runs; shares and errors are fractions.
+
+    answered : share of counted rows that are ok. claimed : share of runs with any such row. false, false_settled :
+    share of ok rows that are false, all and those after 0.3 s and two periods. median, over_5 : of the relative error
+    of all counted rows, ok or not, and the share of them that is wrong or has no answer. rms : of ok rows, 1 at most.
+    covered : share of ok rows within two sigma; over_sigma : RMS of their error over sigma. over_bound : RMS over the
+    Cramér-Rao bound of the path that is remembered. first_right_s : median time from where the surface begins. us :
+    microseconds a sample. faults : what misses its target, of the product alone.
+    """
+
+    scene: str
+    method: str
+    kind: str
+    answered: float
+    claimed: float
+    false: float
+    false_settled: float
+    median: float
+    over_5: float
+    rms: float
+    covered: float
+    over_sigma: float
+    over_bound: float
+    first_right_s: float
+    us: float
+    runs: int
+    faults: tuple[str, ...] = ()
+
+
+def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run:
+    """Compare an answer with the scene's truth."""
+    recipe = SCENES[made.name]
+    changes = np.flatnonzero(np.diff(made.wavelength_mm, prepend=math.nan) != 0) if recipe.lined else np.array([0])
+    began = changes[np.searchsorted(changes, np.arange(made.time_s.size), side="right") - 1]
+    since_s, since_mm = (column - column[began] for column in (made.time_s, made.travelled_mm))
+    off = [np.abs(answer.wavelength_mm - right) for right in (made.wavelength_mm, made.other_mm)]
+    nearest = np.nan_to_num(np.fmin(*off), nan=math.inf)
+    error = nearest / np.nan_to_num(made.wavelength_mm, nan=1.0)
+    right = np.flatnonzero((answer.ok & (error <= WRONG))[changes[-1] :])
+    square = math.nan
+    if path_mm is not None and recipe.clean:
+        try:
+            path = min(path_mm, 0.8 * made.travelled_mm[-1])
+            rows = made.judged() & (made.travelled_mm >= path) & answer.ok
+            square = float(np.mean(error[rows] ** 2)) / made.bound(path_mm=path) ** 2 if rows.any() else math.nan
+        except InputError:
+            square = math.nan  # Too short a scene for a window that is judged
+    with np.errstate(invalid="ignore"):
+        over_sigma = np.nan_to_num(nearest / answer.sigma_mm, nan=math.inf).clip(max=1e9)
+    settled = (since_s > SETTLED_S) & (since_mm > SETTLED_PERIODS * np.nan_to_num(made.wavelength_mm))
+    first = right[0] / made.sample_rate_Hz if right.size else math.inf
+    return Run(error, over_sigma, answer.ok, settled, since_mm > FROM_MM, float(first), square, us)
+
+
+def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
+    """What the runs of a method on a scene come to."""
+    error, over_sigma, ok, settled, counted = (
+        np.concatenate([getattr(run, name) for run in runs])
+        for name in ("error", "over_sigma", "ok", "settled", "counted")
+    )
+    squares = [run.bound_square for run in runs if run.bound_square == run.bound_square]
+    found = error[counted] if SCENES[scene].lined else np.zeros(0)
+    return Row(
+        scene,
+        method,
+        METHODS[method].kind,
+        answered=_share(ok, counted),
+        claimed=float(np.mean([(run.ok & run.counted).any() for run in runs])),
+        false=_share(error > WRONG, ok),
+        false_settled=_share(error > WRONG, ok & settled),
+        median=float(np.quantile(found, 0.5, method="lower")) if found.size else math.nan,
+        over_5=float(np.mean(found > WRONG)) if found.size else math.nan,
+        rms=math.sqrt(np.mean(np.minimum(error[ok], 1) ** 2)) if ok.any() else math.nan,
+        covered=_share(over_sigma <= 2, ok),
+        over_sigma=math.sqrt(np.mean(over_sigma[ok] ** 2)) if ok.any() else math.nan,
+        over_bound=math.sqrt(np.mean(squares)) if squares else math.nan,
+        first_right_s=float(np.quantile([run.first_right_s for run in runs], 0.5, method="lower")),
+        us=float(np.median([run.us for run in runs])),
+        runs=len(runs),
+    )
+
+
+def _share(what, among) -> float:
+    return float(np.mean(what[among])) if among.any() else math.nan
+
+
+def faults(row: Row, beside: Sequence[Row]) -> tuple[str, ...]:
+    """What of a row of the product misses its target, `beside` the other methods on the same scene."""
+    if row.kind != PRODUCT:
+        return ()
+    if not SCENES[row.scene].lined:
+        return _missed([("runs with an answer", row.claimed, MOST_RUNS_CLAIMED)])
+    rivals = [other for other in beside if other.kind == RIVAL]
+    wanted = [("false", row.false, MOST_FALSE), ("false when settled", row.false_settled, MOST_FALSE_SETTLED),
+              ("outside two sigma", 1 - row.covered, 1 - LEAST_COVERED)]  # fmt: skip
+    if any(other.over_5 <= TRUSTED for other in rivals if other.method in ("STFT over the path", "periodogram")):
+        wanted.append(("unanswered", 1 - row.answered, 1 - LEAST_ANSWERED))
+    for name in ("median", "over_5") if rivals else ():
+        best = min(getattr(other, name) for other in rivals)
+        allowed = max(BESIDE_BEST * best, MOST_FALSE_SETTLED if name == "over_5" else 0.0)
+        wanted.append((name.replace("_5", " 5 %"), getattr(row, name), allowed))
+    return _missed(wanted)
+
+
+def _missed(wanted: list[tuple[str, float, float]]) -> tuple[str, ...]:
+    return tuple(f"{name} {100 * value:.3g} > {100 * most:.2g} %" for name, value, most in wanted if value > most)

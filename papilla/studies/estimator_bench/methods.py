@@ -1,0 +1,106 @@
+"""The methods that are compared, by name: each takes times, readings and velocity, and tells wavelength, sigma, ok."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla.errors import InputError
+from papilla.estimators import ChirpTracker, Pipeline
+from papilla.estimators.published.roughness import (
+    ImpulseDensity,
+    ImpulseInterval,
+    Okamoto,
+    ShortTimeSpectrum,
+    ZeroCrossing,
+)
+from papilla.studies.estimator_bench import rivals
+
+PRODUCT, VARIANT, RIVAL, PUBLISHED = "product", "product, told more or less", "rival", "published"
+
+
+class Answer(NamedTuple):
+    """Of n samples: wavelength_mm and sigma_mm (NaN where there is none), and ok, whether it says they may be used."""
+
+    wavelength_mm: np.ndarray
+    sigma_mm: np.ndarray
+    ok: np.ndarray
+
+
+@dataclass(frozen=True)
+class Method:
+    """run(time_s (n,), readings (n, g), velocity_mm_s (n,)) -> `Answer`; kind : of `PRODUCT` ... `PUBLISHED`.
+
+    path_mm : the path that it remembers, None where that is no path.
+    """
+
+    kind: str
+    run: Callable[..., Answer]
+    path_mm: float | None = None
+
+
+def _pipeline(time, readings, velocity, **path) -> Answer:
+    columns = ("velocity_mm_s",)
+    pipeline = Pipeline(None, gauges=readings.shape[1], columns=columns, sample_rate_Hz=_rate(time), **path)
+    found = pipeline.process(np.column_stack([time, readings, velocity]))
+    ok = np.array([words.startswith("ok") for words in found.wavelength_status])
+    return Answer(np.asarray(found.wavelength_mm), np.asarray(found.wavelength_sigma_mm), ok)
+
+
+def _blind(time, readings, velocity) -> Answer:
+    found = ChirpTracker(sample_rate_Hz=_rate(time)).process(np.column_stack([readings[:, 0], velocity]))
+    ok = np.array([words.startswith("ok") for words in found.sentence])
+    return Answer(np.asarray(found.wavelength_mm), np.asarray(found.wavelength_sigma_mm), ok)
+
+
+def _rival(run, time, readings, velocity) -> Answer:
+    return Answer(*run(time, readings[:, 0], velocity))
+
+
+def _published(kind, time, readings, velocity) -> Answer:
+    found = kind(variant="as_printed", sample_rate_Hz=_rate(time)).process(np.column_stack([readings[:, 0], velocity]))
+    ok = np.array([words.startswith("ok") for words in found.sentence])
+    return Answer(found.wavelength_mm, np.full(time.size, np.nan), ok)
+
+
+def _rate(time) -> float:
+    return round((time.size - 1) / float(time[-1] - time[0]), 6)
+
+
+def _over_path(look, path_mm: float) -> Method:
+    return Method(RIVAL, partial(_rival, partial(rivals.hopping, look, path_mm)), path_mm)
+
+
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {
+        "pipeline": Method(PRODUCT, _pipeline, rivals.LONG_MM),
+        "exact scale": Method(VARIANT, partial(_pipeline, scale_sigma=0.0), rivals.LONG_MM),
+        "no velocity": Method(VARIANT, _blind),
+        "STFT over the path": _over_path(partial(rivals.strongest, tapered=True), rivals.SHORT_MM),
+        "periodogram": _over_path(partial(rivals.strongest, tapered=False), rivals.LONG_MM),
+        "MUSIC": _over_path(rivals.music, rivals.SHORT_MM),
+        "seeded EKF": Method(RIVAL, partial(_rival, rivals.seeded_filter)),
+        "impulse density (2006)": Method(PUBLISHED, partial(_published, ImpulseDensity)),
+        "impulse interval (2006)": Method(PUBLISHED, partial(_published, ImpulseInterval)),
+        "STFT 200 ms (2006)": Method(PUBLISHED, partial(_published, ShortTimeSpectrum)),
+        "zero crossing (2007)": Method(PUBLISHED, partial(_published, ZeroCrossing)),
+        "STFT 32 ms (2011)": Method(PUBLISHED, partial(_published, Okamoto)),
+    }
+)
+"""Every method by its name. "exact scale" is the pipeline that is told that the velocity has no error of its scale, so
+that its sigma is of the line alone; "no velocity" takes the velocity for the wavelength alone. The published ones are
+as printed, and say "ok" whenever they answer."""
+
+
+def chosen(kind: str, names, known) -> list[str]:
+    """Those of the `known` names that contain one of `names`, all where there are none.
+
+    Raises `InputError` for a name that fits none; kind : what they name, for its message.
+    """
+    for name in names:
+        if not any(name.lower() in own.lower() for own in known):
+            raise InputError(f"no {kind} is called {name!r}, there are: {'; '.join(known)}")
+    return [own for own in known if not names or any(name.lower() in own.lower() for name in names)]

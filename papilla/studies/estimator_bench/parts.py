@@ -1,0 +1,270 @@
+"""What scenes are made of: motions, surfaces and disturbances, each a small function that changes a draft.
+
+Every parameter stands here as tuning sees it; claims draw each about that value.
+"""
+
+import math
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from papilla import checks
+
+HARMONICS = 9
+ENTRY_RAMP, EXIT_RAMP = 0.08, 0.15
+"""Widths of the two flanks of the grating's trapezoid, as fractions of the wavelength."""
+SKIN_KERNEL_MM = 0.1
+"""Standard deviation of the Gaussian through which the skin feels the profile."""
+PASS_BAND = 0.4
+"""Harmonics above this fraction of the sampling rate are removed, as an amplifier's anti-aliasing filter does."""
+
+
+@dataclass(eq=False)
+class Draft:
+    """A scene while it is made: what motions, surfaces and disturbances read and change.
+
+    rng : of everything random. drawn : whether parameters are. offsets_mm (g,) : of the gauges; asked_mm : the
+    wavelength. velocity, position (n,) : of the finger in mm/s and mm; skin (n,) : where its skin is; known (n,) : the
+    velocity as it is told. texture (n, g) : what the surface gives, AC power 1; added (n,) : what else there is.
+    wavelength (n,) : truth in mm, NaN where there is no line; other_mm : a second right one.
+    """
+
+    rng: np.random.Generator
+    drawn: bool
+    rate_Hz: float
+    time_s: np.ndarray
+    offsets_mm: np.ndarray
+    asked_mm: float
+    other_mm: float = math.nan
+    velocity: np.ndarray = field(init=False)
+    position: np.ndarray = field(init=False)
+    skin: np.ndarray = field(init=False)
+    known: np.ndarray = field(init=False)
+    texture: np.ndarray = field(init=False)
+    wavelength: np.ndarray = field(init=False)
+    added: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        self.added = np.zeros(self.time_s.size)
+
+    def about(self, value: float, factor: float = 1.5) -> float:
+        """A parameter: the value itself for tuning, drawn within this factor of it for claims."""
+        return value * factor ** self.rng.uniform(-1, 1) if self.drawn else value
+
+    def phase(self) -> float:
+        """Any angle in rad."""
+        return self.rng.uniform(0, 2 * math.pi)
+
+    def moves(self, velocity, position) -> None:
+        """Set what the finger does."""
+        self.velocity, self.position, self.skin, self.known = velocity, position, position, velocity
+
+    def everywhere(self, wavelength_mm: float) -> np.ndarray:
+        """(n,) this wavelength all along."""
+        return np.full(self.time_s.size, wavelength_mm)
+
+
+# ---- Motions
+
+
+def constant(draft: Draft, speed_mm_s: float = 100.0) -> None:
+    """A constant speed within 3 %: just 100 mm/s makes whole numbers of samples a period."""
+    speed = draft.about(speed_mm_s) * (1 + draft.rng.uniform(-0.03, 0.03))
+    draft.moves(np.full(draft.time_s.size, speed), speed * draft.time_s)
+
+
+def strokes(draft: Draft, peak_mm_s: float = 100.0, rate_Hz: float = 1.0) -> None:
+    """To and fro, a sine."""
+    peak, omega = draft.about(peak_mm_s, 1.3), 2 * math.pi * draft.about(rate_Hz, 1.3)
+    draft.moves(peak * np.sin(omega * draft.time_s), peak / omega * (1 - np.cos(omega * draft.time_s)))
+
+
+def hand(draft: Draft) -> None:
+    """Strokes of uneven length and speed, as a hand makes them: two sines of a period that wanders."""
+    beat = 2 * math.pi * draft.about(0.9, 1.2) * draft.time_s + 0.6 * np.sin(1.7 * draft.time_s + draft.phase())
+    place = 18 * (1 - np.cos(beat)) + 5 * np.sin(2.3 * draft.time_s + draft.phase())
+    draft.moves(np.gradient(place, 1 / draft.rate_Hz), place)
+
+
+# ---- The skin, before it feels the surface
+
+
+def play(draft: Draft, lag_mm: float = 0.3, relaxation_mm: float = 0.5) -> None:
+    """The skin trails the finger and turns over after each reversal."""
+    draft.skin = sheared(draft.skin, draft.about(lag_mm), relaxation_mm)
+
+
+def sheared(position, lag_mm: float = 0.3, relaxation_mm: float = 0.5):
+    """(n,) place of the skin in mm: it trails the finger by `lag_mm`, turning over in `relaxation_mm` of sliding."""
+    steps = np.diff(position, prepend=position[0])
+    lag, trail = lag_mm, np.empty(position.size)
+    for row, step in enumerate(steps):
+        lag += (math.copysign(lag_mm, step) - lag) * -math.expm1(-abs(step) / relaxation_mm)
+        trail[row] = lag
+    return position - trail
+
+
+def anywhere(draft: Draft) -> None:
+    """The surface begins at a random place."""
+    draft.skin = draft.skin + draft.rng.uniform(0, 60)
+
+
+# ---- Surfaces
+
+
+@lru_cache(maxsize=64)
+def profile_amplitudes(wavelength_mm: float, duty: float = 0.5, skin_mm: float = SKIN_KERNEL_MM) -> np.ndarray:
+    """(HARMONICS,) complex Fourier amplitudes of the felt grating, AC power 1; duty: ridge over wavelength."""
+    wavelength = checks.positive("wavelength (mm)", wavelength_mm)
+    # Sum of four ramps: the Fourier integral of a piecewise linear period is exact from its corners.
+    corners = np.array([0.0, ENTRY_RAMP, duty, duty + EXIT_RAMP])
+    slopes = np.array([1 / ENTRY_RAMP, 0.0, -1 / EXIT_RAMP, 0.0])
+    turns = 2 * math.pi * np.arange(1, HARMONICS + 1)
+    bends = np.diff(slopes, prepend=slopes[-1])
+    coefficients = -2 * (np.exp(1j * np.outer(turns, corners)) @ bends) / turns**2
+    felt = coefficients * np.exp(-0.5 * (turns * skin_mm / wavelength) ** 2)
+    return _of_power_one(felt)
+
+
+def _of_power_one(amplitudes):
+    amplitudes = amplitudes * math.sqrt(2 / np.sum(np.abs(amplitudes) ** 2))
+    amplitudes.flags.writeable = False
+    return amplitudes
+
+
+def _felt(draft: Draft, wavelength: float, amplitudes, rows=slice(None)) -> np.ndarray:
+    """(m, g) what the gauges feel of a grating in these rows, anti-aliased."""
+    order = np.arange(1, HARMONICS + 1)
+    present = np.abs(draft.velocity[rows, None]) * order / wavelength < PASS_BAND * draft.rate_Hz
+    turns = 2 * math.pi * (draft.skin[rows, None] + draft.offsets_mm) / wavelength
+    waves = np.exp(-1j * turns[:, :, None] * order) * present[:, None, :]
+    return np.real(waves @ amplitudes)
+
+
+def grating(
+    draft: Draft, *, duty: float = 0.5, skin_mm: float = SKIN_KERNEL_MM, missing: int = 0, times: float = 1.0
+) -> None:
+    """A grating: groove = ridge unless `duty` says otherwise, `times` the wavelength asked for, without its first
+    `missing` harmonics."""
+    wavelength = times * draft.asked_mm
+    amplitudes = profile_amplitudes(wavelength, duty, skin_mm)
+    if missing:
+        amplitudes = _of_power_one(amplitudes * (np.arange(HARMONICS) >= missing))
+    draft.texture, draft.wavelength = _felt(draft, wavelength, amplitudes), draft.everywhere(wavelength)
+
+
+def out_of_range(draft: Draft, wavelength_mm: float = 12.0) -> None:
+    """A grating of twice the longest wavelength that is looked for: any answer is false."""
+    grating(draft, times=draft.about(wavelength_mm, 1.2) / draft.asked_mm)
+    draft.wavelength = draft.everywhere(math.nan)
+
+
+def step(draft: Draft, to_mm: float | None = None, at_s: float | None = None) -> None:
+    """A grating whose wavelength changes on the way: to the far end of 0.6-4 mm where nothing else is said."""
+    grating(draft)
+    after = draft.time_s >= (0.5 * draft.time_s[-1] if at_s is None else at_s)
+    wavelength = checks.positive("step_to_mm", to_mm or (4.0 if draft.asked_mm < 1.5 else 0.7))
+    draft.wavelength[after] = wavelength
+    draft.texture[after] = _felt(draft, wavelength, profile_amplitudes(wavelength), after)
+
+
+def two_lines(draft: Draft, ratio: float = 0.62) -> None:
+    """Two gratings of the same power on each other: either answer is right."""
+    second = draft.about(ratio, 1.1) * draft.asked_mm
+    grating(draft)
+    draft.texture = (draft.texture + _felt(draft, second, profile_amplitudes(second))) / math.sqrt(2)
+    draft.other_mm = second
+
+
+def rough(draft: Draft, skin_mm: float = 0.15, slope: float = 0.0) -> None:
+    """A rough surface without a line, felt through a Gaussian skin: amplitudes fall with the wavenumber to `-slope`."""
+    spacing, reach = 0.01, draft.skin[:, None] + draft.offsets_mm
+    count = 2 * math.ceil((np.ptp(reach) / spacing + 8000) / 2)
+    spectrum = np.fft.rfft(draft.rng.normal(size=count))
+    spectrum *= np.maximum(np.fft.rfftfreq(count, spacing), 1 / 30) ** -slope
+    surface = gaussian_filter1d(np.fft.irfft(spectrum, count), draft.about(skin_mm, 2.0) / spacing)
+    felt = np.interp(reach - reach.min() + 20, np.arange(count) * spacing, surface - surface.mean())
+    draft.texture, draft.wavelength = felt / felt.std(), draft.everywhere(math.nan)
+
+
+def smooth(draft: Draft) -> None:
+    """A smooth surface: no texture."""
+    draft.texture = np.zeros((draft.time_s.size, draft.offsets_mm.size))
+    draft.wavelength = draft.everywhere(math.nan)
+
+
+# ---- Disturbances
+
+
+def hum(draft: Draft, rms: float = 2.0, mains_Hz: float = 50.0) -> None:
+    """The mains at so many times the texture's RMS, with a quarter of its third harmonic."""
+    mains = draft.rng.choice([50.0, 60.0]) if draft.drawn else mains_Hz
+    turns = 2 * math.pi * mains * draft.time_s + draft.phase()
+    draft.added += draft.about(rms) * math.sqrt(2) * (np.sin(turns) + 0.25 * np.sin(3 * turns))
+
+
+def stick_slip(draft: Draft, slip_mm: float = 1.5, scatter: float = 0.3, rms: float = 1.0) -> None:
+    """A saw tooth over the path, each tooth of its own length: lognormal, of this relative scatter."""
+    travelled = np.cumsum(np.abs(np.diff(draft.position, prepend=draft.position[0])))
+    mean, spread = draft.about(slip_mm), draft.about(scatter)
+    teeth = np.cumsum(mean * np.exp(spread * draft.rng.normal(size=math.ceil(3 * travelled[-1] / mean) + 99)))
+    place = np.interp(travelled, np.concatenate([[0.0], teeth]), np.arange(teeth.size + 1.0)) % 1
+    draft.added += rms * math.sqrt(12) * (place - 0.5) * np.sign(draft.velocity)
+
+
+def drift(draft: Draft, size: float = 2.0) -> None:
+    """A slow baseline."""
+    draft.added += size * np.sin(2 * math.pi * draft.about(0.3) * draft.time_s + draft.phase())
+
+
+def steps(draft: Draft, smallest: float = 1.5, largest: float = 4.0) -> None:
+    """Pressing steps every 0.7 s with ramps of 20 ms."""
+    for start in np.arange(0.35, draft.time_s[-1], draft.about(0.7)):
+        size = draft.rng.uniform(smallest, largest) * draft.rng.choice([-1, 1])
+        draft.added += size * np.clip((draft.time_s - start) / 0.02, 0, 1)
+
+
+def fading(draft: Draft, depth: float = 0.4) -> None:
+    """The texture's amplitude drifts."""
+    swell = np.sin(2 * math.pi * draft.about(0.37) * draft.time_s + draft.phase())
+    draft.texture *= (1 + depth * swell)[:, None]
+
+
+def friction(draft: Draft, size: float = 3.0) -> None:
+    """Friction that turns with the velocity."""
+    draft.added += draft.about(size) * np.tanh(draft.velocity / 5)
+
+
+def force(draft: Draft, size: float = 6.0, depth: float = 0.3) -> None:
+    """A pressing force that wavers below 3 Hz: it shows in the gauge, and the texture's amplitude follows it."""
+    waver = gaussian_filter1d(draft.rng.normal(size=draft.time_s.size + 1000), 0.1 * draft.rate_Hz)[500:-500]
+    waver = waver / waver.std()
+    draft.texture *= np.clip(1 + depth * waver, 0.1, None)[:, None]
+    draft.added += draft.about(size) * waver
+
+
+def late(draft: Draft, ms: float) -> None:
+    """The encoder is late; the oldest velocity is repeated."""
+    samples = max(round(draft.about(ms, 1.3) * draft.rate_Hz / 1000), 1)
+    draft.known = np.concatenate([np.full(samples, draft.known[0]), draft.known[:-samples]])
+
+
+def scaled(draft: Draft, percent: float) -> None:
+    """The velocity's scale is off by so much; for claims by two thirds of it at least, to either side."""
+    off = draft.rng.choice([-1, 1]) * 1.5 ** -draft.rng.uniform() if draft.drawn else 1.0
+    draft.known = draft.known * (1 + off * percent / 100)
+
+
+def counted(draft: Draft, count_mm: float = 0.05) -> None:
+    """The velocity is the difference of an encoder's counts."""
+    count = draft.about(count_mm)
+    counts = np.floor(draft.position / count)
+    draft.known = np.diff(counts, prepend=counts[0]) * count * draft.rate_Hz
+
+
+def dropped(draft: Draft, every_s: float = 0.4, length_s: float = 0.01) -> None:
+    """Bursts of missing readings."""
+    gone = (draft.time_s + draft.rng.uniform(0, every_s)) % draft.about(every_s) < draft.about(length_s)
+    draft.added += np.where(gone, np.nan, 0.0)

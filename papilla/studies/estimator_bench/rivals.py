@@ -1,0 +1,125 @@
+"""What else finds a wavelength along a known path: spectra over the path, MUSIC, and a seeded extended Kalman filter.
+
+Each is told the velocity, looks for 0.4-6 mm as the product does, and says "ok" by the textbook's rule for it.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+LOW_MM, HIGH_MM = 0.4, 6.0
+GRID_MM = LOW_MM / 8
+SHORT_MM, LONG_MM, LEAST_MM = 24.0, 96.0, 12.0
+"""Path of a short and of a long window (the long one is the product's memory), and the least of it for an answer."""
+HOP_MM = 2.0
+FALSE_ALARM = 1e-4
+ORDER, SOURCES = 60, 6
+"""Of MUSIC: samples of a snapshot, and complex waves in the signal (three lines)."""
+DECIMATED = 2
+_NOTHING = (math.nan, math.nan, False)
+
+
+def hopping(look: Callable, path_mm: float, time, reading, velocity):
+    """Wavelength, sigma and ok (n,) of `look(place, reading)` at every 2 mm of path, held in between."""
+    place = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))])
+    travelled = np.cumsum(np.abs(np.diff(place, prepend=0.0)))
+    found = np.full((3, time.size), np.nan)
+    known = np.isfinite(reading)
+    hops = np.searchsorted(travelled, np.arange(LEAST_MM, travelled[-1], HOP_MM)).tolist()
+    for end, after in zip(hops, [*hops[1:], time.size], strict=True):
+        rows = np.arange(np.searchsorted(travelled, travelled[end] - path_mm), end)
+        rows = rows[known[rows]]
+        found[:, end:after] = np.reshape(look(place[rows], reading[rows]), (3, 1))
+    return found[0], found[1], found[2] == 1
+
+
+def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
+    """Wavelength, sigma in mm and ok of the greatest line of a spectrum over the path, Hann or plain.
+
+    ok: noise of the median's level reaches it more rarely than `FALSE_ALARM` in all places together. sigma: Rife &
+    Boorstyn (1974), doi:10.1109/TIT.1974.1055282, twice that under the taper.
+    """
+    weight = np.abs(np.gradient(place))
+    if tapered:
+        weight = weight * np.sin(np.pi * (np.arange(place.size) + 0.5) / place.size) ** 2
+    centred = weight * (reading - np.average(reading, weights=weight + 1e-300))
+    cell = np.round((place - place.min()) / GRID_MM).astype(int)
+    span = GRID_MM * (int(cell.max()) + 1)
+    length = 1 << math.ceil(math.log2(8 * max(span, LEAST_MM) / GRID_MM))
+    power = np.abs(np.fft.rfft(np.bincount(cell, centred), length)) ** 2
+    step = 1 / (length * GRID_MM)
+    inside = np.arange(math.ceil(1 / HIGH_MM / step), int(1 / LOW_MM / step))
+    top = int(inside[np.argmax(power[inside])])
+    over = math.log(2) * power[top] / max(float(np.median(power[inside])), 1e-300)
+    wavenumber = (top + _vertex(np.log(power[top - 1 : top + 2] + 1e-300))) * step
+    sigma = (2 if tapered else 1) * math.sqrt(1.5 / over) / (math.pi * span) / wavenumber**2
+    places = span * (1 / LOW_MM - 1 / HIGH_MM)
+    return 1 / wavenumber, sigma, bool(over > math.log(places / FALSE_ALARM))
+
+
+def _vertex(three) -> float:
+    """Where the parabola through three values has its vertex, in steps from the middle."""
+    left, middle, right = three
+    bend = left - 2 * middle + right
+    return float(0.5 * (left - right) / bend) if bend < 0 else 0.0
+
+
+def music(place, reading) -> tuple[float, float, bool]:
+    """The greatest peak of MUSIC's pseudo-spectrum over the last stroke, on an even grid of the path.
+
+    ok: the signal's eigenvalues stand ten times over the noise's. Source: Schmidt (1986), doi:10.1109/TAP.1986.1143830.
+    """
+    turns = np.flatnonzero(np.diff(place)[1:] * np.diff(place)[:-1] < 0)
+    first = int(turns[-1]) + 2 if turns.size else 0
+    place, reading = place[first:], reading[first:]
+    spacing = DECIMATED * GRID_MM
+    if place.size < 2 or np.ptp(place) < LEAST_MM:
+        return _NOTHING
+    order = np.argsort(place, kind="stable")
+    grid = np.arange(place.min(), place.max(), spacing)
+    even = np.interp(grid, place[order], reading[order])
+    snapshots = np.lib.stride_tricks.sliding_window_view(even - even.mean(), ORDER)
+    covariance = snapshots.T @ snapshots / len(snapshots)
+    values, vectors = np.linalg.eigh(covariance + covariance[::-1, ::-1])
+    k = np.linspace(1 / HIGH_MM, 1 / LOW_MM, 1200)
+    steering = np.exp(-2j * np.pi * np.outer(k * spacing, np.arange(ORDER)))
+    log_pseudo = -np.log(np.sum(np.abs(steering @ vectors[:, :-SOURCES]) ** 2, axis=1) + 1e-300)
+    top = 1 + int(np.argmax(log_pseudo[1:-1]))
+    wavenumber = k[top] + _vertex(log_pseudo[top - 1 : top + 2]) * (k[1] - k[0])
+    over = values[-1] / max(float(np.median(values[:-SOURCES])), 1e-300)
+    sigma = math.sqrt(1.5 / (over * len(snapshots) / ORDER)) / (math.pi * (grid[-1] - grid[0])) / wavenumber**2
+    return 1 / wavenumber, sigma, bool(over > 10)
+
+
+def seeded_filter(time, reading, velocity):
+    """Wavelength, sigma and ok (n,) of an extended Kalman filter along the path, seeded once by the short spectrum.
+
+    State: phase, wavenumber, offset and the amplitudes of two harmonics; ok: sigma below 2 % of the wavelength.
+    """
+    seeded, _, sure = hopping(partial(strongest, tapered=True), SHORT_MM, time, reading, velocity)
+    begin = int(np.argmax(sure)) if sure.any() else time.size
+    found = np.full((2, time.size), np.nan)
+    if begin == time.size:
+        return *found, np.zeros(time.size, bool)
+    noise = 1.4826 * np.nanmedian(np.abs(np.diff(reading))) / math.sqrt(2)
+    size = float(np.nanstd(reading[:begin]))
+    x = np.array([0.0, 2 * np.pi / seeded[begin], np.nanmean(reading[:begin]), size, 0.0, 0.0])
+    P = np.diag([np.pi**2 / 3, (0.01 * x[1]) ** 2, size**2, size**2, size**2, size**2])
+    for row in range(begin, time.size):
+        step = 0.5 * (velocity[row] + velocity[row - 1]) * (time[row] - time[row - 1])
+        F = np.eye(6)
+        F[0, 1] = step
+        x = F @ x
+        P = F @ P @ F.T + np.diag([0.0, 1e-9 * x[1] ** 2, 1e-4 * size**2, *3 * [1e-6 * size**2]]) * abs(step)
+        if np.isfinite(reading[row]):
+            c1, c2, s2 = math.cos(x[0]), math.cos(2 * x[0]), math.sin(2 * x[0])
+            slope = -x[3] * math.sin(x[0]) - 2 * x[4] * s2 + 2 * x[5] * c2
+            H = np.array([slope, 0.0, 1.0, c1, c2, s2])
+            S = H @ P @ H + noise**2
+            K = P @ H / S
+            x = x + K * (reading[row] - x[2] - x[3] * c1 - x[4] * c2 - x[5] * s2)
+            P = P - np.outer(K, H @ P)
+        found[:, row] = 2 * np.pi / abs(x[1]), 2 * np.pi * math.sqrt(max(P[1, 1], 0.0)) / x[1] ** 2
+    return *found, found[1] < 0.02 * found[0]

@@ -1,0 +1,230 @@
+"""Touches of a specimen with the calibrated finger, each with one thing that no calibration holds, and who feels what.
+
+A touch begins in the air, presses and lets go a little; readings are finite-element presses of the default design, on
+the calibration's mesh unless the touch says otherwise. Noise is the same for all estimators.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.errors import InputError
+from papilla.estimators import GaugeSoftness, Pipeline, Softness
+from papilla.fem import prepare, press
+from papilla.finger import Finger
+from papilla.references.softness_bound import modulus_bound
+from papilla.specimen import THICKNESS_MM, Block
+
+MODULI_MPA = (0.05, 0.72)
+GAUGE_SIGMA, FORCE_SIGMA_N = 20.0, 0.002
+NOISE: dict[str, Any] = {"gauge_sigma": GAUGE_SIGMA, "force_sigma_N": FORCE_SIGMA_N}
+AIR, TOUCHED, PRESSES = 100, 300, 31
+LIGHT_N, FIRM_N = 0.15, 0.9
+RATE_HZ = 1000.0
+FALSE_SIGMAS, WRONG = 3.0, 0.05
+"""False confident: "ok" by more than so many sigmas, and by more than this share of the modulus."""
+UNSEEN_VARIANT = 5
+"""Calibrations take their mesh scatter from variants 1 to 4."""
+Disturbance = Callable[[np.random.Generator, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def creep(rng, readings, force, share: float = 0.03):
+    """Readings go on growing under load, by so much of them at the end."""
+    return readings * (1 + share * -np.expm1(-np.cumsum(force > 0) / (TOUCHED / 3)))[:, None], force
+
+
+def gauge_gain(rng, readings, force, sigma: float = 0.03):
+    """Each gauge has a gain of its own."""
+    return readings * (1 + sigma * rng.normal(size=readings.shape[1])), force
+
+
+def zero_drift(rng, readings, force, sigma: float = 200.0):
+    """Each gauge has a zero of its own (microstrain), in the air already."""
+    return readings + sigma * rng.normal(size=readings.shape[1]), force
+
+
+def force_gain(rng, readings, force, sigma: float = 0.02):
+    """The force sensor has a gain of its own."""
+    return readings, force * (1 + sigma * rng.normal())
+
+
+class Touch(NamedTuple):
+    """Where a touch is (mm), the specimen's thickness in mm, the number of the mesh, and what is not as calibrated."""
+
+    at: tuple[float, float] = (0.0, 0.0)
+    thickness_mm: float = THICKNESS_MM
+    variant: int = 0
+    disturbances: tuple[Disturbance, ...] = ()
+
+
+TOUCHES: Mapping[str, Touch] = MappingProxyType(
+    {
+        "nothing": Touch(),
+        "unseen mesh": Touch(variant=UNSEEN_VARIANT),
+        "1 mm beside the apex in x": Touch(at=(1.0, 0.0)),
+        "1 mm beside the apex in y": Touch(at=(0.0, 1.0)),
+        "block of 3 mm": Touch(thickness_mm=3.0),
+        "creep of 3 %": Touch(disturbances=(creep,)),
+        "gauge gain 3 %": Touch(disturbances=(gauge_gain,)),
+        "zero drift 200 µε": Touch(disturbances=(zero_drift,)),
+        "force gain 2 %": Touch(disturbances=(force_gain,)),
+        "all of them at 1 mm in y": Touch(at=(0.0, 1.0), disturbances=(creep, gauge_gain, zero_drift, force_gain)),
+    }
+)
+"""Every touch by what disturbs it."""
+EXACT = "noise alone"
+"""The touch whose readings are the calibration's own, which is then taken as exact: there the bound is the noise's."""
+
+
+@dataclass(frozen=True)
+class TouchRow:
+    """One estimator on one touch over all trials, each of another modulus; errors are of ln E at the end of the touch.
+
+    answered : share of trials that end in "ok". median, rms : of the error of these. covered : share of them within two
+    sigma; false_confident : of all trials, "ok" and off by more than three sigma and 5 %. over_sigma : RMS of error
+    over sigma. over_bound : RMS of error over the Cramér-Rao bound of each trial, where the readings are the
+    calibration's.
+    """
+
+    touch: str
+    method: str
+    answered: float
+    median: float
+    rms: float
+    covered: float
+    false_confident: float
+    over_sigma: float
+    over_bound: float
+    trials: int
+
+
+def _by_pipeline(calibration: Calibration, block) -> tuple[float, float, bool]:
+    gauges = [gauge.name for gauge in calibration.gauges]
+    pipeline = Pipeline(calibration, gauges=gauges, columns=("force_N",), sample_rate_Hz=RATE_HZ, **NOISE)
+    found = pipeline.process(np.column_stack([np.arange(len(block)) / RATE_HZ, block]))
+    modulus, sigma = np.asarray(found.modulus_MPa)[-1], np.asarray(found.modulus_sigma_MPa)[-1]
+    return modulus, sigma, bool(np.isfinite(modulus))
+
+
+def _by_estimator(kind, calibration: Calibration, block) -> tuple[float, float, bool]:
+    found = kind(calibration, **NOISE).process(block)
+    return found.modulus_MPa[-1], found.modulus_sigma_MPa[-1], int(found.status[-1]) == SoftnessStatus.OK
+
+
+METHODS: Mapping[str, Callable] = MappingProxyType(
+    {
+        "pipeline": _by_pipeline,
+        "all gauges": partial(_by_estimator, GaugeSoftness),
+        "S_d alone": partial(_by_estimator, Softness),
+    }
+)
+"""Name -> (calibration, block (n, g + 1)) -> modulus and sigma in MPa at the end, and whether they may be used: the
+pipeline tells no modulus that may not."""
+
+
+def forces() -> np.ndarray:
+    """(AIR + TOUCHED,) force in N: none, then up to 0.9 and back to 0.6."""
+    steps = np.concatenate(
+        [np.linspace(0, PRESSES - 1, 2 * TOUCHED // 3), np.linspace(PRESSES - 1, 0.6 * PRESSES, TOUCHED // 3)]
+    )
+    return np.concatenate([np.zeros(AIR), np.linspace(LIGHT_N, FIRM_N, PRESSES)[np.round(steps).astype(int)]])
+
+
+def taken_as_exact(calibration: Calibration) -> Calibration:
+    """The calibration without any stated error: what is left is the noise."""
+
+    def sure(readout):
+        known = readout.uncertainty
+        return replace(readout, uncertainty=replace(known, fit_rms=0.0, fit_max=0.0, scatter=0.0 * known.scatter))
+
+    return replace(calibration, surface=sure(calibration.surface), gauges=tuple(map(sure, calibration.gauges)))
+
+
+def bound(calibration: Calibration, modulus: float, force, by_sd: bool) -> float:
+    """Cramér-Rao bound of ln E from the gauges, or S_d alone, at forces (n,), nothing but noise being in the way."""
+    predict, step = calibration.predict if by_sd else calibration.predict_readings, 1e-4
+    noise = GAUGE_SIGMA / math.sqrt(len(calibration.gauges)) if by_sd else GAUGE_SIGMA
+    along = [
+        (predict(force * (1 + df), modulus * (1 + dE)) - predict(force * (1 - df), modulus * (1 - dE))) / (2 * step)
+        for df, dE in ((0.0, step), (step, 0.0))
+    ]
+    by_modulus, by_ln_force = (slope.reshape(len(force), -1) for slope in along)
+    return modulus_bound(by_modulus, by_ln_force / force[:, None], noise, FORCE_SIGMA_N)
+
+
+def feel(
+    calibration: Calibration,
+    finger: Finger,
+    *,
+    touches=(EXACT, *TOUCHES),
+    methods=tuple(METHODS),
+    seeds=range(100, 140),
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> tuple[TouchRow, ...]:
+    """A row for each touch and method: one trial a seed, each of another modulus, 0.05-0.72 MPa.
+
+    calibration : of the finger; without gauges' surfaces it is refused. Raises what `prepare` and `press` raise, and
+    `InputError` for fewer than two trials.
+    """
+    if len(seeds) < 2:
+        raise InputError(f"trials must be at least 2, got {len(seeds)}")
+    rows = []
+    for number, name in enumerate(touches):
+        progress("softness", number, len(touches))
+        known = taken_as_exact(calibration) if name == EXACT else calibration
+        trials = [_trial(known, finger, name, seed) for seed in seeds]
+        for method in methods:
+            found = np.array([METHODS[method](known, block) for _, block in trials], float)
+            bounds = (
+                [bound(known, modulus, forces()[AIR:], method == "S_d alone") for modulus, _ in trials]
+                if (name == EXACT)
+                else [math.nan]
+            )
+            rows.append(_row(name, method, found, np.array([modulus for modulus, _ in trials]), np.array(bounds)))
+    return tuple(rows)
+
+
+def _trial(calibration: Calibration, finger: Finger, name: str, seed: int) -> tuple[float, np.ndarray]:
+    """A modulus in MPa, and a block (n, g + 1) of noisy readings and forces on a specimen of it."""
+    rng, force = np.random.default_rng(seed), forces()
+    modulus = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** rng.uniform()
+    readings = np.zeros((len(force), len(calibration.gauges)))
+    if name == EXACT:
+        readings[AIR:] = calibration.predict_readings(force[AIR:], modulus)
+    else:
+        touch = TOUCHES[name]
+        reduced = prepare(finger, variant=touch.variant, at=touch.at)
+        pressed, start = {}, None
+        for value in np.unique(force[AIR:]).tolist():
+            found = press(reduced, Block(modulus, touch.thickness_mm), force=value, start=start)
+            start, pressed[value] = found.active, found.reading
+        readings[AIR:] = [pressed[value] for value in force[AIR:].tolist()]
+        for disturb in touch.disturbances:
+            readings, force = disturb(rng, readings, force)
+    readings = readings + GAUGE_SIGMA * rng.normal(size=readings.shape)
+    return modulus, np.column_stack([readings, force + FORCE_SIGMA_N * rng.normal(size=len(force))])
+
+
+def _row(touch: str, method: str, found: np.ndarray, moduli: np.ndarray, bounds: np.ndarray) -> TouchRow:
+    ok = (found[:, 2] == 1) & np.isfinite(found).all(axis=1)
+    error = np.abs(np.log(found[ok, 0] / moduli[ok]))
+    over = error / (found[ok, 1] / found[ok, 0])
+    none = not ok.any()
+    return TouchRow(
+        touch,
+        method,
+        answered=float(ok.mean()),
+        median=math.nan if none else float(np.median(error)),
+        rms=math.nan if none else math.sqrt(np.mean(error**2)),
+        covered=math.nan if none else float(np.mean(over <= 2)),
+        false_confident=float(np.sum((over > FALSE_SIGMAS) & (error > WRONG)) / len(ok)),
+        over_sigma=math.nan if none else math.sqrt(np.mean(over**2)),
+        over_bound=math.nan if none or len(bounds) < len(ok) else math.sqrt(np.mean((error / bounds[ok]) ** 2)),
+        trials=len(ok),
+    )

@@ -1,0 +1,117 @@
+"""Touches of a made-up finger: the bound of the noise, what disturbances do, and rows of trials that are known."""
+
+import json
+import math
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+
+from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration.quadratic import Quadratic
+from papilla.errors import InputError
+from papilla.finger import Finger
+from papilla.studies.estimator_bench import touches
+
+FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    """Five gauges of a made-up finger, and S_d of their readings."""
+    known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, 0.002), 2.0, 4)
+    x, y = np.linspace(-3.2, 0.2, 13)[:, None], np.linspace(-4.1, 1.8, 23)[None, :]
+    soft = 1 / (1 + np.exp(y - math.log(0.1)))
+    tables = [
+        -17500 + 0 * (x + y),
+        (-29000 + 9500 * x) * (1 - 0.25 * soft),
+        54000 * np.exp(-0.47 * x) * (1 - 0.3 * soft),
+    ]
+    sd = SdSurface(
+        Surface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft), np.tile([0, 20], (10, 1)), np.full((10, 2), np.nan), known
+    )
+    own = replace(known, scatter=np.full(2, 100.0))
+    gauges = tuple(
+        GaugeSurface(f"g{number + 1}", Surface(FORCE, MODULUS, tables[table]), own)
+        for number, table in enumerate((0, 1, 2, 1, 0))
+    )
+    forward = Quadratic(np.array([-3.0, 500, -9000, 12000, 900]), np.ones(5), np.eye(5), 1.0, 2.0, (0.089, 0.72), 9.0)
+    return Calibration({"name": "", "sha256": ""}, {}, forward, forward.inverse, sd, gauges, {})
+
+
+def test_noise_alone_is_measured_against_its_bound(calibration):
+    steps = []
+    known = {"touches": (touches.EXACT,), "methods": ("all gauges", "S_d alone"), "seeds": range(100, 124)}
+    five, alone = touches.feel(calibration, Finger.default(), **known, progress=lambda *step: steps.append(step))
+    assert (five.method, alone.method) == known["methods"] and steps == [("softness", 0, 1)]
+    assert five.answered == 1 and five.trials == 24 and 0.6 < five.over_bound < 1.5
+    assert json.loads(json.dumps(asdict(five)))["touch"] == touches.EXACT
+    force = touches.forces()[touches.AIR :]
+    by_sd, by_gauges = (touches.bound(calibration, 0.1, force, by_sd) for by_sd in (True, False))
+    assert by_gauges < 0.5 * by_sd
+    assert touches.bound(calibration, 0.1, np.tile(force, 4), False) == pytest.approx(by_gauges / 2)
+
+
+def test_rows_of_known_trials():
+    moduli, bounds = np.full(4, 0.5), np.full(4, 0.01)
+    errors, ok = np.array([0.01, 0.3, 0.03, 0.5]), [1.0, 1.0, 1.0, 0.0]
+    found = np.column_stack([0.5 * np.exp(errors), 0.02 * 0.5 * np.exp(errors), ok])
+    row = touches._row("nothing", "x", found, moduli, bounds)
+    assert row.answered == 0.75 and row.covered == pytest.approx(2 / 3) and row.false_confident == 0.25
+    assert row.median == pytest.approx(0.03) and row.over_bound == pytest.approx(100 * row.rms)
+    assert row.over_sigma == pytest.approx(row.rms / 0.02)
+    near = np.column_stack([0.5 * np.exp(errors / 10), 0.001 * np.ones(4), ok])
+    assert touches._row("nothing", "x", near, moduli, np.array([math.nan])).false_confident == 0, "off by less than 5 %"
+    nothing = touches._row("nothing", "x", np.full((4, 3), np.nan), moduli, bounds)
+    assert nothing.answered == nothing.false_confident == 0 and math.isnan(nothing.covered)
+
+
+def test_a_touch_begins_in_the_air_and_lets_go():
+    force = touches.forces()
+    assert (force[: touches.AIR] == 0).all() and len(force) == touches.AIR + touches.TOUCHED
+    touched = force[touches.AIR :]
+    assert touched[0] == 0.15 and touched.max() == 0.9 and 0.5 < touched[-1] < 0.7
+
+
+@pytest.mark.parametrize(
+    "disturb, gauges, force",
+    [
+        (touches.creep, 0.03, 0),
+        (touches.gauge_gain, 0.03, 0),
+        (touches.zero_drift, 200 / 1000, 0),
+        (touches.force_gain, 0, 0.02),
+    ],
+)
+def test_disturbances_have_their_size(disturb, gauges, force):
+    """RMS over 400 seeds of the relative change at the end, of readings of 1000 microstrain."""
+    changes = []
+    for seed in range(400):
+        readings, felt = disturb(np.random.default_rng(seed), np.full((400, 5), 1000.0), touches.forces())
+        changes.append((readings[-1, 0] / 1000 - 1, felt[-1] / touches.forces()[-1] - 1))
+    assert np.sqrt(np.mean(np.square(changes), axis=0)) == pytest.approx([gauges, force], rel=0.15)
+
+
+def test_a_press_is_felt_where_and_on_what_the_touch_says(calibration, monkeypatch):
+    asked = []
+
+    class Pressed:
+        active, reading = None, np.arange(5.0)
+
+    monkeypatch.setattr(touches, "prepare", lambda finger, variant, at: (variant, at))
+    monkeypatch.setattr(touches, "press", lambda *scene, **rest: asked.append((scene, rest)) or Pressed())
+    modulus, block = touches._trial(calibration, Finger.default(), "block of 3 mm", 100)
+    touches._trial(calibration, Finger.default(), "1 mm beside the apex in y", 100)
+    (reduced, specimen), rest = asked[0]
+    assert reduced == (0, (0.0, 0.0)) and (specimen.modulus, specimen.thickness) == (modulus, 3.0)
+    assert (
+        rest["force"] == pytest.approx(0.15)
+        and asked[-1][0][0] == (0, (0.0, 1.0))
+        and len(asked) == 2 * touches.PRESSES
+    )
+    assert np.abs(block[: touches.AIR, :5].mean(axis=0)).max() < 10 and block[-1, 4] == pytest.approx(4, abs=80)
+    assert touches.MODULI_MPA[0] < modulus < touches.MODULI_MPA[1]
+
+
+def test_one_trial_is_refused(calibration):
+    with pytest.raises(InputError, match="trials must be at least 2, got 1"):
+        touches.feel(calibration, Finger.default(), seeds=(100,))
