@@ -11,8 +11,8 @@ import pytest
 
 from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus, Uncertainty
 from papilla.calibration.document import SCHEMA, checksum, to_document
-from papilla.calibration.quadratic import Quadratic
 from papilla.calibration.readouts import two_ended
+from papilla.calibration.record import Quadratic
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
 

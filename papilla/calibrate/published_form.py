@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from papilla.calibrate.press_table import SPECIMENS_MPA
 from papilla.calibration import Calibration
-from papilla.calibration.quadratic import FORWARD_TERMS, Quadratic, QuadraticInverse, invert_quadratic, quadratic
+from papilla.calibration.record import FORWARD_TERMS, Quadratic, QuadraticInverse, invert_quadratic, quadratic
 from papilla.errors import InputError
 from papilla.units import gf_to_newton, newton_to_gf
 

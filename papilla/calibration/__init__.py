@@ -1,6 +1,5 @@
 """The calibration record (NumPy; pydantic to load a file): `papilla.calibrate` makes it, estimators use it."""
 
-from papilla.calibration.quadratic import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import (
     IDENTIFIABLE,
     LEVEL,
@@ -11,7 +10,7 @@ from papilla.calibration.readouts import (
     SoftnessStatus,
     Uncertainty,
 )
-from papilla.calibration.record import Calibration, Inversion
+from papilla.calibration.record import Calibration, Inversion, Quadratic, QuadraticInverse
 from papilla.calibration.surface import Surface
 
 __all__ = [

@@ -16,9 +16,8 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import core_schema
 
-from papilla.calibration.quadratic import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
 from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
-from papilla.calibration.record import Calibration
+from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.file_models import first_problem, keys_of, table

@@ -7,8 +7,8 @@ import pytest
 from scipy.interpolate import BSpline
 
 from papilla.calibration import PositionTerms, SdSurface, SoftnessStatus, Uncertainty
-from papilla.calibration.quadratic import Quadratic, invert_quadratic
 from papilla.calibration.readouts import inside
+from papilla.calibration.record import Quadratic, invert_quadratic
 from papilla.calibration.surface import Axis, PointSurface, Surface, solve_cubic
 from papilla.errors import InputError
 

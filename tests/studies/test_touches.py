@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
-from papilla.calibration.quadratic import Quadratic
+from papilla.calibration.record import Quadratic
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.studies.estimator_bench import touches
