@@ -12,7 +12,7 @@ from papilla.estimators import GaugeSoftness, GaugeState
 from papilla.estimators.softness import Fault
 from papilla.estimators.softness.faults import unpack
 from papilla.estimators.softness.surfaces import GaugeSurfaces, distance_curve
-from papilla.references.softness_bound import modulus_bound
+from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)
 PRESS = 0.2 + 0.7 * np.sin(np.linspace(0.05, 3, 100)) ** 2

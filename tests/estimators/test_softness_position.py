@@ -13,7 +13,7 @@ from papilla.estimators import GaugeSoftness, GaugeState, Pipeline
 from papilla.estimators.softness import Fault
 from papilla.estimators.softness.faults import unpack
 from papilla.estimators.softness.position_surfaces import PositionSurfaces
-from papilla.references.softness_bound import modulus_bound
+from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS, REACH = (0.05, 1.0), (0.02, 5.0), (12, 24), 4.0
 GAUGES_MM = np.array([-13.0, -7.0, 0.0, 7.0, 13.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.references.cramer_rao import frequency_bound, wavelength_bound
+from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.studies.estimator_bench.parts import HARMONICS, profile_amplitudes, sheared
 from papilla.studies.estimator_bench.scenes import SCENES, WAVELENGTHS_MM, scene
 

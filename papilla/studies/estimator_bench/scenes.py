@@ -15,7 +15,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.references.cramer_rao import wavelength_bound
+from papilla.references.bounds import wavelength_bound
 from papilla.studies.estimator_bench import parts
 from papilla.studies.estimator_bench.parts import HARMONICS, PASS_BAND, Draft, grating, profile_amplitudes
 

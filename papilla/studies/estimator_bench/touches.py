@@ -18,7 +18,7 @@ from papilla.errors import InputError
 from papilla.estimators import GaugeSoftness, Pipeline, Softness
 from papilla.fem import prepare, press
 from papilla.finger import Finger
-from papilla.references.softness_bound import modulus_bound
+from papilla.references.bounds import modulus_bound
 from papilla.specimen import THICKNESS_MM, Block
 
 MODULI_MPA = (0.05, 0.72)

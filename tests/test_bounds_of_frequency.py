@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.references.chirp_bound import chirp_bound, windowed_bounds
+from papilla.references.bounds import chirp_bound, frequency_bound
 
 RATE, COUNT, NOISE = 1000.0, 200, 0.05
 TIME = np.arange(COUNT) / RATE
@@ -18,18 +18,8 @@ def phase_of(frequency, slope, start=0.3):
 
 
 def numerical(amplitudes, lag_s):
-    bounds = windowed_bounds(
-        TIME,
-        phase_of(FREQUENCY, SLOPE),
-        FREQUENCY + SLOPE * TIME,
-        amplitudes,
-        NOISE,
-        ends=[COUNT - 1],
-        window_s=COUNT / RATE,
-        lag_s=lag_s,
-        band_Hz=400.0,
-    )
-    return float(bounds[0])
+    phase, at = phase_of(FREQUENCY, SLOPE), float(TIME[-1]) - lag_s
+    return frequency_bound(TIME, phase, FREQUENCY + SLOPE * at, amplitudes, NOISE, degree=1, at_s=at)
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.014, 0.1])
@@ -68,12 +58,9 @@ def test_a_maximum_likelihood_fit_reaches_it():
 
 
 def test_a_window_that_cannot_tell_says_so():
-    still = windowed_bounds(TIME, 0 * TIME, 0 * TIME, [1.0], NOISE, ends=[150], window_s=0.08, lag_s=0.0, band_Hz=400.0)
-    assert still.tolist() == [math.inf]
+    assert frequency_bound(TIME, 0 * TIME, 1.0, [1.0], NOISE, degree=1) == math.inf
 
 
 def test_unusable_values():
     with pytest.raises(InputError, match="count must be at least 4"):
         chirp_bound(3, RATE, 100.0, [1.0], NOISE)
-    with pytest.raises(InputError, match="does not fit before row 20"):
-        windowed_bounds(TIME, TIME, TIME, [1.0], NOISE, ends=[20], window_s=0.08, lag_s=0.0, band_Hz=400.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.references.softness_bound import modulus_bound
+from papilla.references.bounds import modulus_bound
 
 
 def test_one_reading_and_a_known_force():

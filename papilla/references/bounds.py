@@ -1,0 +1,163 @@
+"""Cramér-Rao bounds: of a grating's wavelength, of a gliding frequency, and of a specimen's modulus.
+
+Wavelength and frequency are those of `y_i = b + sum_h Re(c_h exp(-j h theta_i))` in white noise: every complex
+amplitude c_h and the offset b are unknown, and theta is the wavenumber times a known position, or a polynomial of time.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+
+
+def wavelength_bound(position_mm, wavelength_mm: float, amplitudes, noise_sd: float, present=None) -> float:
+    """Smallest relative standard deviation (a fraction) of an unbiased wavelength, the positions being known.
+
+    Parameters
+    ----------
+    position_mm : (n,) where each sample was taken, along the sliding direction.
+    wavelength_mm : the true wavelength, > 0.
+    amplitudes : (H,) complex harmonic amplitudes c_1 ... c_H; their phases do not matter to long windows.
+    noise_sd : standard deviation of the white noise of a sample, in the unit of the amplitudes.
+    present : (n, H) bool, which harmonics pass the anti-aliasing of each sample; all of them by default.
+
+    Returns inf where the window cannot tell the wavelength at all (it spans no distance, or less than the model needs).
+    Raises `InputError` for arrays whose shapes do not fit. Source: Kay, Fundamentals of Statistical Signal Processing I
+    (1993), section 3.9 (the Fisher information of a signal in white noise), ISBN 978-0133457117.
+    """
+    wavelength = checks.positive("wavelength (mm)", wavelength_mm)
+    position = np.asarray(position_mm, float)
+    wavenumber = 2 * math.pi / wavelength
+    centred = position - position.mean() if position.size else position
+    # A small step of the wavenumber turns the phase by the distance from the middle; scaled, its sd is relative.
+    variance = _end_variance(wavenumber * centred, (wavenumber * centred)[:, None], amplitudes, noise_sd, present)
+    return math.sqrt(variance)
+
+
+def frequency_bound(
+    time_s, phase, rate_Hz: float, amplitudes, noise_sd: float, *, degree: int, at_s: float | None = None
+) -> float:
+    """Smallest relative standard deviation (a fraction) of a frequency at `at_s`, nothing being known of the velocity.
+
+    The phase deviates from `phase` (n,) in rad by a polynomial of time, so the frequency by one of degree `degree`
+    (0 constant, 1 a chirp); `rate_Hz` is the true frequency at `at_s`, by default the last sample (no delay).
+
+    Raises `InputError` for shapes that do not fit, a rate that is not positive, or a negative degree.
+    Source: as `wavelength_bound`; the polynomial phase after Peleg & Porat (1991), doi:10.1109/18.61122.
+    """
+    rate = checks.positive("frequency (Hz)", rate_Hz)
+    if degree < 0:
+        raise InputError(f"degree of the frequency must be at least 0, got {degree}")
+    time = np.asarray(time_s, float)
+    at = float(time[-1]) if at_s is None else checks.finite("at_s", at_s)
+    span = max(float(np.ptp(time)), 1e-300)
+    powers = ((time - at) / span)[:, None] ** np.arange(1, degree + 2)
+    # Constant phase belongs to the amplitudes; the first power's coefficient over the span is the frequency wanted.
+    variance = _end_variance(np.asarray(phase, float), powers, amplitudes, noise_sd, None)
+    return math.sqrt(variance) / (2 * math.pi * rate * span)
+
+
+def chirp_bound(
+    count: int, sample_rate_Hz: float, frequency_Hz: float, amplitudes, noise_sd: float, lag_s: float = 0.0
+) -> float:
+    """Smallest relative standard deviation (a fraction) of the frequency `lag_s` before the last of `count` samples.
+
+    `frequency_bound` of degree 1 in closed form, for windows of many periods: the phase is a parabola in white noise of
+    information `sum_h h^2 |c_h|^2 / (2 noise_sd^2)` a sample, so with Legendre's polynomials over the window, whose
+    slopes at x are 1 and 3 x and whose squares sum up to count/3 and count/5, the slope at x has the variance
+    `(3 + 45 x^2) / (count information)`; x is 1 at the last sample, 0 in the middle.
+
+    amplitudes : (H,) complex harmonic amplitudes c_1 ... c_H, of the reading `sum_h Re(c_h exp(-j h theta))`.
+    Raises `InputError` for fewer than four samples and numbers that are not positive. Source: Peleg & Porat (1991),
+    doi:10.1109/18.61122 (polynomial phase).
+    """
+    if count < 4:
+        raise InputError(f"count must be at least 4 samples, got {count}")
+    rate, frequency = checks.positive("sample_rate_Hz", sample_rate_Hz), checks.positive("frequency (Hz)", frequency_Hz)
+    noise = checks.positive("noise_sd", noise_sd)
+    amplitudes = np.atleast_1d(np.asarray(amplitudes, complex))
+    information = float(np.sum((np.arange(1, amplitudes.size + 1) * np.abs(amplitudes)) ** 2)) / (2 * noise**2)
+    half_s = 0.5 * count / rate
+    place = 1.0 - checks.finite("lag_s", lag_s) / half_s
+    return math.sqrt((3.0 + 45.0 * place**2) / (count * information)) / half_s / (2 * math.pi * frequency)
+
+
+def modulus_bound(
+    along_modulus, along_force, reading_sigma: float, force_sigma: float, errors=None, nuisances: Sequence[tuple] = ()
+) -> float:
+    """Smallest standard deviation of ln E of an unbiased estimate from n samples of g readings and of the force.
+
+    Every sample has its own unknown force, which its readings and the force sensor measure together; E is common to
+    all. S_d alone is one reading (g = 1) whose sigma is that of a gauge over sqrt(gauges).
+
+    Parameters
+    ----------
+    along_modulus, along_force : (n, g) slopes of the readings in ln E (microstrain) and in force (microstrain / N).
+    reading_sigma : standard deviation of the noise of a reading, microstrain, > 0.
+    force_sigma : that of the force, N, > 0; inf where there is no force sensor.
+    errors : (n, g, k) what one sigma of each of k calibration errors adds to the readings; the errors are the same in
+        all samples, so they do not average out (the bound is then the hybrid one: E a parameter, the errors random).
+    nuisances : (slopes (n, g) of the readings, prior standard deviation) of each further quantity that every sample has
+        its own of, such as the place of the contact; inf where there is no prior.
+
+    Returns inf where the readings do not tell the modulus. Raises `InputError` for shapes that do not fit.
+    Source: Fisher information with the nuisance eliminated by its Schur complement; van Trees, Detection, Estimation
+    and Modulation Theory I (1968), section 2.4, ISBN 978-0471095170; Rockah and Schultheiss (1987) for the hybrid
+    bound, doi:10.1109/TASSP.1987.1165144.
+    """
+    noise = checks.positive("reading_sigma", reading_sigma)
+    if not force_sigma > 0:
+        raise InputError(f"force_sigma must be greater than 0, got {force_sigma}")
+    a, b = (np.asarray(slopes, float) for slopes in (along_modulus, along_force))
+    if a.ndim != 2 or a.shape != b.shape:
+        raise InputError(f"slopes must be two arrays (n, g), got {a.shape} and {b.shape}")
+    parts = np.zeros((*a.shape, 0)) if errors is None else np.asarray(errors, float)
+    if parts.shape[:2] != a.shape or parts.ndim != 3:
+        raise InputError(f"errors must be (n, g, k) with n x g = {a.shape}, got {parts.shape}")
+    design = np.concatenate([a[..., None], parts], axis=2) / noise
+    slopes, precisions = [b], [force_sigma**-2.0]
+    for along, sigma in nuisances:
+        slopes.append(np.asarray(along, float))
+        if slopes[-1].shape != a.shape or not sigma > 0:
+            raise InputError(
+                f"a nuisance must be slopes {a.shape} and a sigma above 0, got {slopes[-1].shape}, {sigma}"
+            )
+        precisions.append(sigma**-2.0)
+    own = np.stack(slopes, axis=2) / noise
+    gram = np.einsum("ngi,ngj->ij", design, design)
+    own_information = np.einsum("ngk,ngl->nkl", own, own) + np.diag(precisions)
+    mixed = np.einsum("ngi,ngk->nki", design, own)
+    gram -= np.einsum("nki,nkj->ij", mixed, np.linalg.pinv(own_information, hermitian=True) @ mixed)
+    gram[1:, 1:] += np.eye(parts.shape[2])
+    information = gram[0, 0] - gram[0, 1:] @ np.linalg.solve(gram[1:, 1:], gram[1:, 0])
+    return 1 / math.sqrt(information) if information > 1e-12 * (design[..., 0] ** 2).sum() else math.inf
+
+
+def _end_variance(phase, turns, amplitudes, noise_sd: float, present) -> float:
+    """Variance bound of the first column's coefficient, where `turns` (n, p) says how the phase answers to each."""
+    noise = checks.positive("noise_sd", noise_sd)
+    amplitudes = np.atleast_1d(np.asarray(amplitudes, complex))
+    order = np.arange(1, amplitudes.size + 1)
+    mask = np.ones((phase.size, order.size)) if present is None else np.asarray(present, float)
+    if phase.ndim != 1 or turns.shape[0] != phase.size or mask.shape != (phase.size, order.size):
+        raise InputError(f"shapes do not fit: {phase.size} samples, {order.size} harmonics, mask {mask.shape}")
+    if phase.size == 0 or not np.any(amplitudes):
+        return math.inf
+    carrier = np.exp(-1j * phase[:, None] * order) * mask
+    slope = np.real(-1j * order * amplitudes * carrier).sum(axis=1)
+    basis = np.column_stack([turns * slope[:, None], carrier.real, carrier.imag, np.ones(phase.size)])
+    scale = np.linalg.norm(basis, axis=0)
+    used = scale > 0
+    if not used[0]:
+        return math.inf
+    left = basis[:, used] / scale[used]
+    others, wanted = left[:, 1:], left[:, 0]
+    q, r = np.linalg.qr(others)
+    pivots = np.abs(np.diag(r))
+    q = q[:, pivots > 1e-12 * pivots.max(initial=1e-300)]
+    rest = wanted - q @ (q.T @ wanted)
+    information = float(rest @ rest)
+    return math.inf if information < 1e-18 else noise**2 / (information * scale[0] ** 2)
