@@ -27,7 +27,7 @@ ROUNDING = 0.005  # Relative difference of a layer's modulus from its material's
 class Layer:
     """An isotropic layer: small-strain Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5].
 
-    `material` is its hyperelastic card for the finite rung (`papilla.materials`), None for neo-Hookean with `modulus`.
+    `material` is its hyperelastic card (`papilla.materials`) at finite strain, None for neo-Hookean with `modulus`.
     Raises `InputError` for values out of range and for a card whose small-strain modulus is another one.
     """
 

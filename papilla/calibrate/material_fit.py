@@ -1,4 +1,4 @@
-"""Fit a hyperelastic material to test data by least squares, and confess what the data do not say.
+"""Fit a hyperelastic material to test data by least squares, and state what the data do not determine.
 
 From stretch and nominal stress (MPa) of a test to the card of a layer:
 
@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from papilla.errors import InputError, SolverError
 from papilla.materials import MODES, Material, NeoHookean, material_class, principal_pair
+from papilla.short_repr import short_repr
 
 STRONG_CORRELATION = 0.95
 """Between two parameters, from which the fit says so."""
@@ -50,6 +51,8 @@ class MaterialTests:
     stretch: np.ndarray
     stress: np.ndarray
     mode: np.ndarray
+
+    __repr__ = short_repr
 
     def __post_init__(self):
         stretch, stress = (np.array(getattr(self, name), dtype=float) for name in ("stretch", "stress"))
@@ -95,6 +98,8 @@ class MaterialFit:
     modes: tuple[str, ...]
     notes: tuple[str, ...]
 
+    __repr__ = short_repr
+
 
 def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     """Least-squares fit of a material of `kind` ("neo-hookean", "yeoh" or "ogden") to unweighted nominal stresses.
@@ -122,7 +127,7 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     )
     if found.status <= 0:
         raise SolverError(f"the {kind} fit did not converge: {found.message}")
-    return _confess(cls, names, data, found, (start, low, high), unit, scale)
+    return _with_doubts(cls, names, data, found, (start, low, high), unit, scale)
 
 
 def model_stress(material: Material, data: MaterialTests) -> np.ndarray:
@@ -143,7 +148,7 @@ def _shear_modulus(data: MaterialTests) -> float:
     return scale
 
 
-def _confess(cls, names, data: MaterialTests, found, search, unit, scale) -> MaterialFit:
+def _with_doubts(cls, names, data: MaterialTests, found, search, unit, scale) -> MaterialFit:
     """Uncertainty and doubts of a least-squares result in scaled parameters."""
     start, low, high = search
     length = np.linalg.norm(found.jac, axis=0)

@@ -13,6 +13,7 @@ from papilla.calibrate.press_table import SPECIMENS_MPA
 from papilla.calibration import Calibration
 from papilla.calibration.record import FORWARD_TERMS, Quadratic, QuadraticInverse, invert_quadratic, quadratic
 from papilla.errors import InputError
+from papilla.short_repr import short_repr
 from papilla.units import gf_to_newton, newton_to_gf
 
 PUBLISHED_FORWARD = (-0.0314, 14.5, 87.2, 104.5, -81.9)
@@ -63,7 +64,7 @@ def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: Ar
         max=float(np.abs(residual).max()),
         modulus_MPa=(float(modulus.min()), float(modulus.max())),
         condition=float(singular[0] / singular[-1]),
-        notes=(*notes, *_confess(force, modulus, sd, residual, coefficients, covariance)),
+        notes=(*notes, *_doubts(force, modulus, sd, residual, coefficients, covariance)),
     )
 
 
@@ -77,7 +78,7 @@ def _refuse_dead_terms(singular: np.ndarray, right: np.ndarray) -> None:
         )
 
 
-def _confess(force, modulus, sd, residual, coefficients, covariance) -> list[str]:
+def _doubts(force, modulus, sd, residual, coefficients, covariance) -> list[str]:
     """What a reader of the coefficients has to doubt."""
     notes = []
     for name, values in (("moduli", modulus), ("forces", force)):
@@ -166,6 +167,8 @@ class Comparison:
     force_gf: np.ndarray
     published: np.ndarray
     scaled: np.ndarray
+
+    __repr__ = short_repr
 
 
 def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101, 10))) -> Comparison:

@@ -1,4 +1,4 @@
-"""Fitted surfaces of S_d and of each gauge, what a place beside the apex changes in them, and their errors."""
+"""Fitted surfaces of S_d and of each gauge, what a contact off the apex changes in them, and their errors."""
 
 import math
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from papilla.calibration.surface import POWERS, Axis, PointSurface, Surface, inside, power_vector
 from papilla.errors import InputError
+from papilla.short_repr import short_repr
 
 LEVEL = 0.95
 """Probability of the stated intervals."""
@@ -72,6 +73,8 @@ class Uncertainty:
     meshes: int
     strain: float = 0.0
     friction: Surface | None = None
+
+    __repr__ = short_repr
 
     def __post_init__(self):
         forces, scatter = self.scatter_force_N, self.scatter
@@ -139,6 +142,8 @@ class SdSurface:
     twofold: np.ndarray
     uncertainty: Uncertainty
 
+    __repr__ = short_repr
+
     @cached_property
     def point(self) -> PointSurface:
         """The surface for one point at a time."""
@@ -173,6 +178,8 @@ class GaugeSurface:
     surface: Surface
     uncertainty: Uncertainty
 
+    __repr__ = short_repr
+
     def reading(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """Reading in microstrain at forces and moduli that broadcast; NaN outside the domain."""
         return np.asarray(force_N, float) * self.surface(force_N, modulus_MPa)
@@ -180,7 +187,7 @@ class GaugeSurface:
 
 @dataclass(frozen=True, eq=False)
 class PositionTerms:
-    """What a contact beside the apex changes in the gauges' readings; m, n and k uniform cells, g gauges.
+    """What a contact off the apex changes in the gauges' readings; m, n and k uniform cells, g gauges.
 
     At the apex the gauges' own surfaces hold; a contact x further along the finger adds force * change(force, modulus,
     x), a tricubic spline that is zero at x = 0. Its cells are few: a contact is displaced, hardly deformed.
@@ -199,6 +206,8 @@ class PositionTerms:
     reach_mm: float
     coefficients: np.ndarray
     error: np.ndarray
+
+    __repr__ = short_repr
 
     def __post_init__(self):
         if not 0 < self.reach_mm < math.inf:

@@ -27,6 +27,7 @@ from papilla.calibration.readouts import (
     two_ended,
 )
 from papilla.errors import InputError
+from papilla.short_repr import short_repr
 
 GRID = 8
 """Points along each axis of the domain over which an error is averaged."""
@@ -57,6 +58,8 @@ class Quadratic:
     condition: float
     notes: tuple[str, ...] = ()
 
+    __repr__ = short_repr
+
     def __call__(self, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """S_d in microstrain at forces (gf) and moduli (MPa) that broadcast."""
         return quadratic(self.coefficients, force_gf, modulus_MPa)
@@ -79,6 +82,8 @@ class QuadraticInverse:
     shift: float
     branch: int
     modulus_MPa: tuple[float, float] | None
+
+    __repr__ = short_repr
 
     def __call__(self, sd_microstrain: ArrayLike, force_gf: ArrayLike) -> np.ndarray:
         """E in MPa; NaN where S_d belongs to no modulus of the rising range (answers outside it are refused)."""
@@ -137,6 +142,8 @@ class Inversion:
     status: SoftnessStatus | np.ndarray
     dominant: str | np.ndarray = ""
 
+    __repr__ = short_repr
+
     @property
     def interval(self) -> tuple[float | np.ndarray, float | np.ndarray]:
         """(lower, upper) in MPa."""
@@ -161,7 +168,7 @@ class Calibration:
     forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
     provenance : versions, hashes, when; notes : what a user has to doubt, a sentence each.
-    position : what contacts beside the apex change; None where it is not known.
+    position : what contacts off the apex change; None where it is not known.
     remark : what the file that it was loaded from is to be doubted for; empty where that is as papilla wrote it.
     """
 
@@ -228,7 +235,7 @@ class Calibration:
 
     @property
     def position_terms(self) -> PositionTerms:
-        """What contacts beside the apex change; raises `InputError` where this calibration does not know it."""
+        """What contacts off the apex change; raises `InputError` where this calibration does not know it."""
         if self.position is None:
             raise InputError(
                 "this calibration has no contact positions (softness.position): make it anew with papilla calibrate, "

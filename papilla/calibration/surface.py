@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla.errors import InputError
+from papilla.short_repr import short_repr
 
 POWERS = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]) / 6
 """POWERS[k, a]: coefficient of t^a in the weight of the k-th coefficient of a cell."""
@@ -35,6 +36,8 @@ class Surface:
     force_N: tuple[float, float]
     modulus_MPa: tuple[float, float]
     coefficients: np.ndarray
+
+    __repr__ = short_repr
 
     def __post_init__(self):
         for name, (low, high) in (("force_N", self.force_N), ("modulus_MPa", self.modulus_MPa)):

@@ -100,10 +100,10 @@ def _exit_code(arguments: list[str]) -> int:
         _drop_output()
         return _refuse(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except Exception as error:
-        return _confess(error)
+        return _report_internal(error)
 
 
-def _confess(error: Exception) -> int:
+def _report_internal(error: Exception) -> int:
     """One line for an error that papilla did not expect, and on request the traceback."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)

@@ -61,7 +61,7 @@ def view(
             pictures.receptive(target, design, name, progress=shown.line)
             facts["gauge"] = name
         else:
-            # A picture shows pressures node by node, so it is of the contact rung
+            # A picture shows pressures node by node, so the contact is solved, not taken from Hertz
             reduced = fem.prepare(design, at=at, progress=shown.line)
             load = SHOWN_FORCE_N if force is None else force
             found = fem.press(reduced, touched, force=load, fidelity="contact")

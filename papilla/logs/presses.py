@@ -8,6 +8,7 @@ import numpy as np
 
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
+from papilla.short_repr import short_repr
 from papilla.tables import write_table
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain")
@@ -37,6 +38,8 @@ class PressLog:
     x_mm: np.ndarray | None = None
     y_mm: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
     def __len__(self) -> int:
         return len(self.force_N)

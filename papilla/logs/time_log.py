@@ -13,6 +13,7 @@ from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.spread import Magnitudes, Noise
+from papilla.short_repr import short_repr
 from papilla.tables import Table, TableReader
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
@@ -61,6 +62,8 @@ class TimeLog:
     tangential_N: np.ndarray | None
     sample_rate_Hz: float
     report: LogReport
+
+    __repr__ = short_repr
 
     def __len__(self) -> int:
         return len(self.t_s)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from papilla.short_repr import short_repr
+
 if TYPE_CHECKING:
     from pyvista import PolyData
 
@@ -28,6 +30,8 @@ class TriangleSurface:
     triangles: np.ndarray
     base_z: float
     tolerance: float
+
+    __repr__ = short_repr
 
     @cached_property
     def _poly(self) -> "PolyData":

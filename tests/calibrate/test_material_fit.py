@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.material_fit import MaterialTests, _at_bound, _confess, fit_material, model_stress
+from papilla.calibrate.material_fit import MaterialTests, _at_bound, _with_doubts, fit_material, model_stress
 from papilla.errors import InputError
 from papilla.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh
 
@@ -60,7 +60,7 @@ def test_units_of_stress_do_not_matter(card, scale):
     assert there.notes == here.notes
 
 
-def test_parameters_that_cannot_be_told_apart_are_confessed():
+def test_parameters_that_cannot_be_told_apart_are_with_doubtsed():
     fit = fit_material("ogden", sampled(Ogden(0.11, 3.3), 0.0005, stretch=np.linspace(1, 1.02, 12)))
     assert fit.stderr[1] > 1
     wide = fit_material("ogden", sampled(Ogden(0.11, 3.3), 0.001, stretch=np.linspace(1, 6, 12)))
@@ -68,7 +68,7 @@ def test_parameters_that_cannot_be_told_apart_are_confessed():
     assert wide.correlation[0, 1] < -0.95
 
 
-def test_a_parameter_at_its_bound_is_confessed():
+def test_a_parameter_at_its_bound_is_with_doubtsed():
     stretch = np.linspace(1.01, 1.3, 12)
     steep = MaterialTests(stretch, 1e-3 * np.expm1(60 * (stretch - 1)), "uniaxial")
     assert "alpha stopped at its bound" in fit_material("ogden", steep).notes
@@ -94,12 +94,12 @@ def test_a_condition_above_a_million_is_told(condition, told):
     jac = np.vstack([[[1, np.cos(angle)], [0, np.sin(angle)]], np.zeros((34, 2))])
     found = SimpleNamespace(jac=jac, cost=1e-6, x=np.array([0.9, 2.5]))
     search = tuple(np.array(values) for values in ([1.0, 2.0], [1e-6, 0.1], [1e4, 30.0]))
-    fit = _confess(Ogden, ("mu", "alpha"), sampled(Ogden(0.11, 3.3)), found, search, np.ones(2), 1.0)
+    fit = _with_doubts(Ogden, ("mu", "alpha"), sampled(Ogden(0.11, 3.3)), found, search, np.ones(2), 1.0)
     assert fit.condition == pytest.approx(condition, rel=1e-3)
     assert any("ill-conditioned" in note for note in fit.notes) is told
 
 
-def test_a_parameter_that_the_data_do_not_see_is_confessed():
+def test_a_parameter_that_the_data_do_not_see_is_with_doubtsed():
     """At a strain of 1e-7 the cubic term of Yeoh is 1e-28 of the linear one."""
     stretch = 1 + np.linspace(1e-7, 2e-7, 12)
     fit = fit_material("yeoh", MaterialTests(stretch, Yeoh(0.2).nominal_stress(stretch, "uniaxial"), "uniaxial"))
