@@ -7,7 +7,7 @@ import pytest
 
 from papilla.errors import SolverError
 from papilla.fem.pressing.contact import solve_contact
-from papilla.fem.pressing.friction_path import FrictionPath
+from papilla.fem.pressing.friction import FrictionPath
 from papilla.fem.pressing.friction_step import FrictionProblem, coulomb_step
 from papilla.fem.reduction.compliance import PatchSurface, quadrature
 from papilla.references import (

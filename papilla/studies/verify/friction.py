@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla.fem import ReducedFinger, press
-from papilla.fem.pressing.friction_path import FrictionPath
+from papilla.fem.pressing.friction import FrictionPath
 from papilla.fem.pressing.friction_step import FrictionProblem
 from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
 from papilla.finger import Layer
