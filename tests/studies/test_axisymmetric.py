@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from axisymmetric import Bodies, Shape
+from axisymmetric_press import Contact, press_path
 
 from papilla.fem import press, press_finite
 from papilla.fem.finite.body import Card
@@ -13,8 +15,6 @@ from papilla.finger import Dome, Finger, Layer
 from papilla.materials import NeoHookean, Ogden
 from papilla.mesh import build
 from papilla.specimen import Block
-from papilla.studies.verify.axisymmetric import Bodies, Shape
-from papilla.studies.verify.axisymmetric_press import Contact, press_path
 
 COARSE = Shape(cells=(20, 3, 4, 5))
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from axisymmetric import APART, Bodies, quadratic
 
 from papilla.errors import SolverError
 from papilla.fem.discrete.solver import factorise
-from papilla.studies.verify.axisymmetric import APART, Bodies, quadratic
 
 PENALTY = 3e3
 """Of the contact, in moduli of the finger per mm."""
