@@ -30,8 +30,8 @@ def main() -> None:
     """Print the table."""
     fine = presses(DEFAULT_SIZE_MM / 2)
     contact, hertz = (
-        np.array([presses(DEFAULT_SIZE_MM, variant, rung) for variant in range(VARIANTS)])
-        for rung in ("contact", "hertz")
+        np.array([presses(DEFAULT_SIZE_MM, variant, fidelity) for variant in range(VARIANTS)])
+        for fidelity in ("contact", "hertz")
     )
     print(f"block of 0.51 MPa, 10 mm; {DEFAULT_SIZE_MM} mm against {DEFAULT_SIZE_MM / 2} mm, percent")
     lines = {"force (gf)": FORCES_GF}

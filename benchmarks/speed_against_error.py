@@ -1,4 +1,4 @@
-"""Speed against error of rungs, elements and meshes, beside other libraries: the table and plot of `papilla bench`.
+"""Speed against error of fidelities, elements, meshes, and beside other libraries: table and plot of `papilla bench`.
 
 Run with `python benchmarks/speed_against_error.py [--short]`; options are those of the command.
 """

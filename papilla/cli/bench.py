@@ -1,4 +1,4 @@
-"""`papilla bench`: speed against error of rungs, elements and meshes, and beside other libraries."""
+"""`papilla bench`: speed against error of fidelities, elements and meshes, and beside other libraries."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,17 +21,17 @@ def bench(
     out: Annotated[Path | None, typer.Option(help=f"Folder for {PLOT}; the working directory without it.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Price every rung, element and mesh: seconds and memory against the error to the finest mesh; a table and a plot.
+    """Price every fidelity, element and mesh: seconds and memory against the error to the finest mesh: table and plot.
 
     Each row is measured in a process of its own. Other libraries (extra `peers`) make one press on the same mesh, where
-    they are installed. What the rungs are off by is kept for `papilla press --fidelity auto`, but not by --short.
-    All of it takes several minutes, most of them for rung finite and the finest mesh.
+    they are installed. What the fidelities are off by is kept for `papilla press --fidelity auto`, but not by --short.
+    All of it takes several minutes, most of them for fidelity finite and the finest mesh.
     """
     from papilla.errors import InputError
 
     if estimators:
         if finger is not None:
-            raise InputError("--finger is for the rungs, not for --estimators")
+            raise InputError("--finger is for the fidelities, not for --estimators")
         from papilla.cli.bench_estimators import bench_estimators
 
         bench_estimators(short, out, as_json)
@@ -69,7 +69,7 @@ def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
     from rich.table import Table
 
     table = Table(title=escape(f"{plain(found.finger_name)}: errors in %, worst of 10-100 gf; * on the Pareto front"))
-    for title in ("rung", "element"):
+    for title in ("fidelity", "element"):
         table.add_column(title, no_wrap=True)
     for title in ("mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s", "S_d", "indentation", "area", "MiB", ""):
         table.add_column(title, justify="right", no_wrap=True)

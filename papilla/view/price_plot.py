@@ -1,4 +1,4 @@
-"""Speed against error: what a thousand scenes cost on each rung, element and mesh, and the front of the best buys."""
+"""Speed against error: what a thousand scenes cost on each fidelity, element and mesh, and the best buys."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -18,7 +18,7 @@ LABEL_PLACES = ((-10, -8, "right"), (9, 6, "left"), (0, 10, "center"))
 
 
 def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
-    """Error of S_d in % against seconds, both logarithmic, a curve a rung and element over its meshes.
+    """Error of S_d in % against seconds, both logarithmic, a curve over the meshes for each fidelity and element.
 
     rows : fidelity, element, size_mm, seconds_thousand (set-up and 1000 scenes), error_sd (a fraction), pareto. Rows
     without an error, as that of the reference, are left out.
@@ -27,9 +27,9 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
     colors = dict(zip(dict.fromkeys(row["element"] for row in shown), ACCENTS, strict=False))
     with styled(8.2, 5.2) as figure:
         axes = figure.add_axes((0.09, 0.115, 0.88, 0.735))
-        for rung, marker in MARKERS.items():
+        for fidelity, marker in MARKERS.items():
             for place, (element, color) in zip(cycle(LABEL_PLACES), colors.items(), strict=False):
-                belong = [row for row in shown if (row["fidelity"], row["element"]) == (rung, element)]
+                belong = [row for row in shown if (row["fidelity"], row["element"]) == (fidelity, element)]
                 _curve(axes, belong, marker, color, place)
         front = sorted((row for row in shown if row["pareto"]), key=lambda row: row["seconds_thousand"])
         axes.step(*_points(front), where="post", color=INK, linewidth=1.1, linestyle=DOTTED, zorder=1)
@@ -37,12 +37,12 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
         axes.set(xscale="log", yscale="log")
         axes.set(xlabel="set-up and 1000 scenes (s)", ylabel=r"worst error of $S_d$, 10-100 gf (%)")
         axes.margins(0.09)
-        plain_log(axes.xaxis)
+        plain_log(axes.xaxis, (1.0,) if max(row["seconds_thousand"] for row in shown) > 1000 else (1.0, 2.0, 5.0))
         plain_log(axes.yaxis)
-        rungs = {row["fidelity"] for row in shown}
-        _legend(axes, rungs, colors)
-        note = f"Numbers: element size (mm). Errors: to rung contact, Taylor-Hood, {reference_mm:g} mm"
-        if "finite" in rungs:
+        fidelities = {row["fidelity"] for row in shown}
+        _legend(axes, fidelities, colors)
+        note = f"Numbers: element size (mm). Errors: to fidelity contact, Taylor-Hood, {reference_mm:g} mm"
+        if "finite" in fidelities:
             note += "; finite: to itself on a finer mesh"
         titled(figure, _message(front), note)
     return figure
@@ -75,11 +75,11 @@ def _message(front: list[Mapping]) -> str:
     )
 
 
-def _legend(axes: Axes, rungs: set[str], colors: dict[str, str]) -> None:
+def _legend(axes: Axes, fidelities: set[str], colors: dict[str, str]) -> None:
     handles = [
-        Line2D([], [], color=MUTED, marker=marker, linestyle="none", markersize=7, label=f"rung {rung}",
-               markerfacecolor=MUTED if rung == "contact" else "white", markeredgewidth=1.4)
-        for rung, marker in MARKERS.items() if rung in rungs
+        Line2D([], [], color=MUTED, marker=marker, linestyle="none", markersize=7, label=f"fidelity {fidelity}",
+               markerfacecolor=MUTED if fidelity == "contact" else "white", markeredgewidth=1.4)
+        for fidelity, marker in MARKERS.items() if fidelity in fidelities
     ]  # fmt: skip
     handles += [Line2D([], [], color=color, linewidth=2.2, label=element) for element, color in colors.items()]
     handles.append(

@@ -53,7 +53,7 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     assert peer["ratio"] == pytest.approx(by_element["Taylor-Hood"]["seconds_thousand"] / 50)
     assert found["plot"] == str(tmp_path / "priced" / "speed_against_error.png")
     assert (tmp_path / "priced" / "speed_against_error.png").read_bytes().startswith(b"\x89PNG")
-    assert "rung finite on 2.8 mm" in answer.err
+    assert "fidelity finite on 2.8 mm" in answer.err
 
 
 def test_estimators_are_the_other_bench(papilla, refused, monkeypatch, tmp_path):
@@ -62,7 +62,9 @@ def test_estimators_are_the_other_bench(papilla, refused, monkeypatch, tmp_path)
     assert papilla("bench", "--estimators", "--short", "--json").code == 0
     assert papilla("bench", "--estimators", "--out", tmp_path).code == 0
     assert calls == [(True, None, True), (False, tmp_path, False)]
-    assert "--finger is for the rungs, not for --estimators" in refused("bench", "--estimators", "--finger", "f.toml")
+    assert "--finger is for the fidelities, not for --estimators" in refused(
+        "bench", "--estimators", "--finger", "f.toml"
+    )
 
 
 def test_bad_input_is_refused_before_anything_is_measured(refused, tmp_path):

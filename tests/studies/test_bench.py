@@ -49,7 +49,7 @@ def test_errors_are_the_worst_of_the_common_forces():
     assert own.reference and own.error_sd == own.error_indentation == own.error_area == 0
 
 
-def test_rung_finite_is_compared_with_itself_and_small_strain_with_it():
+def test_fidelity_finite_is_compared_with_itself_and_small_strain_with_it():
     finest = measured(0.7, fidelity="finite", off=0.05)
     row = measured(1.4, fidelity="finite", off=0.071).against(finest, measured(1.4, off=0.0))
     assert row.element == "Taylor-Hood" and row.seconds_setup == 0
@@ -131,7 +131,7 @@ def test_set_up_goes_through_its_stages():
     assert SPECIMEN.modulus == 0.51 and gf_to_newton(100) < 1
 
 
-def test_a_rung_that_refuses_says_so_and_has_no_figures():
+def test_a_fidelity_that_refuses_says_so_and_has_no_figures():
     """No patch holds a contact of 50 N: nothing is left out, and nothing is made up."""
     hertz, contact = measure(Job(Finger.default(), 0.7, "P1", forces_gf=(10, 5000)))
     assert hertz.status.startswith("refused: ") and contact.status.startswith("refused: ")

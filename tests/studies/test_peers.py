@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from papilla.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
@@ -14,7 +15,7 @@ from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces
 from papilla.specimen import HalfSpace
 from papilla.studies.bench.peers import PeerPress, missing_peers, run_peers
-from papilla.studies.bench.peers.installed import PEERS, Peer
+from papilla.studies.bench.peers.library import PEERS, Elastic, Peer, PeerLibrary
 from papilla.studies.bench.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
 from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
 from papilla.studies.verify.structured import shell
@@ -126,7 +127,7 @@ def test_ngsolve_assembles_the_same_form(finger, quarter):
     installed("NGSolve")
     from papilla.studies.bench.peers.ngsolve_press import NgsolvePress, elastic_form
 
-    library = NgsolvePress(quarter, 1, "sparsecholesky")
+    library = NgsolvePress(quarter, 1, False)
     form = elastic_form(library.space, quarter.elasticity)
     form.Assemble()
     nodal = np.random.default_rng(3).normal(size=quarter.nodes.shape)
@@ -149,7 +150,7 @@ def test_gauges_read_a_uniform_stretch(finger, quarter, mesh):
 
 
 def test_a_missing_package_is_named_with_the_extra(finger, mesh, quarter):
-    absent = Peer("Absent", ("numpy", "no_such_package"), lambda scene, threads: pytest.fail("must not be called"))
+    absent = Peer("Absent", ("numpy", "no_such_package"), ("not.imported", "Nothing"))
     (sentence,) = missing_peers([absent])
     assert sentence == "Absent: no no_such_package; pip install 'papilla[peers]'"
     with pytest.raises(MissingExtraError, match=r"no_such_package; pip install 'papilla\[peers\]'"):
@@ -157,23 +158,44 @@ def test_a_missing_package_is_named_with_the_extra(finger, mesh, quarter):
     assert run_peers(finger, mesh, peers=[absent]) == ()
 
 
-def test_a_package_that_does_not_load_is_named_with_the_extra(quarter):
+def test_a_package_that_does_not_load_is_named_with_the_extra(quarter, monkeypatch):
     def broken(scene, threads):
         raise ImportError("mkl_rt not found")
 
+    monkeypatch.setattr("papilla.studies.bench.peers.broken", broken, raising=False)
     with pytest.raises(MissingExtraError, match=r"Broken does not load \(mkl_rt not found\); pip install"):
-        Peer("Broken", (), broken).prepare(quarter, 1)
+        Peer("Broken", (), ("papilla.studies.bench.peers", "broken")).prepare(quarter, 1)
 
 
-def test_a_penalty_that_does_not_converge_is_refused(finger, mesh):
+def test_a_penalty_that_does_not_converge_is_refused(finger, mesh, monkeypatch):
     class Soft:
         unknowns = 1
 
         def press(self, penalty):
             return PeerSolution(penalty, np.zeros((1, 3)), 1, 1.0, 0.5)
 
+    monkeypatch.setattr("papilla.studies.bench.peers.soft", lambda scene, threads: Soft(), raising=False)
     with pytest.raises(SolverError, match="Soft, quarter by symmetry: the force still changes by more than 0.001"):
-        run_peers(finger, mesh, peers=[Peer("Soft", (), lambda scene, threads: Soft())])
+        run_peers(finger, mesh, peers=[Peer("Soft", (), ("papilla.studies.bench.peers", "soft"))])
+
+
+def test_contact_that_does_not_settle_is_refused():
+    """A contact that pushes the more, the further it is yielded to."""
+
+    class Chasing(PeerLibrary):
+        free, start = np.array([True]), np.zeros(1)
+
+        def assemble(self):
+            return Elastic(lambda x: x, lambda added, rhs: -rhs)
+
+        def contact(self, penalty):
+            return lambda x: (x + 1, lambda: sp.coo_matrix((1, 1)))
+
+        def told(self, unknowns, forces):
+            pytest.fail("there is nothing to tell")
+
+    with pytest.raises(SolverError, match="Chasing: contact did not settle in 40 Newton steps"):
+        Chasing().press(1.0)
 
 
 def test_the_row_is_documented():

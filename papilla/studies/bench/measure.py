@@ -1,4 +1,4 @@
-"""One element on one mesh, measured in a process of its own: seconds, peak memory and answers of its rungs."""
+"""One element on one mesh, measured in a process of its own: seconds, peak memory and answers of its fidelities."""
 
 import os
 import sys
@@ -29,7 +29,7 @@ MIB = 2**20
 
 @dataclass(frozen=True)
 class Job:
-    """What a process measures: the linear rungs of `element`, or rung finite where `element` is None."""
+    """What a process measures: the linear fidelities of `element`, or fidelity finite where `element` is None."""
 
     finger: Finger
     size_mm: float
@@ -44,8 +44,8 @@ def measure_apart(job: Job) -> list[BenchRow]:
 
 
 def measure(job: Job) -> list[BenchRow]:
-    """Measure a job in this process: hertz and contact of an element, or rung finite, whose every press assembles and
-    factorises anew. Rows have no errors yet."""
+    """Measure a job in this process: hertz and contact of an element, or fidelity finite, whose every press assembles
+    and factorises anew. Rows have no errors yet."""
     mesh = meshes.build(job.finger, size_mm=job.size_mm)
     if job.element is None:
         seconds: list[float] = []
@@ -62,23 +62,23 @@ def measure(job: Job) -> list[BenchRow]:
                          median, 1000 * median, peak_memory_MiB(), values, status)]  # fmt: skip
     model, reduced, stages = set_up(job.finger, mesh, job.element)
     found: dict[str, dict[str, Any]] = {}
-    for rung in ("hertz", "contact"):
-        values, status = _answers(lambda force, r=rung: press(reduced, SPECIMEN, force=force, fidelity=r), job)
+    for fidelity in ("hertz", "contact"):
+        values, status = _answers(lambda force, own=fidelity: press(reduced, SPECIMEN, force=force, fidelity=own), job)
         total = median = np.nan
         if status == ANSWERED:
             try:
-                total, median = thousand(reduced, rung)
+                total, median = thousand(reduced, fidelity)
             except ContactRangeError as error:
                 status = f"refused in part: {error}"
-        found[rung] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
-        found[rung]["peak_memory_MiB"] = peak_memory_MiB()
+        found[fidelity] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
+        found[fidelity]["peak_memory_MiB"] = peak_memory_MiB()
     common = _of_factor(model) | {"element": job.element, "size_mm": job.size_mm, "forces_gf": job.forces_gf}
     del model
     runs = [stages]
     while len(runs) < REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
         runs.append(set_up(job.finger, mesh, job.element)[2])
     common |= {"patch_nodes": len(reduced.patch.xy), "stages": min(runs, key=lambda run: sum(run.values()))}
-    return [BenchRow(rung, **common, **own) for rung, own in found.items()]
+    return [BenchRow(fidelity, **common, **own) for fidelity, own in found.items()]
 
 
 def _of_factor(model: FingerModel) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def peak_memory_MiB() -> float:
 
 
 def _answers(push, job: Job) -> tuple[np.ndarray, str]:
-    """Answers (3, forces) and the status; NaN where the rung refuses, and why."""
+    """Answers (3, forces) and the status; NaN where the fidelity refuses, and why."""
     try:
         return answers(push, job.forces_gf), ANSWERED
     except PapillaError as error:

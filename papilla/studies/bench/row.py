@@ -1,4 +1,4 @@
-"""`BenchRow`: one line of the bench, what a rung on a mesh costs and how far it is from the finest."""
+"""`BenchRow`: one line of the bench, what a fidelity on a mesh costs and how far it is from the finest."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 ANSWERED = "answered"
-"""Status of a rung that answered every scene."""
+"""Status of a fidelity that answered every scene."""
 
 HIDDEN = ("seconds_scenes", "factor_flops", "seconds_per_column", "stages", "answers")
 """What rows are made from, and no part of their JSON."""
@@ -15,7 +15,7 @@ HIDDEN = ("seconds_scenes", "factor_flops", "seconds_per_column", "stages", "ans
 
 @dataclass(frozen=True, eq=False)
 class BenchRow:
-    """What one rung with one element on one mesh costs, and its errors; errors are fractions, worst over `forces_gf`.
+    """What a fidelity with one element on one mesh costs, and its errors: fractions, the worst over `forces_gf`.
 
     fidelity, element, size_mm : what is measured.
     dofs : unknowns factorised (clamped and mirrored ones removed); patch_nodes : of the reduced finger.
@@ -25,15 +25,15 @@ class BenchRow:
     seconds_per_scene : median; seconds_scenes : the 1000 scenes of a sweep; seconds_thousand : with the set-up.
     peak_memory_MiB : of the process that did nothing else.
     answers : (3, forces) of `papilla.studies.bench.scenes.QUANTITIES` at `forces_gf`.
-    status : "answered", or why the rung refused; seconds of scenes and errors are then NaN.
+    status : "answered", or why the fidelity refused; seconds of scenes and errors are then NaN.
     error_sd, error_indentation, error_area : of S_d, indentation and contact area of a block of 0.51 MPa and 10 mm,
-        against the same on a mesh of `reference_size_mm`. Linear rungs are compared with rung contact by Taylor-Hood,
-        rung finite with rung finite: its errors are those of its mesh. 0 where `reference` is true, by definition.
-    small_strain_sd, small_strain_indentation : rung finite against rung contact by Taylor-Hood on its own mesh, which
-        is what small-strain theory costs; None for the other rungs.
-    pareto : whether no other row is both cheaper (seconds_thousand) and better (error_sd); rung finite, whose errors
-        mean something else, and the reference take no part.
-    None stands where a rung has no such thing.
+        against the same on a mesh of `reference_size_mm`. Linear fidelities are compared with contact by Taylor-Hood,
+        finite with finite: its errors are those of its mesh. 0 where `reference` is true, by definition.
+    small_strain_sd, small_strain_indentation : finite against contact by Taylor-Hood on its own mesh, which is what
+        small-strain theory costs; None for the other fidelities.
+    pareto : whether no other row is both cheaper (seconds_thousand) and better (error_sd); finite, whose errors mean
+        something else, and the reference take no part.
+    None stands where a fidelity has no such thing.
     """
 
     fidelity: str
@@ -76,7 +76,7 @@ class BenchRow:
         return shown | {"seconds_setup": self.seconds_setup, "seconds_thousand": self.seconds_thousand}
 
     def against(self, other: "BenchRow", linear: "BenchRow | None" = None) -> "BenchRow":
-        """The row with its errors against another; `linear` is rung contact on the mesh of a finite row."""
+        """The row with its errors against another; `linear` is fidelity contact on the mesh of a finite row."""
         errors: dict[str, Any] = dict(
             zip(("error_sd", "error_indentation", "error_area"), worst(self, other), strict=True)
         )

@@ -1,4 +1,4 @@
-"""Runs the bench: which rungs, elements and meshes, one process after the other, and what follows from them."""
+"""Runs the bench: which fidelities, elements and meshes, one process after the other, and what follows from them."""
 
 import os
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from papilla.studies.bench.scenes import FINITE_FORCES_GF
 
 @dataclass(frozen=True)
 class Plan:
-    """What is measured: element sizes (mm) of the linear rungs and of rung finite, the last of each their reference.
+    """What is measured: element sizes (mm) of the linear fidelities and of finite, the last of each their reference.
 
     other_sizes_mm are those of P1 and P2; default_mm is the mesh that 1000 scenes and the peers are compared on.
     """
@@ -97,13 +97,13 @@ class Bench:
             sentences.append(
                 f"small strain costs up to {100 * (finest.small_strain_sd or 0):.1f} % in S_d and "
                 f"{100 * (finest.small_strain_indentation or 0):.1f} % in indentation at {forces} gf: "
-                "rung contact against rung finite on one mesh; rows do not count it"
+                "fidelity contact against fidelity finite on one mesh; rows do not count it"
             )
         return sentences
 
 
 def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] = lambda text: None) -> Bench:
-    """Measure rungs, elements and meshes of a finger, each in a process of its own, one after the other.
+    """Measure fidelities, elements and meshes of a finger, each in a process of its own, one after the other.
 
     `progress` is called with a line of text for each stage. Raises what meshing and presses raise.
     """
@@ -118,7 +118,7 @@ def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] 
         meshes.build(finger, size_mm=size, progress=progress)
     rows: list[BenchRow] = []
     for number, job in enumerate(jobs, 1):
-        progress(f"{number} of {len(jobs)}: {job.element or 'rung finite'} on {job.size_mm:g} mm")
+        progress(f"{number} of {len(jobs)}: {job.element or 'fidelity finite'} on {job.size_mm:g} mm")
         rows += measure_apart(job)
     return _collected(finger, plan, {(row.fidelity, row.element, row.size_mm): row for row in rows})
 

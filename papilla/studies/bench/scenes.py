@@ -13,10 +13,10 @@ SPECIMEN = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus (MPa, mm)."""
 
 FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
-"""Forces at which the linear rungs are compared."""
+"""Forces at which the linear fidelities are compared."""
 
 FINITE_FORCES_GF = (10, 30, 100)
-"""Forces at which rung finite is: a press of it takes seconds."""
+"""Forces at which fidelity finite is: a press of it takes seconds."""
 
 QUANTITIES = ("sd", "indentation", "contact_area")
 

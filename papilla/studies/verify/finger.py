@@ -39,7 +39,7 @@ def default_reduced() -> ReducedFinger:
 
 
 def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:
-    """A press on rung contact by a force in gf."""
+    """A press at fidelity contact by a force in gf."""
     return press(reduced, specimen, force=gf_to_newton(force_gf), fidelity="contact")
 
 

@@ -46,7 +46,7 @@ PLACES = ((4.0, 0.0), (0.0, 12.0), (12.0, 10.0), (20.0, 0.0), (23.0, 0.0), (0.0,
 """Touch-down points (mm) from near the apex to half a millimetre from the rim."""
 
 LIGHT_BOUND = 0.07
-"""What `auto` states of the Hertz rung at 0.1 gf on the default mesh."""
+"""What `auto` states of fidelity hertz at 0.1 gf on the default mesh."""
 
 LOADS_GF = (0.1, 0.5, 2, 5, 20, 100, 300, 1000)
 """From the lightest press to beyond what the finger stands."""

@@ -37,16 +37,16 @@ CHIS = (0.19, 0.49, 0.75, 1.05)
 
 
 def hertz() -> Iterator[Check]:
-    """Sphere and ellipse on a block of 600 contact radii, on both rungs, with gauges below."""
+    """Sphere and ellipse on a block of 600 contact radii, at both fidelities, with gauges below."""
     nu, depth, sites = 0.3, 1.0, (0.0, 1.0, 2.5)
     reduced = half_space(Layer(MODULUS, nu), sites, depth).reduce()
     e_star = MODULUS / (1 - nu**2)
     exact = hertz_sphere_at(1 / BALL_RADIUS, BALL_RADIUS, e_star)
     bounds = {"force": FORCE_BOUND, "radius": FORCE_BOUND, "peak_pressure": FORCE_BOUND}
-    for rung in ("hertz", "contact"):
-        pressed = press(reduced, BALL, indentation=exact.indentation, fidelity=rung)
+    for fidelity in ("hertz", "contact"):
+        pressed = press(reduced, BALL, indentation=exact.indentation, fidelity=fidelity)
         against = "at given indentation, against Hertz (closed form)"
-        yield from compared(f"sphere on half-space, rung {rung}", against, pressed, exact, **bounds)
+        yield from compared(f"sphere on half-space, fidelity {fidelity}", against, pressed, exact, **bounds)
     expected = _boussinesq_strain(reduced, pressed.pressure, nu, sites, depth)
     worst = float(np.abs(pressed.strain - expected).max() / np.abs(expected).max())
     measure = "elongation of 3 gauges over the largest, against Boussinesq under the same pressure (closed form)"
@@ -55,10 +55,10 @@ def hertz() -> Iterator[Check]:
     bowl = with_gap(reduced, *radii)
     ellipse = hertz_ellipse(1.3 * exact.force, *radii, e_star)
     bounds = {"indentation": FORCE_BOUND, "area": AREA_BOUND, "peak_pressure": FORCE_BOUND}
-    for rung in ("hertz", "contact"):
-        pressed = press(bowl, HalfSpace(RIGID), force=ellipse.force, fidelity=rung)
+    for fidelity in ("hertz", "contact"):
+        pressed = press(bowl, HalfSpace(RIGID), force=ellipse.force, fidelity=fidelity)
         against = "at given force, against Hertz (closed form)"
-        yield from compared(f"ellipse of radii 5:2, rung {rung}", against, pressed, ellipse, **bounds)
+        yield from compared(f"ellipse of radii 5:2, fidelity {fidelity}", against, pressed, ellipse, **bounds)
 
 
 def layers() -> Iterator[Check]:

@@ -12,7 +12,7 @@ from papilla.fem import FingerModel
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
-from papilla.studies.bench.peers.installed import INSTALL
+from papilla.studies.bench.peers.library import INSTALL
 from papilla.studies.bench.peers.scene import PeerScene
 
 REPEATS = 3

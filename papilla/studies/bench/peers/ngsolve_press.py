@@ -1,25 +1,17 @@
-"""The press by NGSolve: Taylor-Hood with a pressure for each layer, a penalty on the skin, Newton's method.
+"""The press by NGSolve: Taylor-Hood with a pressure for each layer, a penalty integrated over the skin.
 
-The elastic form is constant and assembled once; only the boundary integral of the contact is linearised anew. Systems
-are solved by NGSolve's own sparse Cholesky (an LDL^T that the layers' compressibility makes possible), or handed to
+Systems are solved by NGSolve's own sparse Cholesky (an LDL^T that the layers' compressibility makes possible), or by
 Pardiso.
 """
-
-from time import perf_counter
 
 import netgen.meshing
 import ngsolve as ng
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.errors import SolverError
-from papilla.studies.bench.peers.pardiso import SymmetricPardiso, stored_at
-from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
-
-NEWTON_STEPS = 40
-
-RESIDUAL = 1e-9
-"""Norm of the unbalanced forces, as a share of that of the contact forces, at which Newton's method has settled."""
+from papilla.studies.bench.peers.library import Elastic, Forces, PeerLibrary
+from papilla.studies.bench.peers.pardiso import SymmetricPardiso, engine, stored_at
+from papilla.studies.bench.peers.scene import PeerScene
 
 QUADRATURE = {ng.TET: ng.IntegrationRule(ng.TET, 2)}
 """The rule that papilla's assembly uses, exact for this form; NGSolve's default is for a higher order."""
@@ -28,96 +20,89 @@ CONTACT_QUADRATURE = {ng.TRIG: ng.IntegrationRule(ng.TRIG, 2)}
 """Three points a triangle, about as many as the displacement has unknowns there: more over-constrain the skin."""
 
 
-class NgsolvePress:
-    """NGSolve's mesh and spaces of a scene; each `press` assembles, factors and iterates anew."""
+class NgsolvePress(PeerLibrary):
+    """NGSolve's mesh and spaces of a scene; with `pardiso` the systems go to Pardiso."""
 
-    def __init__(self, scene: PeerScene, threads: int, solver: str):
-        """`solver` is "sparsecholesky" (NGSolve's own) or "pardiso"."""
-        self.scene = scene
-        self.threads = threads
-        self.solver = solver
-        self.mesh = mesh_of(scene)
-        self.space = taylor_hood(self.mesh)
-        self.numbering = _Numbering(self.mesh, scene)
-        held = np.zeros(self.space.ndof, dtype=bool)
+    def __init__(self, scene: PeerScene, threads: int, pardiso: bool):
+        if pardiso:
+            engine()
+        self.scene, self.threads, self.pardiso = scene, threads, pardiso
+        mesh = mesh_of(scene)
+        self.space, self.numbering = taylor_hood(mesh), Numbering(mesh, scene)
+        held, self.start = np.zeros(self.space.ndof, dtype=bool), np.zeros(self.space.ndof)
         held[: scene.held.size] = self.numbering.to_ngsolve(scene.held).T.ravel()
-        self.free = ng.BitArray(list(map(bool, ~held)))
+        self.free = ~held
+        self.start[: scene.held.size] = self.numbering.coefficients(scene.first_guess).T.ravel()
         gaps = np.zeros(scene.space.nodes)
         gaps[scene.contact_nodes] = scene.contact_gaps
-        self.gap = ng.GridFunction(ng.H1(self.mesh, order=2))
+        self.gap = ng.GridFunction(ng.H1(mesh, order=2))
         self.gap.vec.FV().NumPy()[:] = self.numbering.coefficients(gaps)
 
-    @property
-    def unknowns(self) -> int:
-        """Number of free unknowns."""
-        return self.free.NumSet()
-
-    def press(self, penalty: float) -> PeerSolution:
-        """One press with a contact stiffness of `penalty` times the outer layer's modulus over the element size
-        (N/mm3).
-
-        Raises `SolverError` where Newton's method does not settle.
-        """
+    def running(self):
+        """NGSolve's threads."""
         ng.SetNumThreads(self.threads)
-        with ng.TaskManager():
-            began = perf_counter()
-            elastic = elastic_form(self.space, self.scene.elasticity)
-            elastic.Assemble()
-            seconds_assembly = perf_counter() - began
-            contact = self._contact_form(penalty * self.scene.model.finger.outer.modulus / self.scene.mesh.size_mm)
-            solution = ng.GridFunction(self.space)
-            solution.vec.FV().NumPy()[:] = self._start()
-            systems, forces = self._iterate(elastic, contact, solution)
-            seconds = perf_counter() - began
-        # Edge functions vanish at the vertices: a rigid translation is one of the vertex functions alone
-        on_vertices = self._components(forces)[: len(self.scene.mesh.points)]
-        return PeerSolution(
-            force=float(self.scene.multiplicity * on_vertices.sum(axis=0) @ self.scene.frame.axes[2]),
-            displacement=self.numbering.values(self._components(solution.vec.FV().NumPy())),
-            systems=systems,
-            seconds=seconds,
-            seconds_assembly=seconds_assembly,
-        )
+        return ng.TaskManager()
 
-    def _iterate(self, elastic, contact, solution) -> tuple[int, np.ndarray]:
-        """Newton's method in place; how many systems it took, and the contact forces (unknowns,)."""
-        residual, forces = (solution.vec.CreateVector() for _ in range(2))
-        projector = ng.Projector(self.free, True)
-        solve = (_Pardiso if self.solver == "pardiso" else _OwnSolver)(elastic, self.free, self.threads)
-        try:
-            for systems in range(NEWTON_STEPS + 1):
-                contact.Apply(solution.vec, forces)
-                residual.data = elastic.mat * solution.vec + forces
-                residual.data = projector * residual
-                if residual.Norm() <= RESIDUAL * forces.Norm():
-                    return systems, forces.FV().NumPy().copy()
-                contact.AssembleLinearization(solution.vec)
-                solution.vec.data -= solve(contact, residual)
-        finally:
-            solve.close()
-        raise SolverError(f"NGSolve: contact did not settle in {NEWTON_STEPS} Newton steps")
+    def assemble(self) -> Elastic:
+        """The elastic form's lower triangle, and its factor in the order of elimination that is found once."""
+        form = elastic_form(self.space, self.scene.elasticity)
+        form.Assemble()
+        vector = form.mat.CreateColVector()
 
-    def _contact_form(self, stiffness: float) -> ng.BilinearForm:
-        """Energy stiffness/2 times the square of the depth to which the skin cuts the flat."""
-        normal = self.scene.frame.axes[2]
-        displacement = self.space.TrialFunction()[0]
-        outward = ng.CoefficientFunction(tuple(map(float, normal)))
-        depth = self.scene.indentation - self.gap + displacement * outward
+        def times(x):
+            vector.FV().NumPy()[:] = x
+            return np.array((form.mat * vector).Evaluate().FV().NumPy())
+
+        if self.pardiso:
+            base = sp.csc_matrix(tuple(np.asarray(part) for part in form.mat.CSR()))
+            solver = SymmetricPardiso(base, np.flatnonzero(self.free), self.threads)
+            return Elastic(times, solver.solve, solver.close)
+        matrix, free = form.mat.CreateMatrix(), ng.BitArray(list(map(bool, self.free)))
+        inverse: list = []
+        values, columns, starts = (np.asarray(part) for part in matrix.CSR())
+
+        def solve(added, rhs):
+            matrix.AsVector().data = form.mat.AsVector()
+            np.add.at(values, stored_at(starts.astype(np.int64), columns, added.col, added.row), added.data)
+            if inverse:
+                inverse[0].Update()
+            else:
+                inverse.append(matrix.Inverse(free, inverse="sparsecholesky"))
+            vector.FV().NumPy()[:] = rhs
+            return np.array((inverse[0] * vector).Evaluate().FV().NumPy())
+
+        return Elastic(times, solve)
+
+    def contact(self, penalty: float) -> Forces:
+        """Energy stiffness/2 times the square of the depth to which the skin cuts the flat, the stiffness being
+        `penalty` times modulus over element size (N/mm3)."""
+        scene, solution = self.scene, ng.GridFunction(self.space).vec
+        stiffness = penalty * scene.model.finger.outer.modulus / scene.mesh.size_mm
+        outward = ng.CoefficientFunction(tuple(map(float, scene.frame.axes[2])))
+        depth = scene.indentation - self.gap + self.space.TrialFunction()[0] * outward
         form = ng.BilinearForm(self.space, symmetric=True, symmetric_storage=True)
         form += ng.Variation(
             ng.IfPos(depth, stiffness / 2 * depth**2, 0).Compile() * ng.ds("contact", intrules=CONTACT_QUADRATURE)
         )
-        return form
+        found = solution.CreateVector()
 
-    def _start(self) -> np.ndarray:
-        start = np.zeros(self.space.ndof)
-        guess = self.numbering.coefficients(self.scene.first_guess)
-        start[: guess.size] = guess.T.ravel()
-        return start
+        def tangent():
+            form.AssembleLinearization(solution)
+            rows, columns, values = (np.asarray(part) for part in form.mat.COO())
+            return sp.coo_matrix((values, (columns, rows)), shape=(len(solution),) * 2)
 
-    def _components(self, unknowns: np.ndarray) -> np.ndarray:
-        """Displacement coefficients (n, 3) of all unknowns."""
-        return unknowns[: 3 * self.scene.space.nodes].reshape(3, -1).T
+        def forces(x):
+            solution.FV().NumPy()[:] = x
+            form.Apply(solution, found)
+            return found.FV().NumPy().copy(), tangent
+
+        return forces
+
+    def told(self, unknowns, forces):
+        """Edge functions vanish at the vertices: a rigid translation is one of the vertex functions alone."""
+        displacements, pulls = (column[: self.scene.held.size].reshape(3, -1).T for column in (unknowns, forces))
+        total = pulls[: len(self.scene.mesh.points)].sum(axis=0)
+        return float(total @ self.scene.frame.axes[2]), self.numbering.values(displacements)
 
 
 def mesh_of(scene: PeerScene) -> ng.Mesh:
@@ -159,7 +144,7 @@ def _material(number: int) -> str:
     return f"layer{number}"
 
 
-class _Numbering:
+class Numbering:
     """Between papilla's P2 nodes, vertices then edges, and NGSolve's hierarchical functions: vertices, then its edges.
 
     NGSolve's edge function is not one at the middle of its edge, and adds to what the vertices make there.
@@ -203,47 +188,3 @@ def _edge_height(mesh: ng.Mesh, middle: np.ndarray) -> float:
     probe = ng.GridFunction(ng.H1(mesh, order=2))
     probe.vec[mesh.nv] = 1.0
     return float(probe(mesh(*middle)))
-
-
-class _OwnSolver:
-    """NGSolve's sparse Cholesky of elastic matrix plus contact; the order of elimination is found once."""
-
-    def __init__(self, elastic: ng.BilinearForm, free: ng.BitArray, threads: int):
-        self._elastic = elastic.mat
-        self._matrix = elastic.mat.CreateMatrix()
-        self._free = free
-        self._inverse = None
-
-    def __call__(self, contact: ng.BilinearForm, residual):
-        self._matrix.AsVector().data = self._elastic.AsVector()
-        values, columns, starts = (np.asarray(part) for part in self._matrix.CSR())
-        rows, others, added = (np.asarray(part) for part in contact.mat.COO())
-        np.add.at(values, stored_at(starts.astype(np.int64), columns, rows, others), added)
-        if self._inverse is None:
-            self._inverse = self._matrix.Inverse(self._free, inverse="sparsecholesky")
-        else:
-            self._inverse.Update()
-        return (self._inverse * residual).Evaluate()
-
-    def close(self) -> None:
-        """Nothing is held outside of Python."""
-
-
-class _Pardiso:
-    """The same systems through `SymmetricPardiso`, which wants upper triangles: NGSolve's lower ones, transposed."""
-
-    def __init__(self, elastic: ng.BilinearForm, free: ng.BitArray, threads: int):
-        base = sp.csc_matrix(tuple(np.asarray(part) for part in elastic.mat.CSR()))
-        self._solver = SymmetricPardiso(base, np.flatnonzero(np.array(free)), threads)
-
-    def __call__(self, contact: ng.BilinearForm, residual):
-        rows, columns, values = (np.asarray(part) for part in contact.mat.COO())
-        size = len(residual)
-        added = sp.coo_matrix((values, (columns, rows)), shape=(size, size))
-        step = residual.CreateVector()
-        step.FV().NumPy()[:] = self._solver.solve(added, residual.FV().NumPy())
-        return step
-
-    def close(self) -> None:
-        """Release Pardiso's memory."""
-        self._solver.close()

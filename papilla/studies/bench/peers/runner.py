@@ -9,7 +9,7 @@ from papilla.fem.pressing.press import Press
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import HalfSpace
-from papilla.studies.bench.peers.installed import PEERS, Peer, PeerLibrary
+from papilla.studies.bench.peers.library import PEERS, Peer, PeerLibrary
 from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
 
 INDENTATION_MM = 0.8
@@ -32,7 +32,7 @@ ACROSS = {0: "whole finger", 1: "half by symmetry", 2: "quarter by symmetry"}
 
 @dataclass(frozen=True)
 class PeerPress:
-    """One press of a rigid flat by another library, beside papilla's contact rung on the same mesh.
+    """One press of a rigid flat by another library, beside papilla's fidelity contact on the same mesh.
 
     name : library, and the part of the finger that it meshed.
     seconds_one_press : assembly, factorisations and Newton steps of one press at `penalty`, the fastest of `REPEATS`;
