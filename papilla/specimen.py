@@ -5,8 +5,8 @@ from `Specimen` and overrides what differs from a flat half-space.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Protocol
 
 from papilla import checks
@@ -73,19 +73,32 @@ class Surface(Protocol):
         """(3n, 3n) the same of a smooth Green's tensor (..., 3, 3), in mm / N, of offsets (..., 2) in mm."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Specimen:
     """A flat, thick and wide specimen of Young's `modulus` (MPa): what the others refine.
 
-    A specimen must be hashable, as a frozen dataclass of numbers is: what it gives on a patch is kept.
+    What a specimen gives on a patch is kept for the next press: two of one class are the same where all fields are
+    equal, and arrays among them where they are the same object.
     """
 
     modulus: float
     nu = NU
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Specimen) and self._content() == other._content()
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
+    def _content(self) -> tuple:
+        values = (getattr(self, one.name) for one in fields(self))
+        return type(self), *(value if isinstance(value, Hashable) else id(value) for value in values)
+
     def __post_init__(self):
         """Refuse a value that is not a positive number, or a Poisson's ratio outside [0, 0.5]."""
         for name, value in vars(self).items():
+            if isinstance(value, bool):
+                continue
             if name == "nu":
                 checks.poisson("specimen nu", value)
             else:
@@ -140,7 +153,7 @@ class Specimen:
         return type(self).__name__
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HalfSpace(Specimen):
     """A flat specimen, thick and wide against the contact.
 
@@ -158,12 +171,13 @@ class HalfSpace(Specimen):
         return "half-space"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block(Specimen):
-    """A flat layer of `thickness` mm bonded to a rigid table; a sweep presses on one of `THICKNESS_MM`."""
+    """A flat layer of `thickness` mm on a rigid table, bonded to it or sliding; a sweep presses on `THICKNESS_MM`."""
 
     thickness: float
     nu: float = NU
+    bonded: bool = True
 
     @property
     def detail(self) -> float:
@@ -172,14 +186,17 @@ class Block(Specimen):
 
     def compliance(self, surface: Surface) -> "np.ndarray":
         """Weak compliance (n, n) of the layer, mm3 / MPa: that of a half-space and a smooth kernel more."""
-        from papilla.references import BondedLayerKernel
+        from papilla.references import LayerKernel
 
-        return super().compliance(surface) + surface.kernel(BondedLayerKernel(self.thickness, self.nu)) / self.modulus
+        layer = surface.kernel(LayerKernel(self.thickness, self.nu, self.bonded))
+        return super().compliance(surface) + layer / self.modulus
 
     def traction_compliance(self, surface: Surface) -> "np.ndarray":
-        """Weak compliance (3n, 3n) of the layer against all tractions, mm3 / MPa."""
+        """Weak compliance (3n, 3n) of the layer against all tractions, mm3 / MPa; nothing holds one that slides."""
         from papilla.references import BondedLayerGreen
 
+        if not self.bonded:
+            raise InputError("friction needs a block that is bonded to its table: nothing holds one that slides")
         bonded = surface.green_tractions(BondedLayerGreen(self.thickness, self.nu)) / self.modulus
         return super().traction_compliance(surface) + bonded
 
@@ -194,10 +211,10 @@ class Block(Specimen):
     @property
     def words(self) -> str:
         """The block in words, without its modulus."""
-        return f"block {self.thickness:g} mm thick"
+        return f"block {self.thickness:g} mm thick" + ("" if self.bonded else ", sliding on its table")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sphere(Specimen):
     """A solid ball of `radius` mm; its compliance is that of a half-space (Hertz), its gap is the exact sphere's."""
 

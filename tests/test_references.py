@@ -208,14 +208,14 @@ def test_kernel_against_adaptive_quadrature_of_the_stiffness(nu, thickness):
     exact = {"limit": 500, "epsabs": 0, "epsrel": 1e-11}
     expected = [integrate.quad(integrand, 1e-12, 22, args=(r,), **exact)[0] for r in distances]
     scale = abs(expected[0])
-    np.testing.assert_allclose(ref.BondedLayerKernel(thickness, nu)(distances), expected, rtol=0, atol=1e-9 * scale)
+    np.testing.assert_allclose(ref.LayerKernel(thickness, nu)(distances), expected, rtol=0, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize("nu", NUS)
 def test_kernel_table_is_its_quadrature_everywhere(nu):
     r = np.linspace(0.0, 49.9, 1777)
     Q, weights = panel_quadrature(0.0, 24.0, 150)
-    kernel = ref.BondedLayerKernel(1.0, nu)
+    kernel = ref.LayerKernel(1.0, nu)
     assert kernel(r[:, None]).shape == (1777, 1)
     transform = special.j0(np.outer(r, Q)) @ (weights * ref.bonded_layer_deficit(Q, nu))
     expected = -(1 - nu**2) / math.pi * transform
@@ -227,12 +227,12 @@ def test_kernel_limits(nu):
     """Stiffer than the half-space everywhere; nothing left far away; a thick layer is a half-space."""
     r = np.linspace(0.1, 40.0, 200)
     halfspace = (1 - nu**2) / (math.pi * r)
-    thin, thick = ref.BondedLayerKernel(0.5, nu), ref.BondedLayerKernel(1000.0, nu)
+    thin, thick = ref.LayerKernel(0.5, nu), ref.LayerKernel(1000.0, nu)
     assert np.all(thin(r) < 0)
     assert np.all(thick(r) < 0)
     np.testing.assert_allclose(thin(r[-1:]), -halfspace[-1:], rtol=1e-13)
     assert np.max(np.abs(thick(r) / halfspace)) < 0.08
-    np.testing.assert_allclose(ref.BondedLayerKernel(1e9, nu)(r), 0.0, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(ref.LayerKernel(1e9, nu)(r), 0.0, rtol=0, atol=1e-9)
     # The kernel depends on r/h alone, times 1/h
     np.testing.assert_allclose(thick(r), thin(r / 2000) / 2000, rtol=1e-12)
 
@@ -242,7 +242,7 @@ def test_kernel_limits(nu):
 def test_kernel_gives_the_mean_displacement_of_a_disc(nu, radius):
     """Mean over pairs of points of a disc, by the density of their distances, against the spectrum of the disc."""
     thickness, modulus = 2.0, 0.4
-    kernel = ref.BondedLayerKernel(thickness, nu)
+    kernel = ref.LayerKernel(thickness, nu)
     force = math.pi * radius**2
     e_star = modulus / (1 - nu**2)
 
@@ -285,7 +285,7 @@ def test_bonded_layer_sphere_tends_to_hertz(nu):
 
 def surface_displacement(contact, x, thickness, nu):
     """Surface displacement (E = 1) at distance x inside the contact: the pressure against both kernels, about x."""
-    kernel, a = ref.BondedLayerKernel(thickness, nu), contact.contact_radius
+    kernel, a = ref.LayerKernel(thickness, nu), contact.contact_radius
     angles = np.linspace(0, 2 * np.pi, 96, endpoint=False)
     v, weights = (lambda n, w: (0.5 * (n + 1), 0.5 * w))(*np.polynomial.legendre.leggauss(96))
     reach = -x * np.cos(angles) + np.sqrt(a**2 - (x * np.sin(angles)) ** 2)
@@ -397,8 +397,8 @@ BAD_INPUT = [
     (lambda: ref.bonded_layer_deficit(-1.0, 0.5), "scaled wavenumber"),
     (lambda: ref.StackLayer(1.0, -1.0, 0.5), "layer modulus"),
     (lambda: ref.layered_halfspace_stiffness(1.0, [], None), "no layer on a rigid base"),
-    (lambda: ref.BondedLayerKernel(-10, 0.5), "layer thickness"),
-    (lambda: ref.BondedLayerKernel(10, 0.5)([0.0, math.inf]), "distance r"),
+    (lambda: ref.LayerKernel(-10, 0.5), "layer thickness"),
+    (lambda: ref.LayerKernel(10, 0.5)([0.0, math.inf]), "distance r"),
     (lambda: ref.bonded_layer_sphere(1.0, 25, 0.1, 1.0), "must be at most 10"),
     (lambda: ref.bonded_layer_sphere(1.0, 25, 10, 1.0, -0.1), "layer nu"),
     (lambda: ref.boussinesq_displacement([0.0, 0.0, 0.0], 1, 1, 0.5), "away from the origin"),

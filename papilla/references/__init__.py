@@ -16,7 +16,7 @@ from papilla.references.hertz import (
     hertz_sphere,
     hertz_sphere_at,
 )
-from papilla.references.layer import BondedLayerGreen, BondedLayerKernel, bonded_layer_deficit
+from papilla.references.layer import BondedLayerGreen, LayerKernel, bonded_layer_deficit, sliding_layer_deficit
 from papilla.references.layer_sphere import BondedLayerContact, bonded_layer_sphere
 from papilla.references.tangential_contact import (
     FrictionalPunch,
@@ -29,9 +29,9 @@ from papilla.references.tangential_contact import (
 __all__ = [
     "BondedLayerContact",
     "BondedLayerGreen",
-    "BondedLayerKernel",
     "FrictionalPunch",
     "HertzContact",
+    "LayerKernel",
     "StackLayer",
     "bonded_layer_deficit",
     "bonded_layer_sphere",
@@ -48,5 +48,6 @@ __all__ = [
     "hertz_sphere_at",
     "layered_halfspace_stiffness",
     "mindlin_displacement",
+    "sliding_layer_deficit",
     "uniform_disc_mean_displacement",
 ]

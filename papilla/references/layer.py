@@ -1,4 +1,4 @@
-"""Surface of a layer bonded to a rigid base, less that of a half-space: smooth functions of distance (mm, N, MPa).
+"""Surface of a layer on a rigid base, less that of a half-space: smooth functions of distance (mm, N, MPa).
 
 z is depth into the solid, rows and columns of a Green's tensor are x, y, z: u = green @ force / modulus. What bonding
 takes from the half-space's tensor are Hankel transforms of its share of the spectral compliance: at wavenumber q the
@@ -8,6 +8,9 @@ doi:10.1017/CBO9781139171731)
 
     down, along : (1-nu)/(G q) [(3-4nu) sinh 2Q -+ 2Q]/D,        across : tanh Q/(G q),
     coupling : [2Q^2 - (1-2nu)(3-4nu)(cosh 2Q - 1)]/(2 G q D).
+
+A layer that slides on its base without friction is half of one of 2h that is pressed from both sides:
+down : (1-nu)/(G q) (cosh 2Q - 1)/(sinh 2Q + 2Q). Nothing holds it sideways.
 """
 
 import math
@@ -30,9 +33,10 @@ FAR, KNOTS = 50.0, 1500
 
 
 @dataclass(frozen=True)
-class _BondedLayer:
+class _Layer:
     thickness: float
     nu: float
+    bonded: bool = True
 
     def __post_init__(self):
         checks.positive("layer thickness (mm)", self.thickness)
@@ -47,13 +51,13 @@ class _BondedLayer:
         place = np.arcsinh(np.minimum(scaled, FAR))
         # Beyond the table the layer's own displacement is nothing, and the half-space's is taken away
         beyond = np.divide(1.0, scaled, out=np.zeros_like(scaled), where=scaled >= FAR)
-        columns = zip(_tables(self.nu)[:count], _half_space(self.nu), strict=False)
+        columns = zip(_tables(self.nu, self.bonded)[:count], _half_space(self.nu), strict=False)
         lacking = (np.where(scaled < FAR, table(place), factor * beyond) for table, factor in columns)
         return [-(1 + self.nu) / (math.pi * self.thickness) * column for column in lacking]
 
 
-class BondedLayerKernel(_BondedLayer):
-    """Normal displacement of a bonded layer under a normal force minus the half-space's, times E: kernel(r) in 1/mm.
+class LayerKernel(_Layer):
+    """Normal displacement of a layer under a normal force minus the half-space's, times E: kernel(r) in 1/mm.
 
     Displacement in mm = [kernel(r) + (1 - nu^2)/(pi r)] * force / E, at distances r >= 0 mm of any shape; from tables
     made once per `nu`, within 1e-9 of kernel(0). Raises `InputError` for `thickness` (mm) <= 0 or nu outside [0, 0.5],
@@ -64,12 +68,12 @@ class BondedLayerKernel(_BondedLayer):
         return self._radial(r, 1)[0]
 
 
-class BondedLayerGreen(_BondedLayer):
+class BondedLayerGreen(_Layer):
     """Surface Green's tensor (..., 3, 3) of a bonded layer minus the half-space's, times E, at offsets (..., 2): 1/mm.
 
     The half-space's, times pi r/(1+nu), with e the unit offset: tangential (1-nu) 1 + nu e e, normal 1-nu, coupling
     +-(1-2nu)/2 e: a push draws the surface towards it. What is left is smooth, and finite at the origin; its normal
-    part is `BondedLayerKernel`. Raises `InputError` as that does. Source: Hankel transforms of the module's formulae.
+    part is `LayerKernel`. Raises `InputError` as that does. Source: Hankel transforms of the module's formulae.
     """
 
     def __call__(self, xy):
@@ -99,6 +103,17 @@ def bonded_layer_deficit(Q, nu: float):
     return _deficits(Q, nu)[0]
 
 
+def sliding_layer_deficit(Q):
+    """As `bonded_layer_deficit`, of a layer that slides on its base without friction; the same for every nu.
+
+    W falls from 1 at Q = 0 to 4 Q exp(-2Q).
+    """
+    Q = np.asarray(Q, dtype=float)
+    decay = np.exp(-2 * Q)
+    bottom = -np.expm1(-4 * Q) + 4 * Q * decay
+    return np.divide(2 * decay * (2 * Q - np.expm1(-2 * Q)), bottom, out=np.ones_like(Q), where=bottom > 0)
+
+
 def panel_quadrature(low: float, high: float, panels: int):
     """Nodes and weights of 16-point Gauss-Legendre quadrature on `panels` equal parts of [low, high]."""
     x, w = leggauss(16)
@@ -113,18 +128,18 @@ def _half_space(nu):
 
 
 @lru_cache(maxsize=64)
-def _tables(nu: float) -> tuple[CubicSpline, ...]:
+def _tables(nu: float, bonded: bool) -> tuple[CubicSpline, ...]:
     """Splines of the four transforms over asinh(r/h), which spaces the knots as they vary."""
     knots = np.linspace(0.0, math.asinh(FAR), KNOTS)
-    values, slope = _transforms(np.sinh(knots), nu)
+    values, slope = _transforms(np.sinh(knots), nu, bonded)
     return tuple(
         CubicSpline(knots, column, bc_type=((1, start), "not-a-knot"))
         for column, start in zip(values.T, (0.0, 0.0, 0.0, slope), strict=True)
     )
 
 
-def _transforms(scaled, nu):
-    """What bonding takes from the radial functions (m, 4), times pi h/(1+nu), at s = r/h (m, rising); the last's slope.
+def _transforms(scaled, nu, bonded):
+    """What the base takes from the radial functions (m, 4), times pi h/(1+nu), at s = r/h (m, rising); the last slope.
 
     int (1-nu) W_n J0, int [(1-nu) W_l + W_s]/2 J0, int [W_s - (1-nu) W_l]/2 J2, int V/2 J1 over Q from 0.
     """
@@ -133,7 +148,8 @@ def _transforms(scaled, nu):
         s = scaled[chunk]
         # Each panel holds at most a period and a half of the Bessel functions, on 16 nodes
         Q, weights = panel_quadrature(0.0, DEFICIT_CUTOFF, 8 + math.ceil(DEFICIT_CUTOFF * s[-1] / 9))
-        normal, along, across, coupling = (weights * deficit for deficit in _deficits(Q, nu))
+        deficits = _deficits(Q, nu) if bonded else (sliding_layer_deficit(Q), 0 * Q, 0 * Q, 0 * Q)
+        normal, along, across, coupling = (weights * deficit for deficit in deficits)
         waves, along = np.outer(s, Q), (1 - nu) * along
         even, odd = j0(waves), j1(waves)
         second = np.divide(2 * odd, waves, out=np.ones_like(waves), where=waves > 0) - even

@@ -8,7 +8,7 @@ from papilla.errors import SolverError
 from papilla.fem.pressing import contact as complementarity
 from papilla.fem.pressing.contact import contact_shape, solve_contact
 from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance
-from papilla.references import BondedLayerKernel, bonded_layer_sphere, hertz_ellipse_at, hertz_sphere
+from papilla.references import LayerKernel, bonded_layer_sphere, hertz_ellipse_at, hertz_sphere
 
 RADIUS, E_STAR = 10.0, 0.2
 
@@ -96,7 +96,7 @@ def test_bonded_layer(disc, chi, nu):
     exact = bonded_layer_sphere((chi * thickness) ** 2 / radius, radius, thickness, modulus, nu)
     patch = disc(1.4 * exact.contact_radius, 16, lambda x, y: (x**2 + y**2) / (2 * radius))
     compliance = half_space_compliance(patch) * ((1 - nu**2) / modulus)
-    compliance = compliance + kernel_compliance(patch, BondedLayerKernel(thickness, nu)) / modulus
+    compliance = compliance + kernel_compliance(patch, LayerKernel(thickness, nu)) / modulus
     found = solve_contact(compliance, patch.mass, patch.gap, indentation=exact.indentation)
     shape = contact_shape(patch, found.pressure)
     assert 4 * patch.mass @ found.pressure == pytest.approx(exact.force, rel=0.01)

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError
-from papilla.fem import press, press_finite
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem import FingerModel, press, press_finite
 from papilla.finger import Finger
+from papilla.mesh import build
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
 
 
@@ -69,6 +70,42 @@ def test_a_measured_indenter_presses_as_the_ball_that_it_is(reference, force):
     assert found.indentation == pytest.approx(ball.indentation, rel=1e-3)
     assert found.reading == pytest.approx(ball.reading, rel=1e-3, abs=1e-3 * np.abs(ball.reading).max())
     assert found.modulus == 1e6
+
+
+def test_what_is_kept_of_one_specimen_is_not_taken_for_another(reference):
+    blunt, sharp = (press(reference, measured(ball), force=0.3, fidelity="contact") for ball in (40.0, 15.0))
+    assert sharp.contact_area < 0.8 * blunt.contact_area
+    assert CurvedBlock(0.5, 10, radius=30.0) == CurvedBlock(0.5, 10, radius=30.0) != CurvedBlock(0.5, 10, radius=31.0)
+    assert Block(0.5, 10) != HalfSpace(0.5) and hash(Block(0.5, 10)) == hash(Block(0.5, 10.0))
+
+
+@dataclass(frozen=True)
+class Wedge(Block):
+    """A block that is turned about y by a slope."""
+
+    slope_x: float = 0.02
+
+    def gap(self, points):
+        return self.slope_x * points[:, 0]
+
+
+def test_a_specimen_without_symmetry_is_not_mirrored(reference):
+    with pytest.raises(InputError, match=r"not symmetric about x and y does not fit a finger reduced at its apex"):
+        press(reference, Wedge(0.5, 10), force=0.3, fidelity="contact")
+    whole = FingerModel(Finger.default(), build(Finger.default(), size_mm=2.0)).reduce((1e-6, 1e-6))
+    found, flat = (press(whole, one, force=0.3, fidelity="contact") for one in (Wedge(0.5, 10), Block(0.5, 10)))
+    assert whole.patch.mass @ (found.pressure * whole.patch.xy[:, 0]) < -0.3 * 0.2, "it is felt where it comes nearer"
+    assert np.abs(found.reading - found.reading[::-1]).max() > 10 * np.abs(flat.reading - flat.reading[::-1]).max()
+
+
+def test_a_block_that_slides_on_its_table_is_softer(reference):
+    bonded, sliding = Block(0.1, 10), Block(0.1, 10, bonded=False)
+    found = [press(reference, one, force=0.98, fidelity="contact") for one in (bonded, sliding)]
+    assert 1.01 < found[1].indentation / found[0].indentation < 1.2 and found[1].sd < found[0].sd
+    thick = [press(reference, Block(0.1, 2000, bonded=one), force=0.3, fidelity="contact").sd for one in (True, False)]
+    assert thick[0] == pytest.approx(thick[1], rel=1e-3)
+    with pytest.raises(InputError, match="friction needs a block that is bonded"):
+        press(reference, sliding, force=0.3, friction=0.5, fidelity="contact")
 
 
 def test_without_a_curvature_hertz_refuses_and_auto_takes_contact(reference):

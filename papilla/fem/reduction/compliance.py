@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from papilla.errors import InputError
 from papilla.fem.reduction.patch import Patch
 from papilla.specimen import Specimen
 
@@ -115,7 +116,14 @@ def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) ->
 def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
     """Weak gap (n,), in mm3, between the undeformed skin and a specimen that touches it."""
     points, weights, hats = quadrature(patch)
-    return patch.gap + hats.T @ (weights * specimen.gap(points))
+    height = specimen.gap(points)
+    for image in patch.images[1:]:
+        if not np.allclose(specimen.gap(points * image), height, rtol=1e-9, atol=1e-12):
+            raise InputError(
+                f"a {specimen.words} that is not symmetric about x and y does not fit a finger reduced at its apex, "
+                "which is: reduce the finger a little beside it, at (1e-6, 1e-6)"
+            )
+    return patch.gap + hats.T @ (weights * height)
 
 
 @lru_cache(maxsize=8)

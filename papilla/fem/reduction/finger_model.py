@@ -73,7 +73,8 @@ class FingerModel:
         loaded, parities = self._patch(at)
         self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0,), (0,))
-        _LIVING[self.finger.sha256, self.mesh.sha256, self.space.name] = self
+        if type(self) is FingerModel:
+            _LIVING[self.finger.sha256, self.mesh.sha256, self.space.name] = self
         gauges = self.finger.gauges
         return ReducedFinger(
             finger_name=self.finger.name,

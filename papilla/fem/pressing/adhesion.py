@@ -1,0 +1,89 @@
+"""Adhesion between finger and specimen, from presses without it.
+
+A contact that the energy w of its edge holds open at a smaller force F differs from the frictionless one of force P by
+a flat punch pulled with P - F, and (P - F)^2 / 2 * -dC/dA = w, where C is the punch's compliance and A the area (Shull
+2002, doi:10.1016/S0927-796X(01)00039-0; for a sphere on a half-space this is JKR, doi:10.1098/rspa.1971.0141).
+What the punch does is what the press itself does next: pressure vanishes at the edge, so growing it costs nothing, and
+C is the slope of indentation against force. So w is taken as even along the edge.
+"""
+
+from time import perf_counter
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+
+from papilla import checks
+from papilla.errors import SolverError
+from papilla.fem.pressing.contact import contact_press
+from papilla.fem.pressing.press import Press, check_scene, press_result
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.specimen import Specimen
+
+KNOTS, DEGREE = 17, 4
+"""Presses along the force, and the degree of ln indentation and ln area over ln force: slopes then vary smoothly."""
+
+STEP = 0.05
+"""Relative step of the force over which readings and pressure are differentiated."""
+
+WIDER, WIDEST = 4.0, 6
+"""The range of forces grows by this factor, this often at most, until it holds the press that makes the contact."""
+
+
+def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float, *, force_N: float) -> Press:
+    """The linear, frictionless press by a force (N) on a specimen with a work of adhesion (J/m2, or mN/mm).
+
+    Raises `ContactRangeError` where a press with as much contact is out of range, `InputError` as `press` does.
+    """
+    began = perf_counter()
+    force, _ = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, force_N=force_N)
+    assert force is not None
+    work = 1e-3 * checks.positive("work of adhesion (J/m2)", work_J_m2)
+
+    def plain(load: float) -> Press:
+        return contact_press(reduced, specimen, float(load), None, None, began)
+
+    holding = _holding_force(plain, force, work)
+    found, less, more = (plain(holding * factor) for factor in (1, 1 - STEP, 1 + STEP))
+    pull = (holding - force) / (more.force - less.force)
+    status = f"{found.status}; adhesion holds the contact of {holding:.3g} N"
+    return press_result(
+        reduced.weights,
+        specimen,
+        began,
+        values=found.values - pull * (more.values - less.values),
+        force=force,
+        fidelity=found.fidelity,
+        indentation=found.indentation - pull * (more.indentation - less.indentation),
+        contact_area=found.contact_area,
+        peak_pressure=found.peak_pressure,
+        force_balance=found.force_balance,
+        status=status,
+        resolved=found.resolved,
+        pressure=found.pressure - pull * (more.pressure - less.pressure),
+        active=found.active,
+    )
+
+
+def _holding_force(plain, force: float, work: float) -> float:
+    """The force (N) of the press without adhesion that makes the contact of `force` and `work` (N/mm)."""
+    top = WIDER * force
+    for _ in range(WIDEST):
+        forces = np.geomspace(force / 2, top, KNOTS)
+        presses = [plain(load) for load in forces]
+        depth, area = (
+            Polynomial.fit(np.log(forces), np.log([getattr(one, name) for one in presses]), DEGREE)
+            for name in ("indentation", "contact_area")
+        )
+
+        def excess(load: float, depth=depth, area=area) -> float:
+            x = np.log(load)
+            slope, bend = depth.deriv()(x), depth.deriv(2)(x)
+            # C = dd/dP; with d = exp(depth), dC/dA = d / P^2 (slope^2 - slope + bend) over A' = A area' / P
+            stiffening = -np.exp(depth(x) - area(x)) * (slope**2 - slope + bend) / (load * area.deriv()(x))
+            return float(load - np.sqrt(2 * work / max(stiffening, 1e-300)) - force)
+
+        if excess(top) > 0:
+            return float(brentq(excess, force, top, rtol=1e-9))
+        top *= WIDER
+    raise SolverError(f"no contact found that {1e3 * work:g} J/m2 hold at {force:g} N: adhesion outweighs the force")

@@ -1,0 +1,293 @@
+"""What a bench has and a calibration does not know: what each effect does to S_d, and to the modulus read from it.
+
+Each effect is a press with it beside the same press without, linear and on one mesh, so that the mesh cancels; the
+modulus is read from the S_d of presses without it, over moduli.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
+from scipy.sparse.linalg import splu
+from skfem import Basis, ElementHex2, ElementVector, FacetBasis, LinearForm, MeshHex
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from papilla.errors import ContactRangeError, PapillaError
+from papilla.fem.pressing.adhesion import adhesive_press
+from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.foil import FoiledModel, weight_readings
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import Finger, Layer
+from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.specimen import STICK, THICKNESS_MM, Block
+from papilla.units import gf_to_newton
+
+FORCES_GF, MODULI_MPA = (5.0, 38.0, 100.0), (0.1, 0.51)
+"""The scenes: a light, a middle and a firm press on a soft and on a hard block."""
+
+MODELLED = 0.01
+"""Change of S_d from which an effect is to be modelled, not only named."""
+
+CELLS = 8
+"""Hexahedra along half the width of a narrow block, and twice those down it."""
+
+CURVE_MPA = np.geomspace(0.02, 20.0, 25)
+"""Moduli at which S_d is known without the effect."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect, its size in words, what of papilla models it, and S_d (forces, moduli) with it over that without."""
+
+    name: str
+    size: str
+    modelled_by: str
+    sd_ratio: np.ndarray
+    modulus_ratio: np.ndarray
+
+    @property
+    def worst(self) -> float:
+        """The largest relative change of S_d."""
+        return float(np.nanmax(np.abs(self.sd_ratio - 1)))
+
+    def to_json(self) -> dict:
+        """Plain values; None where the press leaves the model, and where no modulus has such an S_d."""
+        words = {"effect": self.name, "size": self.size, "modelled_by": self.modelled_by}
+        ratios = {"sd_ratio": self.sd_ratio, "modulus_ratio": self.modulus_ratio}
+        return words | {
+            name: [[None if np.isnan(x) else float(x) for x in row] for row in table] for name, table in ratios.items()
+        }
+
+
+@dataclass(frozen=True)
+class TiltedBlock(Block):
+    """A block that is turned by `tilt_deg` about y."""
+
+    tilt_deg: float = 1.0
+
+    def gap(self, points: np.ndarray) -> np.ndarray:
+        """Height (k,) in mm over points (k, 2) of the contact plane; negative on the side that comes nearer."""
+        return points[:, 0] * math.tan(math.radians(self.tilt_deg))
+
+
+@dataclass(frozen=True, eq=False)
+class NarrowBlock(Block):
+    """A bonded square block of `width` mm: its compliance is a layer's, and by finite elements what its edges add.
+
+    `pressed` is a press on the whole layer; what the edges let the surface sink under its pressure is added to the gap.
+    """
+
+    width: float = 20.0
+    pressed: Press | None = field(default=None, repr=False)
+    reduced: ReducedFinger | None = field(default=None, repr=False)
+
+    def __post_init__(self):
+        """Only numbers are checked."""
+        Block(self.modulus, self.thickness, self.nu)
+
+    def gap(self, points: np.ndarray) -> np.ndarray:
+        """Height (k,) in mm over points (k, 2): how much more the narrow block sinks than the layer."""
+        return self._sunk(np.abs(points))
+
+    @cached_property
+    def _sunk(self) -> Callable:
+        assert self.pressed is not None and self.reduced is not None
+        pressure = LinearNDInterpolator(self.reduced.patch.xy, self.pressed.pressure, fill_value=0.0)
+        narrow, wide = (_PressedBlock.of(self.width / 2, self.thickness, self.nu, beyond) for beyond in (False, True))
+        place, sunk = narrow.sunk(pressure)
+        return LinearNDInterpolator(place, (sunk - wide.sunk(pressure)[1][: len(sunk)]) / self.modulus, fill_value=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _PressedBlock:
+    """A quarter of a bonded block of 1 MPa in quadratic hexahedra, factorised; its nodes on top by their distance."""
+
+    top: FacetBasis
+    place: np.ndarray
+    surface: np.ndarray
+    free: np.ndarray
+    solve: Callable
+
+    @classmethod
+    @lru_cache(maxsize=4)
+    def of(cls, half: float, thickness: float, nu: float, beyond: bool) -> "_PressedBlock":
+        """Of half a width (mm); `beyond` that, on request, it goes on far enough to be a layer."""
+        sides = np.linspace(0, half, CELLS + 1)
+        if beyond:
+            sides = np.append(sides, half + half * np.array([0.15, 0.4, 0.9, 2.0]))
+        down = -thickness * np.linspace(1, 0, CELLS // 2 + 1) ** 1.5
+        mesh, element = MeshHex.init_tensor(sides, sides, down), ElementVector(ElementHex2())
+        basis = Basis(mesh, element, intorder=4)
+        top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda x: x[2] > -1e-9), intorder=8)
+        matrix = linear_elasticity(*lame_parameters(1.0, nu)).assemble(basis)
+        fixed = [basis.get_dofs(lambda x: x[2] < 1e-9 - thickness).flatten()]
+        fixed += [basis.get_dofs(lambda x, axis=axis: x[axis] < 1e-9).all(f"u^{axis + 1}") for axis in (0, 1)]
+        free = np.setdiff1d(np.arange(basis.N), np.concatenate(fixed))
+        surface = basis.get_dofs(lambda x: x[2] > -1e-9).all("u^3")
+        x, y = basis.doflocs[:2, surface]
+        order = np.lexsort((y, x, np.maximum(x, y) > half + 1e-9))
+        solve = splu(matrix[free][:, free].tocsc()).solve
+        return cls(top, np.column_stack([x, y])[order], surface[order], free, solve)
+
+    def sunk(self, pressure: Callable) -> tuple[np.ndarray, np.ndarray]:
+        """Places (k, 2) on top, those within the half width first, and how far (k,) in mm they sink."""
+        load = LinearForm(lambda v, w: -pressure(w.x[0], w.x[1]) * v[2]).assemble(self.top)
+        moved = np.zeros(len(load))
+        moved[self.free] = self.solve(load[self.free])
+        return self.place, -moved[self.surface]
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A finger on one mesh, and what is needed of it for every effect."""
+
+    finger: Finger
+    size_mm: float = DEFAULT_SIZE_MM
+
+    @cached_property
+    def model(self) -> FingerModel:
+        """The finger, factorised."""
+        return FingerModel(self.finger, build(self.finger, size_mm=self.size_mm))
+
+    @cached_property
+    def reduced(self) -> ReducedFinger:
+        """The finger condensed at its apex."""
+        return self.model.reduce()
+
+    @cached_property
+    def whole(self) -> ReducedFinger:
+        """The same without symmetry, for specimens that have none."""
+        return self.model.reduce((1e-6, 1e-6))
+
+    def plain(self, force_N: float, modulus: float) -> Press:
+        """The linear, frictionless press on a bonded block."""
+        return press(self.reduced, Block(modulus, THICKNESS_MM), force_N=force_N, fidelity="contact")
+
+    def effect(self, name: str, size: str, modelled_by: str, sd: Callable[[float, float], float]) -> Effect:
+        """What S_d becomes, `sd(force_N, modulus)` in microstrain, and what modulus is read from it."""
+        forces = [gf_to_newton(gf) for gf in FORCES_GF]
+        ratio, modulus = np.full((2, len(forces), len(MODULI_MPA)), np.nan)
+        for i, force in enumerate(forces):
+            for j, true in enumerate(MODULI_MPA):
+                try:
+                    found = sd(force, true)
+                except ContactRangeError:
+                    continue
+                ratio[i, j] = found / self.plain(force, true).sd
+                modulus[i, j] = self._read(force, found) / true
+        return Effect(name, size, modelled_by, ratio, modulus)
+
+    def _read(self, force: float, sd: float) -> float:
+        """The modulus (MPa) whose press without the effect has this S_d; NaN beyond the curve."""
+        if force not in self._curves:
+            known = [(modulus, self._plain_or_nan(force, modulus)) for modulus in CURVE_MPA]
+            moduli, curve = np.array([pair for pair in known if pair[1] == pair[1]]).T
+            rising = np.append(True, curve[1:] > np.maximum.accumulate(curve)[:-1])
+            moduli, curve = moduli[rising], curve[rising]
+            self._curves[force] = PchipInterpolator(curve, np.log(moduli), extrapolate=False)
+        return float(np.exp(self._curves[force](sd)))
+
+    def _plain_or_nan(self, force: float, modulus: float) -> float:
+        try:
+            return self.plain(force, modulus).sd
+        except PapillaError:
+            return math.nan
+
+    @cached_property
+    def _curves(self) -> dict[float, PchipInterpolator]:
+        return {}
+
+
+def physics(finger: Finger, size_mm: float = DEFAULT_SIZE_MM, progress: Callable[[str], None] = str) -> list[Effect]:
+    """All effects on a finger, on its mesh of elements of `size_mm`."""
+    bench = Bench(finger, size_mm)
+    found = []
+    for name, size, modelled_by, sd in _effects(bench):
+        progress(name)
+        found.append(bench.effect(name, size, modelled_by, sd))
+    return sorted(found, key=lambda effect: -effect.worst)
+
+
+def _effects(bench: Bench):
+    """Name, size in words, what models it, and S_d with it as a function of force (N) and modulus (MPa)."""
+    finger, thick = bench.finger, THICKNESS_MM
+
+    def on(reduced: Callable[[], ReducedFinger], **options):
+        return lambda force, E: press(reduced(), Block(E, thick), force_N=force, fidelity="contact", **options).sd
+
+    def specimen(make, reduced=lambda: bench.reduced):
+        return lambda force, E: press(reduced(), make(E), force_N=force, fidelity="contact").sd
+
+    def offset(readings: Callable[[], np.ndarray]):
+        return lambda force, E: float((bench.plain(force, E).reading + readings()).std())
+
+    yield (
+        "large strain",
+        "neo-Hookean layers",
+        "press",
+        lambda force, E: press(bench.reduced, Block(E, thick), force_N=force).sd,
+    )
+    yield "friction", "stick", "press --friction", on(lambda: bench.reduced, friction=STICK)
+    yield "thickness of the block", f"8 mm, {thick:g} assumed", "--thickness", specimen(lambda E: Block(E, 8.0))
+    yield (
+        "block not bonded",
+        "slides on its table",
+        "Block(bonded=False)",
+        specimen(lambda E: Block(E, thick, bonded=False)),
+    )
+    for tilt in (1.0, 5.0):
+        yield (
+            "tilt of the block",
+            f"{tilt:g} degrees",
+            "a specimen's gap",
+            specimen(lambda E, tilt=tilt: TiltedBlock(E, thick, tilt_deg=tilt), lambda: bench.whole),
+        )
+    yield (
+        "width of the block",
+        "20 mm square",
+        "",
+        lambda force, E: (
+            press(
+                bench.reduced,
+                NarrowBlock(E, thick, pressed=bench.plain(force, E), reduced=bench.reduced),
+                force_N=force,
+                fidelity="contact",
+            ).sd
+        ),
+    )
+    yield (
+        "adhesion",
+        "0.05 J/m2",
+        "adhesive_press",
+        lambda force, E: adhesive_press(bench.reduced, Block(E, thick), 0.05, force_N=force).sd,
+    )
+    weight = cached(lambda: weight_readings(bench.model))
+    yield "finger turned over", "since the gauges were zeroed", "weight_readings", offset(lambda: 2 * weight())
+    preload = cached(lambda: bench.plain(0.01, 0.51).reading)
+    yield "zero under load", "0.01 N on 0.51 MPa", "touch-down", offset(lambda: -preload())
+    boned = cached(lambda: FingerModel(with_bone(finger), build(with_bone(finger), size_mm=bench.size_mm)).reduce())
+    yield "elastic bone", "3 GPa, bonded", "[bone] modulus", on(boned)
+    foiled = cached(lambda: FoiledModel(finger, bench.model.mesh, 300.0, 0.25).reduce())
+    yield "foils in the gauges", "polyimide, 0.1 mm, read as strain", "FoiledModel", on(foiled)
+
+
+def with_bone(finger: Finger) -> Finger:
+    """The finger on a bone of acrylic."""
+    return replace(finger, bone=Layer(3000.0, 0.37))
+
+
+def cached(make: Callable):
+    """A function that makes its value once, when it is first asked for."""
+    made: list = []
+
+    def value():
+        if not made:
+            made.append(make())
+        return made[0]
+
+    return value

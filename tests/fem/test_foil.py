@@ -1,0 +1,74 @@
+"""Foils on the interface, and the finger's own weight."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.fem import FingerModel, press
+from papilla.fem.discrete.elements import SYMMETRIC
+from papilla.fem.reduction.foil import FoiledModel, weight_readings
+from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.specimen import Block
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    finger = Finger.default()
+    return finger, build(finger, size_mm=2.8)
+
+
+def pressed(model):
+    return press(model.reduce(), Block(0.3, 10), force=0.6, fidelity="contact")
+
+
+def test_a_foil_without_stiffness_is_none(coarse):
+    plain, soft = pressed(FingerModel(*coarse)), pressed(FoiledModel(*coarse, 1e-9, 1e-12))
+    assert soft.values == pytest.approx(plain.values, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_membranes_take_the_strain_and_plates_the_curvature(coarse):
+    plain, membrane, plate = (
+        pressed(FoiledModel(*coarse, *stiffness)) for stiffness in ((0.0, 0.0), (300.0, 0.0), (0.0, 0.5))
+    )
+    assert np.abs(membrane.strain).max() < 0.1 * np.abs(plain.strain).max()
+    assert np.abs(plate.curvature).max() < 0.8 * np.abs(plain.curvature).max()
+    assert plate.strain == pytest.approx(plain.strain, rel=0.1, abs=0.01 * np.abs(plain.strain).max())
+    assert membrane.indentation < plain.indentation and plate.indentation < plain.indentation
+
+
+@pytest.mark.slow
+def test_a_foil_is_symmetric_beside_the_apex_too(coarse):
+    """The influence of a load on one side is that of its mirror image on the mirrored gauges: all parities agree."""
+    model = FoiledModel(*coarse, 300.0, 0.25)
+    right, left = (press(model.reduce((x, 0.0)), Block(0.3, 10), force=0.3, fidelity="contact") for x in (3.0, -3.0))
+    assert right.reading == pytest.approx(left.reading[::-1], rel=1e-6, abs=1e-6 * np.abs(right.reading).max())
+    middle = press(model.reduce((1e-6, 0.0)), Block(0.3, 10), force=0.3, fidelity="contact")
+    apex = press(model.reduce(), Block(0.3, 10), force=0.3, fidelity="contact")
+    assert middle.reading == pytest.approx(apex.reading, rel=1e-4, abs=1e-4 * np.abs(apex.reading).max())
+
+
+def test_stiffness_is_not_negative(coarse):
+    with pytest.raises(InputError, match=r"foil membrane \(N/mm\)"):
+        FoiledModel(*coarse, -1.0)
+
+
+def test_weight_is_what_a_body_force_does(coarse):
+    """By reciprocity in the product; here the body force is solved for."""
+    model = FingerModel(*coarse)
+    found = weight_readings(model, 1.2)
+    skmesh, space = model.space.skmesh, model.space
+    corners = skmesh.p[:, skmesh.t]
+    volume = np.abs(np.linalg.det((corners[:, 1:] - corners[:, :1]).transpose(2, 1, 0))) / 6
+    nodes = np.zeros(space.nodes)
+    # Integrals of quadratic shape functions on a tetrahedron: -1/20 of its volume at corners, 1/5 at edges
+    np.add.at(nodes, space.displacement.element_dofs, np.repeat([-1 / 20, 1 / 5], [4, 6])[:, None] * volume)
+    load = np.zeros((3 * space.nodes, 1))
+    load[2::3, 0] = -nodes * 9.80665e-6 * 1.2
+    moved = model._solve(SYMMETRIC, load)
+    values = model.rows(gauge_functionals(model.finger, model.surfaces["interface"]), SYMMETRIC) @ moved
+    direct = 1e6 * (gauge_weights(model.finger) * values.reshape(2, -1)).sum(axis=0)
+    assert np.abs(direct).max() > 10
+    assert found == pytest.approx(direct, rel=1e-6)
