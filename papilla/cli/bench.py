@@ -18,6 +18,7 @@ def bench(
     finger: Annotated[Path | None, typer.Option(help="Design file; the default finger without it.")] = None,
     short: Annotated[bool, typer.Option("--short", help="Coarse meshes and few rows.")] = False,
     estimators: Annotated[bool, typer.Option("--estimators", help="Compare the estimators instead.")] = False,
+    physics: Annotated[bool, typer.Option("--physics", help="What the press leaves out, effect by effect.")] = False,
     out: Annotated[Path | None, typer.Option(help=f"Folder for {PLOT}; the working directory without it.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -29,6 +30,13 @@ def bench(
     """
     from papilla.errors import InputError
 
+    if estimators and physics:
+        raise InputError("give --estimators or --physics, not both")
+    if physics:
+        from papilla.cli.bench_physics import bench_physics
+
+        bench_physics(finger, short, as_json)
+        return
     if estimators:
         if finger is not None:
             raise InputError("--finger is for the fidelities, not for --estimators")
