@@ -203,7 +203,7 @@ class Bench:
         return {}
 
 
-def physics(finger: Finger, size_mm: float = DEFAULT_SIZE_MM, progress: Callable[[str], None] = str) -> list[Effect]:
+def physics(finger: Finger, size_mm: float, progress: Callable[[str], None]) -> list[Effect]:
     """All effects on a finger, on its mesh of elements of `size_mm`."""
     bench = Bench(finger, size_mm)
     found = []
