@@ -102,19 +102,6 @@ def test_hertz_scales_with_its_units():
     assert scaled.b / 1000 == pytest.approx(contact.b, rel=1e-12)
 
 
-def test_finite_sphere_factor():
-    for depth in (1e-8, 1e-4, 0.0099):
-        assert ref.finite_sphere_factor(depth, 1.0) - 1 == pytest.approx(-depth / 10, rel=0.01, abs=1e-15)
-    # Both branches of the formula meet where they change over
-    below, above = ref.finite_sphere_factor(0.99999e-2, 1.0), ref.finite_sphere_factor(1.00699e-2, 1.0)
-    assert above - below == pytest.approx(-7e-6, rel=0.02)
-    # x = a/R = 0.5, both relations by hand
-    depth = 0.25 * math.log(3)
-    force = 0.5 * (1.25 * math.log(3) - 1)
-    assert ref.finite_sphere_factor(25 * depth, 25.0) == pytest.approx(force / (4 / 3 * depth**1.5), rel=1e-13)
-    assert ref.finite_sphere_factor(0.1, 1.0) == pytest.approx(0.99, abs=2e-4)
-
-
 # ---- Layers in wavenumber
 
 
@@ -393,7 +380,6 @@ BAD_INPUT = [
     (lambda: ref.hertz_ellipse(1.0, 25, math.nan, 0.1), "radius_y"),
     (lambda: ref.hertz_ellipse(1.0, 1e6, 1, 0.1), "ratio must be at most"),
     (lambda: ref.hertz_ellipse(1.0, 25, 25, 0), "contact modulus"),
-    (lambda: ref.finite_sphere_factor(2.0, 1.0), "at most the radius"),
     (lambda: ref.bonded_layer_deficit(-1.0, 0.5), "scaled wavenumber"),
     (lambda: ref.StackLayer(1.0, -1.0, 0.5), "layer modulus"),
     (lambda: ref.layered_halfspace_stiffness(1.0, [], None), "no layer on a rigid base"),

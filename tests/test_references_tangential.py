@@ -144,21 +144,12 @@ def test_all_slip_carries_friction_times_the_pressure():
     assert found.shear_moment == pytest.approx(0.02 * 3 * math.pi / 16, rel=0.01)
 
 
-def test_mindlin_tends_to_the_bonded_disc_and_to_sliding():
-    force, friction, a, compliance = 2.0, 0.5, 1.5, 0.8
-    moved, stick = ref.mindlin_displacement([1e-6, 1.0], force, friction, a, compliance)
-    assert moved[0] == pytest.approx(compliance * 1e-6 / (8 * a), rel=1e-5)
-    assert stick == pytest.approx([a, 0.0], rel=1e-5)
-    assert moved[1] == pytest.approx(3 * friction * force * compliance / (16 * a))
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: ref.frictional_punch(0.7), "Dundurs' beta"),
         (lambda: ref.frictional_punch(0.2, 0.0), "friction must be greater than 0"),
         (lambda: ref.BondedLayerGreen(0.0, 0.3), "layer thickness"),
-        (lambda: ref.mindlin_displacement(3.0, 1.0, 0.5, 1.0, 1.0), "where the contact slides"),
         (lambda: ref.goodman_stick_radius(0.0, 0.3), "Dundurs' beta"),
     ],
 )

@@ -10,7 +10,6 @@ from papilla.references.halfspace import (
 from papilla.references.hertz import (
     HertzContact,
     effective_modulus,
-    finite_sphere_factor,
     hertz_ellipse,
     hertz_ellipse_at,
     hertz_sphere,
@@ -23,7 +22,6 @@ from papilla.references.tangential_contact import (
     dundurs_beta,
     frictional_punch,
     goodman_stick_radius,
-    mindlin_displacement,
 )
 
 __all__ = [
@@ -38,7 +36,6 @@ __all__ = [
     "boussinesq_displacement",
     "dundurs_beta",
     "effective_modulus",
-    "finite_sphere_factor",
     "frictional_punch",
     "goodman_stick_radius",
     "halfspace_stiffness",
@@ -47,7 +44,6 @@ __all__ = [
     "hertz_sphere",
     "hertz_sphere_at",
     "layered_halfspace_stiffness",
-    "mindlin_displacement",
     "sliding_layer_deficit",
     "uniform_disc_mean_displacement",
 ]

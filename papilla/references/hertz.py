@@ -1,4 +1,4 @@
-"""Hertz contact of smooth bodies, and its correction for a finite sphere (mm, N, MPa)."""
+"""Hertz contact of smooth bodies (mm, N, MPa)."""
 
 import math
 from dataclasses import dataclass
@@ -140,29 +140,3 @@ def _axis_ratio(radius_ratio: float) -> tuple[float, float, float]:
 def _elliptic_KD(k: float) -> tuple[float, float]:
     """Complete elliptic integrals K and D = (K - E)/m at complementary modulus k; D does not cancel at k = 1."""
     return float(elliprf(0, k * k, 1)), float(elliprd(0, k * k, 1)) / 3
-
-
-def finite_sphere_factor(indentation: float, radius: float) -> float:
-    """Force of a rigid sphere over that of the paraboloid of Hertz, at the same indentation (both in mm).
-
-    With x = a/R: d = a artanh(x) and F = E*/2 [(a^2 + R^2) 2 artanh(x) - 2 a R]; the factor is 1 - d/(10 R) + ...
-
-    Raises `InputError` unless both are > 0 and indentation <= radius.
-    Source: Sneddon (1965), doi:10.1016/0020-7225(65)90019-4.
-    """
-    radius = checks.positive("radius (mm)", radius)
-    depth = checks.positive("indentation (mm)", indentation) / radius
-    if depth > 1:
-        raise InputError(f"indentation must be at most the radius {radius:g} mm, got {indentation:g}")
-    x = math.sqrt(math.tanh(depth))
-    for _ in range(50):
-        step = (x * math.atanh(x) - depth) / (math.atanh(x) + x / (1 - x * x))
-        x -= step
-        if abs(step) <= 1e-15 * x:
-            break
-    # Below x = 0.1 the closed form cancels to rounding; its series is exact there
-    if x > 0.1:
-        force = (1 + x * x) * math.atanh(x) - x
-    else:
-        force = 4 * sum(n * x ** (2 * n + 1) / (4 * n * n - 1) for n in range(1, 12))
-    return force / (4 / 3 * depth**1.5)

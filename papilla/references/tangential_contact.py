@@ -1,4 +1,4 @@
-"""Axisymmetric contact with friction: flat punch and growing sphere, and a sphere under tangential load (mm, N, MPa).
+"""Axisymmetric contact with friction: flat punch and growing sphere (mm, N, MPa).
 
 Two half-spaces couple pressure and shear through Dundurs' beta alone. With the transforms
 P(k) = int_0^a f(t) cos kt dt of the pressure and Q(k) = int_0^a g(t) sin kt dt of the radial shear, a flat punch of
@@ -104,22 +104,6 @@ def goodman_stick_radius(beta: float, friction: float) -> float:
     ratio = checks.positive("friction", friction) / checks.positive("Dundurs' beta", beta)
     # In x = artanh c, the whole range of slip annuli down to exp(-600) is one bracket
     return math.tanh(brentq(lambda x: x / math.tanh(x) - ratio * ellipkm1(math.tanh(x) ** 2), 1e-300, 300.0))
-
-
-def mindlin_displacement(tangential, force: float, friction: float, contact_radius: float, compliance: float):
-    """Tangential displacement (mm) of a pressed sphere under a tangential force (N, any shape), and its stick radius.
-
-    d = 3 mu F/(16 a) C [1 - (1 - T/(mu F))^(2/3)] and c = a (1 - T/(mu F))^(1/3), C = (2-nu)/G + (2-nu')/G' in 1/MPa.
-    Exact for nu = 0. Raises `InputError` for tangential forces outside [0, mu F].
-    Sources: Cattaneo (1938); Mindlin (1949), doi:10.1115/1.4009973; Johnson (1985), section 7.2.
-    """
-    limit = checks.positive("friction", friction) * checks.positive("force (N)", force)
-    left = 1 - np.asarray(tangential, dtype=float) / limit
-    if not np.all((left >= 0) & (left <= 1)):
-        raise InputError(f"tangential force (N) must be within 0 and {limit:g}, where the contact slides")
-    a = checks.positive("contact radius (mm)", contact_radius)
-    sliding = 3 * limit / (16 * a) * checks.positive("compliance (1/MPa)", compliance)
-    return sliding * (1 - left ** (2 / 3)), a * np.cbrt(left)
 
 
 def _punch(c, t, weights, f, g) -> FrictionalPunch:
