@@ -31,8 +31,8 @@ def bench_physics(finger: Path | None, short: bool, as_json: bool) -> None:
         return
     loads = ", ".join(f"{gf:g}" for gf in FORCES_GF)
     table = Table(title=f"change in %, at {loads} gf; worst first")
-    for title in ("effect", "modelled by"):
-        table.add_column(title)
+    table.add_column("effect", min_width=28)
+    table.add_column("modelled by", min_width=16)
     for quantity in ("S_d", "E"):
         for modulus in MODULI_MPA:
             table.add_column(f"{quantity}, {modulus:g} MPa", justify="right", no_wrap=True)

@@ -244,7 +244,7 @@ def _effects(bench: Bench):
         yield (
             "tilt of the block",
             f"{tilt:g} degrees",
-            "a specimen's gap",
+            "its own gap",
             specimen(lambda E, tilt=tilt: TiltedBlock(E, thick, tilt_deg=tilt), lambda: bench.whole),
         )
     yield (
@@ -271,7 +271,7 @@ def _effects(bench: Bench):
     preload = cached(lambda: bench.plain(0.01, 0.51).reading)
     yield "zero under load", "0.01 N on 0.51 MPa", "touch-down", offset(lambda: -preload())
     boned = cached(lambda: FingerModel(with_bone(finger), build(with_bone(finger), size_mm=bench.size_mm)).reduce())
-    yield "elastic bone", "3 GPa, bonded", "[bone] modulus", on(boned)
+    yield "elastic bone", "3 GPa, bonded", "bone modulus", on(boned)
     foiled = cached(lambda: FoiledModel(finger, bench.model.mesh, 300.0, 0.25).reduce())
     yield "foils in the gauges", "polyimide, 0.1 mm, read as strain", "FoiledModel", on(foiled)
 

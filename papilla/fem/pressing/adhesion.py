@@ -26,7 +26,7 @@ KNOTS, DEGREE = 17, 4
 STEP = 0.05
 """Relative step of the force over which readings and pressure are differentiated."""
 
-WIDER, WIDEST = 4.0, 6
+WIDER, WIDEST = 1.6, 12
 """The range of forces grows by this factor, this often at most, until it holds the press that makes the contact."""
 
 
