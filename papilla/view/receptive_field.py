@@ -11,7 +11,7 @@ from papilla.fem.reduction.gauges import gauge_frame
 from papilla.finger import Finger
 from papilla.mesh.surfaces import surfaces_of
 from papilla.units import to_microstrain
-from papilla.view.render import Part, View, draw, fitted, framed
+from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.style import (
     DIVERGING,
     GAUGE_COLOR,
@@ -23,7 +23,6 @@ from papilla.view.style import (
     nice_limit,
     titled,
 )
-from papilla.view.window import use_offscreen_window
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0

@@ -12,11 +12,9 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.specimen import Specimen
-from papilla.view.render import Part, View, draw, fitted, framed
-from papilla.view.scene import contact_frame, contact_outline, specimen_solid
-from papilla.view.section import Section, cut, half_skin
+from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
+from papilla.view.section import Section, contact_frame, contact_outline, cut, half_skin, specimen_solid
 from papilla.view.style import DIVERGING, INK, MUTED, diverging_bar, literal, mark_gauge, nice_limit, titled
-from papilla.view.window import use_offscreen_window
 
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR, BONE_COLOR = "#e9d8c7", "#7d93ad", "#c9ced6"

@@ -11,7 +11,7 @@ import pytest
 from papilla import fem, view
 from papilla.errors import FileAccessError, InputError
 from papilla.specimen import Block
-from papilla.view import pictures, receptive_field, strain_field, window
+from papilla.view import pictures, receptive_field, render, strain_field
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ GAUGES = ((0.93, 1), (0.73, 0.8), (0, 0.1))
 
 @pytest.mark.parametrize("rendered", [True, False], ids=["vtk", "matplotlib"])
 def test_the_strain_picture_shows_tension_gauges_and_specimen(scene, rendered, monkeypatch):
-    if rendered and not window.use_offscreen_window():
+    if rendered and not render.use_offscreen_window():
         pytest.skip("VTK cannot render on this machine")
     monkeypatch.setattr(strain_field, "use_offscreen_window", lambda: rendered)
     figure = view.strain_figure(scene.field, scene.reduced, scene.press, scene.specimen, scene.finger)
@@ -48,7 +48,7 @@ def test_the_strain_picture_shows_tension_gauges_and_specimen(scene, rendered, m
 
 @pytest.mark.parametrize("rendered", [True, False], ids=["vtk", "matplotlib"])
 def test_a_receptive_field_is_strongest_over_its_gauge(scene, rendered, monkeypatch):
-    if rendered and not window.use_offscreen_window():
+    if rendered and not render.use_offscreen_window():
         pytest.skip("VTK cannot render on this machine")
     monkeypatch.setattr(receptive_field, "use_offscreen_window", lambda: rendered)
     fields = fem.receptive_fields(scene.model)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.view.scene import contact_frame, contact_outline, specimen_solid
-from papilla.view.section import cut, half_skin, strain_along_layers
+from papilla.view.section import contact_frame, contact_outline, cut, half_skin, specimen_solid, strain_along_layers
 
 pytestmark = pytest.mark.slow
 
