@@ -11,8 +11,7 @@ from papilla.fem import FingerModel, press
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.studies.bench import FULL, SHORT, Bench, BenchRow
-from papilla.studies.bench.growth import Growth, Power
-from papilla.studies.bench.limits import Bound, Machine, bounds_of, factor_flops
+from papilla.studies.bench.limits import Bound, Growth, Machine, Power, bounds_of, factor_flops
 from papilla.studies.bench.measure import Job, measure, peak_memory_MiB, set_up
 from papilla.studies.bench.row import pareto_front
 from papilla.studies.bench.scenes import SPECIMEN, answers, thousand

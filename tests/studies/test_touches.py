@@ -41,11 +41,11 @@ def calibration():
 
 def test_noise_alone_is_measured_against_its_bound(calibration):
     steps = []
-    known = {"touches": (touches.EXACT,), "methods": ("all gauges", "S_d alone"), "seeds": range(100, 124)}
+    known = {"touches": ("noise alone",), "methods": ("all gauges", "S_d alone"), "seeds": range(100, 124)}
     five, alone = touches.feel(calibration, Finger.default(), **known, progress=lambda *step: steps.append(step))
     assert (five.method, alone.method) == known["methods"] and steps == [("softness", 0, 1)]
     assert five.answered == 1 and five.trials == 24 and 0.6 < five.over_bound < 1.5
-    assert json.loads(json.dumps(asdict(five)))["touch"] == touches.EXACT
+    assert json.loads(json.dumps(asdict(five)))["touch"] == "noise alone"
     force = touches.forces()[touches.AIR :]
     by_sd, by_gauges = (touches.bound(calibration, 0.1, force, by_sd) for by_sd in (True, False))
     assert by_gauges < 0.5 * by_sd
@@ -56,14 +56,16 @@ def test_rows_of_known_trials():
     moduli, bounds = np.full(4, 0.5), np.full(4, 0.01)
     errors, ok = np.array([0.01, 0.3, 0.03, 0.5]), [1.0, 1.0, 1.0, 0.0]
     found = np.column_stack([0.5 * np.exp(errors), 0.02 * 0.5 * np.exp(errors), ok])
-    row = touches._row("nothing", "x", found, moduli, bounds)
+    row = touches.row_of("nothing", "x", found, moduli, bounds)
     assert row.answered == 0.75 and row.covered == pytest.approx(2 / 3) and row.false_confident == 0.25
     assert row.median == pytest.approx(0.03) and row.over_bound == pytest.approx(100 * row.rms)
     assert row.over_sigma == pytest.approx(row.rms / 0.02)
     near = np.column_stack([0.5 * np.exp(errors / 10), 0.001 * np.ones(4), ok])
-    assert touches._row("nothing", "x", near, moduli, np.array([math.nan])).false_confident == 0, "off by less than 5 %"
-    nothing = touches._row("nothing", "x", np.full((4, 3), np.nan), moduli, bounds)
-    assert nothing.answered == nothing.false_confident == 0 and math.isnan(nothing.covered)
+    assert touches.row_of("nothing", "x", near, moduli, np.full(4, math.nan)).false_confident == 0, (
+        "off by less than 5 %"
+    )
+    nothing = touches.row_of("nothing", "x", np.full((4, 3), np.nan), moduli, bounds)
+    assert nothing.answered == nothing.false_confident == nothing.covered == 0 and math.isnan(nothing.rms)
 
 
 def test_a_touch_begins_in_the_air_and_lets_go():
@@ -99,8 +101,8 @@ def test_a_press_is_felt_where_and_on_what_the_touch_says(calibration, monkeypat
 
     monkeypatch.setattr(touches, "prepare", lambda finger, variant, at: (variant, at))
     monkeypatch.setattr(touches, "press", lambda *scene, **rest: asked.append((scene, rest)) or Pressed())
-    modulus, block = touches._trial(calibration, Finger.default(), "block of 3 mm", 100)
-    touches._trial(calibration, Finger.default(), "1 mm beside the apex in y", 100)
+    modulus, block = touches._trial(calibration, Finger.default(), touches.TOUCHES["block of 3 mm"], 100)
+    touches._trial(calibration, Finger.default(), touches.TOUCHES["1 mm beside the apex in y"], 100)
     (reduced, specimen), rest = asked[0]
     assert reduced == (0, (0.0, 0.0)) and (specimen.modulus, specimen.thickness) == (modulus, 3.0)
     assert (

@@ -14,7 +14,7 @@ from papilla.finger import Layer
 from papilla.mesh.topology import volumes
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
 from papilla.specimen import HalfSpace
-from papilla.studies.verify import FAMILIES, Case, Check, verify
+from papilla.studies.verify import FAMILIES, Case, verify
 from papilla.studies.verify.hard import crushed
 from papilla.studies.verify.manufactured import Manufactured
 from papilla.studies.verify.spectral import stack_sphere
@@ -34,19 +34,19 @@ def call():
 
 def good():
     """A family whose cases hold."""
-    yield Check("first", "error of nothing (exactly 0)", 0.0, 1e-10)
-    yield Check("second", "at its bound", 0.1, 0.1)
+    yield Case("first", "error of nothing (exactly 0)", 0.0, 1e-10)
+    yield Case("second", "at its bound", 0.1, 0.1)
 
 
 def bad():
     """A family with a case that does not hold."""
     yield from good()
-    yield Check("third", "over its bound", 0.2, 0.1)
+    yield Case("third", "over its bound", 0.2, 0.1)
 
 
 def broken():
     """A family that stops half way."""
-    yield Check("first", "error of nothing (exactly 0)", 0.0, 1e-10)
+    yield Case("first", "error of nothing (exactly 0)", 0.0, 1e-10)
     raise SolverError("the solver\ngave up")
 
 

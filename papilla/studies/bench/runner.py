@@ -8,8 +8,7 @@ from papilla import mesh as meshes
 from papilla.errors import ContactRangeError
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
 from papilla.finger import Finger
-from papilla.studies.bench.growth import Growth
-from papilla.studies.bench.limits import Bound, Machine, bounds_of
+from papilla.studies.bench.limits import Bound, Growth, Machine, bounds_of
 from papilla.studies.bench.measure import Job, measure_apart
 from papilla.studies.bench.row import ANSWERED, BenchRow, with_front
 from papilla.studies.bench.scenes import FINITE_FORCES_GF

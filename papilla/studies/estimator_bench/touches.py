@@ -55,17 +55,22 @@ def force_gain(rng, readings, force, sigma: float = 0.02):
 
 
 class Touch(NamedTuple):
-    """Where a touch is (mm), the specimen's thickness in mm, the number of the mesh, and what is not as calibrated."""
+    """Where a touch is (mm), the specimen's thickness in mm, the number of the mesh, and what is not as calibrated.
+
+    exact : readings are the calibration's own, which is then taken as exact: the bound is the noise's.
+    """
 
     at: tuple[float, float] = (0.0, 0.0)
     thickness_mm: float = THICKNESS_MM
     variant: int = 0
     disturbances: tuple[Disturbance, ...] = ()
+    exact: bool = False
 
 
 TOUCHES: Mapping[str, Touch] = MappingProxyType(
     {
-        "nothing": Touch(),
+        "noise alone": Touch(exact=True),
+        "nothing but the press": Touch(),
         "unseen mesh": Touch(variant=UNSEEN_VARIANT),
         "1 mm beside the apex in x": Touch(at=(1.0, 0.0)),
         "1 mm beside the apex in y": Touch(at=(0.0, 1.0)),
@@ -78,8 +83,6 @@ TOUCHES: Mapping[str, Touch] = MappingProxyType(
     }
 )
 """Every touch by what disturbs it."""
-EXACT = "noise alone"
-"""The touch whose readings are the calibration's own, which is then taken as exact: there the bound is the noise's."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +109,9 @@ class TouchRow:
 
 def _by_pipeline(calibration: Calibration, block) -> tuple[float, float, bool]:
     gauges = [gauge.name for gauge in calibration.gauges]
-    pipeline = Pipeline(calibration, gauges=gauges, columns=("force_N",), sample_rate_Hz=RATE_HZ, **NOISE)
-    found = pipeline.process(np.column_stack([np.arange(len(block)) / RATE_HZ, block]))
+    columns, time = ("force_N", "velocity_mm_s"), np.arange(len(block)) / RATE_HZ
+    pipeline = Pipeline(calibration, gauges=gauges, columns=columns, sample_rate_Hz=RATE_HZ, **NOISE)
+    found = pipeline.process(np.column_stack([time, block, 0 * time]))
     modulus, sigma = np.asarray(found.modulus_MPa)[-1], np.asarray(found.modulus_sigma_MPa)[-1]
     return modulus, sigma, bool(np.isfinite(modulus))
 
@@ -130,10 +134,9 @@ pipeline tells no modulus that may not."""
 
 def forces() -> np.ndarray:
     """(AIR + TOUCHED,) force in N: none, then up to 0.9 and back to 0.6."""
-    steps = np.concatenate(
-        [np.linspace(0, PRESSES - 1, 2 * TOUCHED // 3), np.linspace(PRESSES - 1, 0.6 * PRESSES, TOUCHED // 3)]
-    )
-    return np.concatenate([np.zeros(AIR), np.linspace(LIGHT_N, FIRM_N, PRESSES)[np.round(steps).astype(int)]])
+    up, down = 2 * TOUCHED // 3, TOUCHED // 3
+    steps = np.append(np.linspace(0, PRESSES - 1, up), np.linspace(PRESSES - 1, 0.6 * PRESSES, down))
+    return np.append(np.zeros(AIR), np.linspace(LIGHT_N, FIRM_N, PRESSES)[np.round(steps).astype(int)])
 
 
 def taken_as_exact(calibration: Calibration) -> Calibration:
@@ -162,69 +165,63 @@ def feel(
     calibration: Calibration,
     finger: Finger,
     *,
-    touches=(EXACT, *TOUCHES),
+    touches=tuple(TOUCHES),
     methods=tuple(METHODS),
     seeds=range(100, 140),
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> tuple[TouchRow, ...]:
     """A row for each touch and method: one trial a seed, each of another modulus, 0.05-0.72 MPa.
 
-    calibration : of the finger; without gauges' surfaces it is refused. Raises what `prepare` and `press` raise, and
-    `InputError` for fewer than two trials.
+    calibration : of the finger. Raises what `prepare` and `press` raise, and `InputError` for fewer than two trials.
     """
     if len(seeds) < 2:
         raise InputError(f"trials must be at least 2, got {len(seeds)}")
-    rows = []
+    rows, force = [], forces()[AIR:]
     for number, name in enumerate(touches):
         progress("softness", number, len(touches))
-        known = taken_as_exact(calibration) if name == EXACT else calibration
-        trials = [_trial(known, finger, name, seed) for seed in seeds]
+        known = taken_as_exact(calibration) if TOUCHES[name].exact else calibration
+        trials = [_trial(known, finger, TOUCHES[name], seed) for seed in seeds]
+        moduli = np.array([modulus for modulus, _ in trials])
         for method in methods:
             found = np.array([METHODS[method](known, block) for _, block in trials], float)
-            bounds = (
-                [bound(known, modulus, forces()[AIR:], method == "S_d alone") for modulus, _ in trials]
-                if (name == EXACT)
-                else [math.nan]
-            )
-            rows.append(_row(name, method, found, np.array([modulus for modulus, _ in trials]), np.array(bounds)))
+            bounds = np.full(len(moduli), math.nan)
+            if TOUCHES[name].exact:
+                bounds = np.array([bound(known, modulus, force, method == "S_d alone") for modulus in moduli])
+            rows.append(row_of(name, method, found, moduli, bounds))
     return tuple(rows)
 
 
-def _trial(calibration: Calibration, finger: Finger, name: str, seed: int) -> tuple[float, np.ndarray]:
+def _trial(calibration: Calibration, finger: Finger, touch: Touch, seed: int) -> tuple[float, np.ndarray]:
     """A modulus in MPa, and a block (n, g + 1) of noisy readings and forces on a specimen of it."""
     rng, force = np.random.default_rng(seed), forces()
     modulus = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** rng.uniform()
     readings = np.zeros((len(force), len(calibration.gauges)))
-    if name == EXACT:
+    if touch.exact:
         readings[AIR:] = calibration.predict_readings(force[AIR:], modulus)
     else:
-        touch = TOUCHES[name]
-        reduced = prepare(finger, variant=touch.variant, at=touch.at)
-        pressed, start = {}, None
+        reduced, pressed, start = prepare(finger, variant=touch.variant, at=touch.at), {}, None
         for value in np.unique(force[AIR:]).tolist():
             found = press(reduced, Block(modulus, touch.thickness_mm), force=value, start=start)
             start, pressed[value] = found.active, found.reading
         readings[AIR:] = [pressed[value] for value in force[AIR:].tolist()]
-        for disturb in touch.disturbances:
-            readings, force = disturb(rng, readings, force)
+    for disturb in touch.disturbances:
+        readings, force = disturb(rng, readings, force)
     readings = readings + GAUGE_SIGMA * rng.normal(size=readings.shape)
     return modulus, np.column_stack([readings, force + FORCE_SIGMA_N * rng.normal(size=len(force))])
 
 
-def _row(touch: str, method: str, found: np.ndarray, moduli: np.ndarray, bounds: np.ndarray) -> TouchRow:
+def row_of(touch: str, method: str, found: np.ndarray, moduli: np.ndarray, bounds: np.ndarray) -> TouchRow:
+    """What trials come to that found (n, 3) modulus, sigma and ok, of moduli (n,) and their bounds (n,)."""
     ok = (found[:, 2] == 1) & np.isfinite(found).all(axis=1)
     error = np.abs(np.log(found[ok, 0] / moduli[ok]))
     over = error / (found[ok, 1] / found[ok, 0])
-    none = not ok.any()
+    falsely = (over > FALSE_SIGMAS) & (error > WRONG)
+    middle, covered = (float(np.median(error)), float(np.mean(over <= 2))) if ok.any() else (math.nan, math.nan)
     return TouchRow(
-        touch,
-        method,
-        answered=float(ok.mean()),
-        median=math.nan if none else float(np.median(error)),
-        rms=math.nan if none else math.sqrt(np.mean(error**2)),
-        covered=math.nan if none else float(np.mean(over <= 2)),
-        false_confident=float(np.sum((over > FALSE_SIGMAS) & (error > WRONG)) / len(ok)),
-        over_sigma=math.nan if none else math.sqrt(np.mean(over**2)),
-        over_bound=math.nan if none or len(bounds) < len(ok) else math.sqrt(np.mean((error / bounds[ok]) ** 2)),
-        trials=len(ok),
-    )
+        touch, method, float(ok.mean()), middle, _rms(error), covered, float(falsely.sum() / len(ok)), _rms(over),
+        _rms(error / bounds[ok]), len(ok),
+    )  # fmt: skip
+
+
+def _rms(values: np.ndarray) -> float:
+    return math.sqrt(np.mean(values**2)) if values.size else math.nan

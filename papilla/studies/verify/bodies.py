@@ -9,7 +9,7 @@ from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
 from papilla.specimen import Sphere
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder, growing
 
@@ -65,12 +65,12 @@ def at_unit_contact(chi: float, modulus: float) -> tuple[float, float]:
     return 1 / (chi * unit.contact_radius), 1 / (BALL_RADIUS * unit.contact_radius**2)
 
 
-def compared(name: str, against: str, found: Press, exact, **bounds: float) -> Iterator[Check]:
+def compared(name: str, against: str, found: Press, exact, **bounds: float) -> Iterator[Case]:
     """A case for each quantity that has a bound: "force", "radius" or "area" of contact, "peak_pressure" ..."""
     for key, bound in bounds.items():
         word = key.replace("_", " ")
         measure = f"contact {word}" if key in ("area", "radius") else word
-        yield Check(f"{name}, {word}", f"{measure} {against}", off(_of(found, key), _of(exact, key)), bound)
+        yield Case(f"{name}, {word}", f"{measure} {against}", off(_of(found, key), _of(exact, key)), bound)
 
 
 def off(found: float, exact: float) -> float:

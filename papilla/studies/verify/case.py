@@ -5,35 +5,29 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Check:
-    """What a family of cases yields: `error` must not exceed `bound`.
+class Case:
+    """What a family yields: `error` must not exceed `bound`; an error that is no number does.
 
-    `measure` says what is compared, with which reference; a fraction where it does not name a unit.
+    `measure` says what is compared, with which reference; a fraction where it does not name a unit. seconds : that it
+    took, by the wall clock; what cases share is counted with the first of them.
     """
 
     name: str
     measure: str
     error: float
     bound: float
-
-
-@dataclass(frozen=True)
-class Case(Check):
-    """A check with the wall-clock seconds that it took; what cases share is counted with the first of them."""
-
-    seconds: float
+    seconds: float = 0.0
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within its bound; an error that is no number is not."""
+        """Whether the error is within its bound."""
         return bool(self.error <= self.bound)
 
     def to_json(self) -> dict:
         """The documented keys, as plain values."""
-        error, bound = float(self.error), float(self.bound)
-        own = {"name": self.name, "measure": self.measure, "error": error, "bound": bound}
-        return own | {"passed": self.passed, "seconds": self.seconds}
+        plain = vars(self) | {"error": float(self.error), "bound": float(self.bound), "passed": self.passed}
+        return {key: plain[key] for key in ("name", "measure", "error", "bound", "passed", "seconds")}
 
 
-Family = Callable[[], Iterator[Check]]
-"""A family of cases: a generator of checks that share what is expensive."""
+Family = Callable[[], Iterator[Case]]
+"""A family of cases: a generator of those that share what is expensive."""

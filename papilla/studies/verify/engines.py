@@ -6,7 +6,7 @@ import numpy as np
 
 from papilla.fem.discrete.solver import factorise
 from papilla.finger import Layer
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder
 
@@ -16,7 +16,7 @@ MATERIALS = ((0.3, 1.0), (0.4999, 1.0), (0.4999, 1e-3), (0.4999, 1e3), (0.499999
 """nu, and modulus of the upper half over that of the lower."""
 
 
-def engines() -> Iterator[Check]:
+def engines() -> Iterator[Case]:
     """Displacements of a bonded layer of two halves under random loads, rslab against SuperLU."""
     mesh = cylinder(np.linspace(0, 2, 7), np.linspace(0, 1, 5), 2, 4)
     for nu, contrast in MATERIALS:
@@ -29,4 +29,4 @@ def engines() -> Iterator[Check]:
         found = [factorise(factor.matrix, negative, engine=name).solve(rhs)[:loaded] for name in ("rslab", "superlu")]
         away = np.linalg.norm(found[0] - found[1], axis=0) / np.linalg.norm(found[1], axis=0)
         name = f"rslab and SuperLU, nu {nu:g}, contrast {contrast:g}"
-        yield Check(name, "displacements under random loads, against each other", float(away.max()), AGREEMENT)
+        yield Case(name, "displacements under random loads, against each other", float(away.max()), AGREEMENT)

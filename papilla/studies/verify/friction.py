@@ -12,7 +12,7 @@ from papilla.finger import Layer
 from papilla.references import dundurs_beta, frictional_punch
 from papilla.specimen import Block, Friction, friction_coefficient
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer, half_space, off
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 
 MODULUS, NU = 1.0, 0.3
 
@@ -21,7 +21,7 @@ FORCE_BOUND, SHEAR_BOUND = 0.01, 0.03
 THICKNESS = 1.5
 
 
-def friction() -> Iterator[Check]:
+def friction() -> Iterator[Case]:
     """A ball on a block of 600 contact radii, and on a bonded layer that is meshed or taken from its kernels."""
     model = half_space(Layer(MODULUS, NU), (0.0,), 1.0)
     reduced = model.reduce()
@@ -32,14 +32,14 @@ def friction() -> Iterator[Check]:
         force, indentation = exact.sphere(1.0, BALL_RADIUS, MODULUS / (1 - NU**2))
         found = press(reduced, BALL, indentation=indentation, friction=value)
         name, against = f"sphere on half-space, friction {value}", f"at given indentation, against {source}"
-        yield Check(f"{name}, force", f"force {against} (exact solution)", off(found.force, force), FORCE_BOUND)
+        yield Case(f"{name}, force", f"force {against} (exact solution)", off(found.force, force), FORCE_BOUND)
         moment = shear_moment(reduced, found.traction)
         measure = f"moment of the shear {against} (exact solution)"
-        yield Check(f"{name}, shear", measure, off(moment, exact.shear_moment * force), SHEAR_BOUND)
+        yield Case(f"{name}, shear", measure, off(moment, exact.shear_moment * force), SHEAR_BOUND)
     yield from _layer_both_ways()
 
 
-def _layer_both_ways() -> Iterator[Check]:
+def _layer_both_ways() -> Iterator[Case]:
     """An incompressible layer by finite elements under a ball, and its kernels in their place."""
     layer = Layer(MODULUS, 0.5)
     model = bonded_layer(layer, THICKNESS)
@@ -55,9 +55,9 @@ def _layer_both_ways() -> Iterator[Check]:
         name = f"sphere on incompressible layer, friction {value}"
         against = "at given indentation, against the layer's kernels (second method)"
         force = reduced.multiplicity * expected.force
-        yield Check(f"{name}, force", f"force {against}", off(found.force, force), FORCE_BOUND)
+        yield Case(f"{name}, force", f"force {against}", off(found.force, force), FORCE_BOUND)
         moments = shear_moment(reduced, found.traction), shear_moment(reduced, expected.traction)
-        yield Check(f"{name}, shear", f"moment of the shear {against}", off(*moments), SHEAR_BOUND)
+        yield Case(f"{name}, shear", f"moment of the shear {against}", off(*moments), SHEAR_BOUND)
 
 
 def shear_moment(reduced: ReducedFinger, traction: np.ndarray) -> float:

@@ -17,7 +17,7 @@ from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, coated, compared, off
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import (
     BLOCK,
     contact_residuals,
@@ -52,7 +52,7 @@ LOADS_GF = (0.1, 0.5, 2, 5, 20, 100, 300, 1000)
 """From the lightest press to beyond what the finger stands."""
 
 
-def contrast() -> Iterator[Check]:
+def contrast() -> Iterator[Case]:
     """Sphere on a layer on a layer on a rigid table, the upper from 1000 times softer to 1000 times harder."""
     thickness, depth, nu = 1.0, 8.0, 0.4999
     for ratio in CONTRASTS:
@@ -68,7 +68,7 @@ def contrast() -> Iterator[Check]:
         yield residual(name, model)
 
 
-def loads() -> Iterator[Check]:
+def loads() -> Iterator[Case]:
     """Specimens from 1 kPa to rigid, 0.1 gf to what the finger stands: the default mesh against another of the five."""
     finger, reduced = Finger.default(), default_reduced()
     other = FingerModel(finger, build(finger, variant=1)).reduce()
@@ -83,15 +83,15 @@ def loads() -> Iterator[Check]:
             f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {len(scenes) - len(answers)} refused"
         )
         away = max((off(one.sd, two.sd) for one, two in resolved), default=np.inf)
-        yield Check(f"{name}, S_d", f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)", away, STATED)
+        yield Case(f"{name}, S_d", f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)", away, STATED)
         broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
-        yield Check(f"{name}, complementarity", "worst of pressure, gap, product (exactly 0)", broken, COMPLEMENTARITY)
+        yield Case(f"{name}, complementarity", "worst of pressure, gap, product (exactly 0)", broken, COMPLEMENTARITY)
     light = press(reduced, BLOCK, force=gf_to_newton(0.1))
     measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
-    yield Check("0.1 gf, S_d per newton", measure, off(light.sd / light.force, _point_load_sd(reduced)), LIGHT_BOUND)
+    yield Case("0.1 gf, S_d per newton", measure, off(light.sd / light.force, _point_load_sd(reduced)), LIGHT_BOUND)
 
 
-def places() -> Iterator[Check]:
+def places() -> Iterator[Case]:
     """Presses off the middle up to the rim, each on two meshes; what is refused or warned of says so."""
     finger = replace(Finger.default(), patch_radius=6.0)
     one, two = (_pressed_at(FingerModel(finger, build(Finger.default(), variant=variant))) for variant in (0, 1))
@@ -99,14 +99,14 @@ def places() -> Iterator[Check]:
         name = f"5 gf at ({at[0]:g}, {at[1]:g}) mm"
         if isinstance(ours, ContactRangeError) or isinstance(theirs, ContactRangeError):
             error = ours if isinstance(ours, ContactRangeError) else theirs
-            yield Check(name, f"refused: {error}", 0.0, 0.0)
+            yield Case(name, f"refused: {error}", 0.0, 0.0)
             continue
         (found, broken), (other, _) = ours, theirs
-        yield Check(f"{name}, balance", "worst of pressure, gap, product, force (exactly 0)", broken, COMPLEMENTARITY)
+        yield Case(f"{name}, balance", "worst of pressure, gap, product, force (exactly 0)", broken, COMPLEMENTARITY)
         away = float(np.abs(found.reading - other.reading).max() / np.abs(found.reading).max())
         said = "resolved" if found.resolved else "warned"
         measure = f"worst reading on another mesh, over the largest ({said}; the status states {100 * OFF_APEX:g} %)"
-        yield Check(f"{name}, readings", measure, away, OFF_APEX)
+        yield Case(f"{name}, readings", measure, away, OFF_APEX)
 
 
 def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeError]:
@@ -123,7 +123,7 @@ def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeEr
     return found
 
 
-def thin_layer() -> Iterator[Check]:
+def thin_layer() -> Iterator[Case]:
     """An outer layer of 0.3 mm, thinner than an element: with equal moduli it must not be felt at all."""
     base = default_model().finger
     shape = base.shape
@@ -142,7 +142,7 @@ def thin_layer() -> Iterator[Check]:
     yield residual(name, FingerModel(thin, mesh))
 
 
-def slivers() -> Iterator[Check]:
+def slivers() -> Iterator[Case]:
     """The default mesh with crushed cells, and one with a flat cell."""
     base = default_model()
     ruined = crushed(base.mesh.cell(), SLIVERS)
@@ -151,11 +151,11 @@ def slivers() -> Iterator[Check]:
     found = pressed_by(model.reduce(), 30)
     sound = pressed_by(default_reduced(), 30)
     name = f"{int((ratio < 0.05).sum())} slivers down to mean ratio {ratio.min():.1g}"
-    yield Check(f"{name}, S_d", "S_d at 30 gf, against the sound mesh (stated: 3 %)", off(found.sd, sound.sd), STATED)
+    yield Case(f"{name}, S_d", "S_d at 30 gf, against the sound mesh (stated: 3 %)", off(found.sd, sound.sd), STATED)
     away = off(found.indentation, sound.indentation)
-    yield Check(f"{name}, indentation", "indentation at 30 gf, against the sound mesh", away, 0.005)
+    yield Case(f"{name}, indentation", "indentation at 30 gf, against the sound mesh", away, 0.005)
     yield residual(name, model)
-    yield Check("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
+    yield Case("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
 
 
 def crushed(cell: LayeredMesh, count: int) -> LayeredMesh:

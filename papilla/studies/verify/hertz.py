@@ -25,7 +25,7 @@ from papilla.studies.verify.bodies import (
     half_space,
     surface_pressure,
 )
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.flat import with_gap
 from papilla.studies.verify.spectral import stack_sphere
 
@@ -36,7 +36,7 @@ FORCE_BOUND, AREA_BOUND = 0.01, 0.02
 CHIS = (0.19, 0.49, 0.75, 1.05)
 
 
-def hertz() -> Iterator[Check]:
+def hertz() -> Iterator[Case]:
     """Sphere and ellipse on a block of 600 contact radii, at both fidelities, with gauges below."""
     nu, depth, sites = 0.3, 1.0, (0.0, 1.0, 2.5)
     reduced = half_space(Layer(MODULUS, nu), sites, depth).reduce()
@@ -50,7 +50,7 @@ def hertz() -> Iterator[Check]:
     expected = _boussinesq_strain(reduced, pressed.pressure, nu, sites, depth)
     worst = float(np.abs(pressed.strain - expected).max() / np.abs(expected).max())
     measure = "elongation of 3 gauges over the largest, against Boussinesq under the same pressure (closed form)"
-    yield Check("sphere on half-space, gauge strain", measure, worst, FORCE_BOUND)
+    yield Case("sphere on half-space, gauge strain", measure, worst, FORCE_BOUND)
     radii = (BALL_RADIUS, BALL_RADIUS / 2.5)
     bowl = with_gap(reduced, *radii)
     ellipse = hertz_ellipse(1.3 * exact.force, *radii, e_star)
@@ -61,7 +61,7 @@ def hertz() -> Iterator[Check]:
         yield from compared(f"ellipse of radii 5:2, fidelity {fidelity}", against, pressed, ellipse, **bounds)
 
 
-def layers() -> Iterator[Check]:
+def layers() -> Iterator[Case]:
     """Sphere on a bonded incompressible layer at four ratios of contact to thickness."""
     for chi in CHIS:
         thickness, indentation = at_unit_contact(chi, MODULUS)
@@ -73,7 +73,7 @@ def layers() -> Iterator[Check]:
         yield from compared(f"sphere on incompressible layer, chi {chi:g}", against, found, exact, **bounds)
 
 
-def coat() -> Iterator[Check]:
+def coat() -> Iterator[Case]:
     """Sphere on a half-space with a harder coat as thick as the contact is wide."""
     contrast, nu = 10.0, 0.4999
     exact = stack_sphere(1.0, BALL_RADIUS, [StackLayer(1.0, MODULUS, nu)], HalfSpace(MODULUS / contrast, nu))

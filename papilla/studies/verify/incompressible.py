@@ -10,7 +10,7 @@ from papilla.fem import FingerModel, press
 from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, at_unit_contact, bonded_layer, compared
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import default_model, pressed_by
 
 POISSONS = (0.49, 0.499, 0.4999, 0.49999, 0.499999, 0.5)
@@ -24,13 +24,13 @@ SMOOTH_BOUND = 1e-4
 """On how far a quantity is from its limit plus a term in proportion to 1 - 2 nu."""
 
 
-def incompressible() -> Iterator[Check]:
+def incompressible() -> Iterator[Case]:
     """A bonded layer against its exact solution, and the default finger against its own limit."""
     yield from _bonded_layer()
     yield from _finger()
 
 
-def _bonded_layer() -> Iterator[Check]:
+def _bonded_layer() -> Iterator[Case]:
     """Confined between ball and table, a layer feels nu most."""
     chi, modulus = 0.75, 1.0
     thickness, indentation = at_unit_contact(chi, modulus)
@@ -45,10 +45,10 @@ def _bonded_layer() -> Iterator[Check]:
         yield from compared(name, against, found, exact, force=FORCE_BOUND)
         yield residual(name, model)
     stiffening = max(ratios) / ratios[0] - 1
-    yield Check("bonded layer, locking", "rise of force over exact force above that at nu 0.49", stiffening, EVEN_BOUND)
+    yield Case("bonded layer, locking", "rise of force over exact force above that at nu 0.49", stiffening, EVEN_BOUND)
 
 
-def _finger() -> Iterator[Check]:
+def _finger() -> Iterator[Case]:
     readings = []
     base = default_model()
     for nu in POISSONS:
@@ -64,12 +64,12 @@ def _finger() -> Iterator[Check]:
     for column, name in enumerate(("S_d", "indentation")):
         away = float(np.abs(changes[2:, column] - slope[column] * compressibility[2:]).max())
         measure = f"{name} at 50 gf from nu 0.4999 on, against its limit plus a term in 1 - 2 nu"
-        yield Check(f"finger, {name} smooth in nu", measure, away, SMOOTH_BOUND)
+        yield Case(f"finger, {name} smooth in nu", measure, away, SMOOTH_BOUND)
         kept = float(np.abs(changes[2, column]))
-        yield Check(f"finger, {name} at nu 0.4999", f"{name} at 50 gf, against nu = 0.5", kept, EVEN_BOUND)
+        yield Case(f"finger, {name} at nu 0.4999", f"{name} at 50 gf, against nu = 0.5", kept, EVEN_BOUND)
 
 
-def residual(name: str, model: FingerModel, columns: int = 4) -> Check:
+def residual(name: str, model: FingerModel, columns: int = 4) -> Case:
     """Largest relative residual over random displacement loads, with the true matrix, each column by itself."""
     free, factor = model.factor()
     loaded = int(free[: 3 * model.space.nodes].sum())
@@ -77,4 +77,4 @@ def residual(name: str, model: FingerModel, columns: int = 4) -> Check:
     rhs[:loaded] = np.random.default_rng(3).standard_normal((loaded, columns))
     full = factor.matrix + sp.tril(factor.matrix, -1).T
     worst = (np.linalg.norm(full @ factor.solve(rhs) - rhs, axis=0) / np.linalg.norm(rhs, axis=0)).max()
-    return Check(f"{name}, residual", "residual of a solve over its load", float(worst), RESIDUAL_BOUND)
+    return Case(f"{name}, residual", "residual of a solve over its load", float(worst), RESIDUAL_BOUND)

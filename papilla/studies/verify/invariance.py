@@ -8,14 +8,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.fem import FingerModel, ReducedFinger, press
-from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import (
     BLOCK,
     contact_residuals,
@@ -39,7 +38,7 @@ LEANING = ((17.0, 4.0, 30.0), (-33.0, -6.0, 0.0), (5.0, 0.0, 90.0))
 """Angle, y (mm) and direction of the gauges of a design without symmetry."""
 
 
-def invariance() -> Iterator[Check]:
+def invariance() -> Iterator[Case]:
     """Identities that no mesh and no material may break."""
     yield from _reciprocity()
     yield from _energy()
@@ -48,7 +47,7 @@ def invariance() -> Iterator[Check]:
     yield from _units()
 
 
-def _reciprocity() -> Iterator[Check]:
+def _reciprocity() -> Iterator[Case]:
     """Gauge rows by one adjoint solve a gauge, against the solves of all unit pressures."""
     model, reduced = default_model(), default_reduced()
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
@@ -58,16 +57,16 @@ def _reciprocity() -> Iterator[Check]:
     # An apex press is symmetric in both planes: only that part of an adjoint, halved in each, does work with it
     rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
     worst = float(np.abs(rows - reduced.strain_rows).max() / np.abs(reduced.strain_rows).max())
-    yield Check("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, TIGHT)
+    yield Case("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, TIGHT)
 
 
-def _energy() -> Iterator[Check]:
+def _energy() -> Iterator[Case]:
     model, reduced = default_model(), default_reduced()
     pressed = pressed_by(reduced, 50)
     displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC].ravel()
     stored = reduced.multiplicity * _strain_energy(model, displacement)
     work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
-    yield Check("strain energy", "integral over the mesh, against half of pressure times displacement",
+    yield Case("strain energy", "integral over the mesh, against half of pressure times displacement",
                 abs(stored / work - 1), BALANCE)  # fmt: skip
     depths = np.linspace(0, pressed.indentation, 101)[1:]
     forces, start = [0.0], None
@@ -78,28 +77,20 @@ def _energy() -> Iterator[Check]:
     own = reduced.compliance + reduced.specimen_compliance(BLOCK)
     stored = reduced.multiplicity * float(step.pressure @ own @ step.pressure) / 2
     work = float(np.trapezoid(forces, np.append(0, depths)))
-    yield Check("work of a press", "integral of force over indentation, against stored energy",
+    yield Case("work of a press", "integral of force over indentation, against stored energy",
                 abs(work / stored - 1), WORK_BOUND)  # fmt: skip
 
 
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
-    """Half of 2 mu eps : eps + p^2 / lambda over the cell, the pressure answering to the displacement, in N mm."""
-    space, size = model.space, 3 * model.space.nodes
-    squeeze = (space.part("divergence")[size:, :size] @ displacement)[:, None]
-    compressibility = sp.csc_matrix((space.pressures, space.pressures))
-    energy = 0.0
-    for number, layer in model.layers.items():
-        mu, ratio = lame(layer)
-        shear = space.part("shear", number)[:size, :size]
-        doubled = 2 * displacement @ (shear @ displacement) - displacement @ (shear.diagonal() * displacement)
-        energy += mu * doubled / 2
-        lower = space.part("mass", number)[size:, size:]
-        compressibility = compressibility + ratio * (lower + sp.tril(lower, -1).T)
-    pressure = sp.linalg.spsolve(compressibility.tocsc(), squeeze[:, 0])
-    return float(energy + squeeze[:, 0] @ pressure / 2)
+    """Half of u A u + p C p over the cell, the pressure answering to the displacement, in N mm."""
+    lower, size = model.space.matrix(model.layers), 3 * model.space.nodes
+    whole = (lower + sp.tril(lower, -1).T).tocsr()
+    squeeze = whole[size:, :size] @ displacement
+    pressure = sp.linalg.spsolve(-whole[size:, size:].tocsc(), squeeze)
+    return float(displacement @ (whole[:size, :size] @ displacement) + squeeze @ pressure) / 2
 
 
-def _complementarity() -> Iterator[Check]:
+def _complementarity() -> Iterator[Case]:
     """Every scene of a grid of specimens and forces, recomputed from the compliance alone."""
     reduced = default_reduced()
     specimens: dict[str, Specimen] = {
@@ -113,16 +104,16 @@ def _complementarity() -> Iterator[Check]:
         residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
         measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
         for measure, error in zip(measures, residuals, strict=True):
-            yield Check(f"complementarity, {name}, {measure}", "largest at 5, 20, 60 gf (exactly 0)", error, BALANCE)
+            yield Case(f"complementarity, {name}, {measure}", "largest at 5, 20, 60 gf (exactly 0)", error, BALANCE)
         balance = max(
             abs(reduced.multiplicity * float(reduced.patch.mass @ one.pressure) / one.force - 1) for one in presses
         )
-        yield Check(
+        yield Case(
             f"force balance, {name}", "integral of pressure at 5, 20, 60 gf, against the force", balance, BALANCE
         )
 
 
-def _mirrors() -> Iterator[Check]:
+def _mirrors() -> Iterator[Case]:
     """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
     base = default_model()
     there = [Gauge(f"a{k}", angle_deg=a, y_mm=y, direction_deg=d) for k, (a, y, d) in enumerate(LEANING)]
@@ -134,9 +125,9 @@ def _mirrors() -> Iterator[Check]:
     count = len(LEANING)
     away = max(np.abs(strain[0][:count] - strain[1][count:]).max(), np.abs(strain[0][count:] - strain[1][:count]).max())
     measure = "readings of a design pressed at (5, 3) mm, against its mirror image pressed at (-5, 3) mm"
-    yield Check("mirrored design, readings", measure, float(away / np.abs(strain[0]).max()), MIRROR)
+    yield Case("mirrored design, readings", measure, float(away / np.abs(strain[0]).max()), MIRROR)
     depth = abs(found[0].indentation / found[1].indentation - 1)
-    yield Check("mirrored design, indentation", measure.replace("readings", "indentation"), depth, MIRROR)
+    yield Case("mirrored design, indentation", measure.replace("readings", "indentation"), depth, MIRROR)
     quarter = bonded_layer(Layer(1.0, 0.4999), 0.7, Layer(0.2, 0.4999), gauge_sites=(0.3, -0.8))
     whole = FlatModel(
         replace(quarter.mesh, mirrors=()),
@@ -152,10 +143,10 @@ def _mirrors() -> Iterator[Check]:
     ]
     away = float(np.abs(readings[0] - readings[1]).max() / np.abs(readings[0]).max())
     measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
-    yield Check("mirror planes, readings", measure, away, MIRROR)
+    yield Case("mirror planes, readings", measure, away, MIRROR)
 
 
-def _units() -> Iterator[Check]:
+def _units() -> Iterator[Case]:
     """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
     reference, steps = _pressed(default_reduced(), 1.0, 1.0)
     for unit, scales in (("stress", [(1e-6, 1.0), (1e6, 1.0)]), ("length", [(1.0, 1e-6), (1.0, 1e6)])):
@@ -167,11 +158,9 @@ def _units() -> Iterator[Check]:
                 abs(found.peak_pressure / stress / reference.peak_pressure - 1),
             )
             name = f"{unit} rescaled by {stress * length:g}"
-            yield Check(
-                f"{name}, answer", "strain, indentation, peak pressure, against the usual units", worst, BALANCE
-            )
+            yield Case(f"{name}, answer", "strain, indentation, peak pressure, against the usual units", worst, BALANCE)
             measure = f"difference of {taken} from {steps} exchanges of the contact search"
-            yield Check(f"{name}, iterations", measure, float(abs(taken - steps)), 0.0)
+            yield Case(f"{name}, iterations", measure, float(abs(taken - steps)), 0.0)
 
 
 def _pressed(reduced: ReducedFinger, stress: float, length: float):

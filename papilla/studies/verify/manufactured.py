@@ -14,7 +14,7 @@ import numpy as np
 from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
 from papilla.mesh.layered import LayeredMesh
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube, shell
 
@@ -81,7 +81,7 @@ class Manufactured:
         return np.stack([-np.sin(x[0]) * np.sin(x[1]), np.zeros_like(x[0]), np.zeros_like(x[0])])
 
 
-def manufactured() -> Iterator[Check]:
+def manufactured() -> Iterator[Case]:
     """Slopes between two meshes and caps on the finer one, for every element, nu, boundary and norm."""
     for boundary, solve in (("flat", _solve_flat), ("curved", _solve_curved)):
         for element, nu in RUNS:
@@ -90,9 +90,9 @@ def manufactured() -> Iterator[Check]:
             name, degree = f"{element}, nu {nu:g}, {boundary} boundary", "P1" if element == "P1" else "P2"
             for norm, slope, order in zip(("L2", "H1"), slopes, ORDERS[boundary][degree], strict=True):
                 measure = f"shortfall of the slope, {slope:.2f}, from the order {order:g} (exact solution)"
-                yield Check(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), SHORTFALL)
+                yield Case(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), SHORTFALL)
             for norm, error, cap in zip(("L2", "H1"), errors[1], CAPS[boundary][degree], strict=True):
-                yield Check(f"{name}, error in {norm}", f"{norm} norm of the error (exact solution)", float(error), cap)
+                yield Case(f"{name}, error in {norm}", f"{norm} norm of the error (exact solution)", float(error), cap)
 
 
 @lru_cache(maxsize=4)

@@ -12,7 +12,7 @@ from papilla.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.layered import INNER, OUTER
 from papilla.mesh.surfaces import surfaces_of
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube
 
@@ -23,18 +23,18 @@ GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])
 POISSONS = (0.3, 0.4999)
 
 
-def patch_test() -> Iterator[Check]:
+def patch_test() -> Iterator[Case]:
     """Constant strain, constant stress across the layers, and rigid motions."""
     mesh = cube(4, jitter=0.15, split=True)
     for element in ELEMENTS:
         for nu in POISSONS:
             error = _constant_strain(Discretisation(mesh, element), nu)
             measure = "displacement inside, linear on the boundary (exact solution)"
-            yield Check(f"constant strain, {element}, nu {nu:g}", measure, error, BOUND)
+            yield Case(f"constant strain, {element}, nu {nu:g}", measure, error, BOUND)
     for contrast in (1e-3, 1e3):
         error = _constant_stress(Discretisation(mesh, "Taylor-Hood"), contrast)
         measure = "displacement that bends on the interface, pressure that jumps there (exact solution)"
-        yield Check(f"constant stress, layer contrast {contrast:g}", measure, error, BOUND)
+        yield Case(f"constant stress, layer contrast {contrast:g}", measure, error, BOUND)
     yield from _rigid_motions()
 
 
@@ -65,7 +65,7 @@ def _interior_error(discrete: Discretisation, layers: dict[int, Layer], field) -
     return float(np.abs(found - exact).max() / np.abs(exact).max())
 
 
-def _rigid_motions() -> Iterator[Check]:
+def _rigid_motions() -> Iterator[Case]:
     """Strain in the cells and reading of every gauge, under three translations and three rotations of unit size."""
     finger = Finger.default()
     # The whole mesh as if it had no mirrors: gauges lie in all its images
@@ -75,7 +75,7 @@ def _rigid_motions() -> Iterator[Check]:
     rotations = [np.cross(axis, places) for axis in np.eye(3)]
     size = np.abs(rotations[0]).max()
     strain = max(_largest_strain(space, motion) for motion in rotations)
-    yield Check("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, BOUND)
+    yield Case("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, BOUND)
     motions = np.stack(rotations + [size * np.broadcast_to(axis, places.shape) for axis in np.eye(3)])
     interface = surfaces_of(finger)["interface"]
     measure = f"largest of 5 gauges and 6 motions of up to {size:.0f} mm (exactly 0)"
@@ -85,7 +85,7 @@ def _rigid_motions() -> Iterator[Check]:
             functional = make(gauge, gauge_frame(finger, gauge, interface), interface)
             at_points = interpolation(space, functional.points)
             worst = max(worst, *(abs(float(np.sum(functional.weights * (at_points @ motion)))) for motion in motions))
-        yield Check(f"rigid motions, gauge {name}", measure + unit, worst, BOUND)
+        yield Case(f"rigid motions, gauge {name}", measure + unit, worst, BOUND)
 
 
 def _largest_strain(space: TaylorHood, motion: np.ndarray) -> float:

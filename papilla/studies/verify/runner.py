@@ -1,6 +1,7 @@
 """The families of cases of `papilla verify`, in the order of the table, and how they are run."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 
 from papilla.errors import InputError, PapillaError
@@ -60,9 +61,9 @@ def verify(
 def _run(name: str, family: Family) -> Iterator[Case]:
     began = perf_counter()
     try:
-        for check in family():
+        for case in family():
             now = perf_counter()
-            yield Case(f"{name}: {check.name}", check.measure, check.error, check.bound, now - began)
+            yield replace(case, name=f"{name}: {case.name}", seconds=now - began)
             began = now
     except PapillaError as error:
         message = " ".join(str(error).split())

@@ -8,7 +8,7 @@ from papilla.fem import FingerModel
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.builder import VARIANTS
-from papilla.studies.verify.case import Check
+from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import FORCES_GF, pressed_by
 
 SD_BOUNDS = {5: 0.03, 10: 0.01, 30: 0.01, 60: 0.01, 100: 0.01}
@@ -18,20 +18,20 @@ OTHER_BOUNDS = {"indentation": 0.005, "contact_area": 0.01, "peak_pressure": 0.0
 """Targets for what else a press gives, at 50 gf."""
 
 
-def scatter() -> Iterator[Check]:
+def scatter() -> Iterator[Case]:
     """Standard deviation over the meshes, over the mean; the calibration carries the same into its intervals."""
     finger = Finger.default()
     reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(VARIANTS)]
     for force_gf in FORCES_GF:
         values = [pressed_by(one, force_gf).sd for one in reduced]
-        yield Check(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), SD_BOUNDS[force_gf])
+        yield Case(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), SD_BOUNDS[force_gf])
     presses = [pressed_by(one, 50) for one in reduced]
     for key, bound in OTHER_BOUNDS.items():
         name = key.replace("_", " ")
-        yield Check(f"{name} at 50 gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound)
+        yield Case(f"{name} at 50 gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound)
     highest = float(np.mean([one.sd for one in presses]))
     worst = max(_spread([one.reading[k] for one in presses], highest) for k in range(len(finger.gauges)))
-    yield Check("readings at 50 gf", "standard deviation of the worst gauge's reading over S_d, 5 meshes", worst, 0.01)
+    yield Case("readings at 50 gf", "standard deviation of the worst gauge's reading over S_d, 5 meshes", worst, 0.01)
 
 
 def _measure(name: str) -> str:

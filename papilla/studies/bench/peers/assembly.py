@@ -39,8 +39,7 @@ def compare_assembly(finger: Finger, mesh: LayeredMesh, *, threads: int = 2) -> 
     ours, theirs = [], []
     for _ in range(REPEATS):
         fresh = TaylorHood(scene.mesh)
-        # Numbers the edges, as the conversion to NGSolve has
-        _ = fresh.skmesh.edges
+        _ = fresh.skmesh.edges  # Numbered, as the conversion to NGSolve has them
         ours.append(_twice(partial(fresh.matrix, model.layers)))
         with ngsolve.TaskManager():
             theirs.append(_twice(elastic_form(space, scene.elasticity).Assemble))
