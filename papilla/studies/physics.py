@@ -230,7 +230,7 @@ def _effects(bench: Bench):
         "large strain",
         "neo-Hookean layers",
         "press",
-        lambda force, E: press(bench.reduced, Block(E, thick), force_N=force).sd,
+        lambda force, E: press(bench.reduced, Block(E, thick), force_N=force, friction=0.0).sd,
     )
     yield "friction", "stick", "press --friction", on(lambda: bench.reduced, friction=STICK)
     yield "thickness of the block", f"8 mm, {thick:g} assumed", "--thickness", specimen(lambda E: Block(E, 8.0))

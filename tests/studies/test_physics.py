@@ -25,8 +25,8 @@ def test_a_wide_block_by_finite_elements_is_the_layer_of_the_kernel(bench):
     block = NarrowBlock(0.3, 10.0, width=20.0, pressed=pressed, reduced=reduced)
     wide = _PressedBlock.of(10.0, 10.0, block.nu, True)
     place, sunk = wide.sunk(LinearNDInterpolator(reduced.patch.xy, pressed.pressure, fill_value=0.0))
-    far = np.hypot(*reduced.patch.xy.T) > 4
-    near = np.hypot(*reduced.patch.xy.T) < 8
+    far = np.hypot(*reduced.patch.xy.T) > 5
+    near = np.hypot(*reduced.patch.xy.T) < 12
     found = LinearNDInterpolator(place, sunk / 0.3)(reduced.patch.xy[far & near])
     assert found == pytest.approx(layer[far & near], abs=0.05 * layer.max())
 
@@ -53,6 +53,7 @@ def test_the_table_says_what_is_known():
     effects = {(one.name, one.size): one for one in physics(Finger.default(), 2.0, said.append)}
     assert len(said) == len(effects)
     assert [one.worst for one in effects.values()] == sorted((one.worst for one in effects.values()), reverse=True)
+    assert 0.005 < {name: one for (name, _), one in effects.items()}["large strain"].sd_ratio[2, 0] - 1 < 0.06
     by_name = {name: one for (name, _), one in effects.items()}
     firm, soft = FORCES_GF.index(100.0), MODULI_MPA.index(0.1)
     assert -0.05 < by_name["friction"].sd_ratio[firm, soft] - 1 < -0.01
