@@ -10,6 +10,7 @@ from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.large_strain import ensure_large_strain
 from papilla.calibrate.measured_presses import fit_bench
+from papilla.calibrate.physics import Truth, press_truth
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, corrected, default_specimen, sweep
 from papilla.calibration import Calibration
 from papilla.errors import InputError
@@ -19,8 +20,10 @@ from papilla.logs import PressLog
 from papilla.mesh import build
 from papilla.specimen import STICK, Friction, friction_coefficient
 
-SCATTER_VARIANTS = (1, 2, 3, 4)
+SCATTER_VARIANTS = (1, 2, 3)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
+UNSEEN_VARIANT = 4
+"""The mesh of the presses at finite strain that judge the calibration."""
 SCATTER_FORCES, SCATTER_MODULI = DEFAULT_FORCES[::6], DEFAULT_MODULI[::6]
 
 NOT_INCLUDED = 0.018
@@ -70,12 +73,16 @@ class Recovery:
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A calibration, the presses it was fitted to, and its check; `reduced` is None for a bench calibration."""
+    """A calibration, the presses it was fitted to, and its checks: on its own mesh, and against physics.
+
+    `reduced` and `truth` are None for a bench calibration.
+    """
 
     calibration: Calibration
     presses: Sweep | PressLog
     recovery: Recovery
     reduced: fem.ReducedFinger | None = None
+    truth: Truth | None = None
 
 
 def calibrate_finger(
@@ -116,7 +123,12 @@ def calibrate_finger(
     calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced)
-    return Calibrated(calibration, presses, recover(calibration, reduced, friction), reduced)
+    recovery = recover(calibration, reduced, friction)
+    progress("against physics: presses at finite strain on another mesh")
+    unseen, laws = press_truth(finger, build(finger, variant=UNSEEN_VARIANT), friction if known else None, steps)
+    notes = (*calibration.notes, *([laws] if "unstable" in laws else []))
+    calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": laws})
+    return Calibrated(calibration, presses, recovery, reduced, Truth.of(calibration, unseen) if len(unseen) else None)
 
 
 def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:

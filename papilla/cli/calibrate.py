@@ -89,6 +89,9 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
         "rms_error": done.recovery.rms_error,
         "checked_presses": len(done.recovery.error),
         "unanswered": len(done.recovery.error) - done.recovery.answered,
+        "truth": done.truth and done.truth.to_json(),
+        "dominant": done.calibration.dominant,
+        "sigmas": done.calibration.sigmas,
         "notes": list(done.calibration.notes),
         "seconds": seconds,
     }
@@ -112,13 +115,22 @@ def _print(summary: dict) -> None:
     tell(_inverse_in_words(inverse))
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
+    if truth := summary["truth"]:
+        of_sd, of_modulus = truth["sd_max_error"], truth["max_error"]
+        parts = (
+            f"friction {name} {_percent(of_sd[name])} % of S_d, {_percent(of_modulus[name])} % of E" for name in of_sd
+        )
+        tell(f"Off {truth['presses']} presses at finite strain on a mesh it never saw by at most: {'; '.join(parts)}.")
+        tell(f"The 95 % interval of E holds {_percent(truth['inside_interval'])} % of their moduli.")
+    shares = ", ".join(f"{name} {_percent(sigma)} %" for name, sigma in summary["sigmas"].items() if sigma)
+    tell(f"dominant: {summary['dominant']} (one sigma of S_d: {shares}).")
     for note in summary["notes"]:
         tell(f"Doubt: {note}.")
     tell("Wrote " + ", ".join(summary[name] for name in ("calibration", "sweep", "report")))
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.2f}" if share == share else "none"
+def _percent(share: float | None) -> str:
+    return "none" if share is None or share != share else f"{100 * share:.3g}"
 
 
 def _inverse_in_words(inverse: dict) -> str:

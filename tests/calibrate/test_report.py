@@ -1,5 +1,6 @@
 """report.html: self-contained, escaped, and saying what the calibration's own numbers say."""
 
+import math
 from dataclasses import replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
@@ -9,6 +10,7 @@ import pytest
 
 from papilla.calibrate import fit
 from papilla.calibrate.job import Calibrated, Recovery, calibrate_measured
+from papilla.calibrate.physics import Truth
 from papilla.calibrate.report import page
 from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
 from papilla.calibrate.report.page import number, plain, symbols, write_report
@@ -356,3 +358,17 @@ def test_the_page_declares_language_charset_and_viewport(bench, tmp_path):
     assert text.startswith('<!doctype html>\n<html lang="en">')
     assert 'charset="utf-8"' in text and "width=device-width" in text
     assert "<title>Calibration of a measured finger</title>" in text
+
+
+def test_the_first_card_is_the_error_against_physics(swept, made_up, calibration, read):
+    force, modulus = np.array([0.3, 0.5, 0.3]), np.array([0.1, 0.3, 0.1])
+    sd = np.asarray(calibration.predict(force, modulus)) * [0.999, 0.999, 1.03]
+    friction = np.array([math.inf, math.inf, 0.0])
+    truth = Truth.of(calibration, np.column_stack([friction, force, modulus, sd]))
+    text = read(replace(swept, truth=truth)).text
+    cards = text[text.index("MPa.") :]
+    stuck = number(100 * np.abs(truth.by("stick").error).max(), 2)
+    said = f"{stuck} % largest error of recovered E against presses at finite strain on a mesh it never saw"
+    assert cards.index(said) < cards.index("same mesh, no noise")
+    assert f"{number(100 * truth.inside.mean(), 3)} % of these 3 presses have their E inside" in text
+    assert f"{calibration.dominant.capitalize()} is what E is most uncertain by" in text

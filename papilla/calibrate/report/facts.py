@@ -101,6 +101,11 @@ def contacts(sweep: Sweep) -> list[tuple[float, ...]]:
     return rows
 
 
+def large_strain(sweep: Sweep) -> bool:
+    """Whether the presses of a sweep include large strain."""
+    return any("large strain included" in status for status in sweep.status)
+
+
 def largest_reading(sweep: Sweep) -> float:
     """Largest |reading| of a sweep, as a strain."""
     return 1e-6 * float(np.nanmax(np.abs(sweep.reading)))

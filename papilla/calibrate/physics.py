@@ -1,0 +1,96 @@
+"""A calibration against physics: presses at finite strain, stuck and without friction, on a mesh that it never saw."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla import cache
+from papilla.calibrate.large_strain import finite_presses
+from papilla.calibration import Calibration
+from papilla.finger import Finger
+from papilla.mesh import LayeredMesh
+from papilla.specimen import STICK, Friction, friction_coefficient, friction_words
+
+FORCES_N = (0.25, 0.5, 1.0)
+MODULI_MPA = (0.07, 0.2, 0.6)
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """Presses at finite strain on an unseen mesh, and what a calibration makes of them.
+
+    friction, force_N, modulus_MPa, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
+    sd_error : (n,) relative, of the calibration's S_d. recovered_MPa : (n,) NaN where there is none.
+    inside : (n,) whether the stated 95 % interval holds the modulus.
+    """
+
+    friction: np.ndarray
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    sd_microstrain: np.ndarray
+    sd_error: np.ndarray
+    recovered_MPa: np.ndarray
+    inside: np.ndarray
+
+    @classmethod
+    def of(cls, calibration: Calibration, presses: np.ndarray) -> "Truth":
+        """Of a calibration and the `presses` of `press_truth`; those outside of its domain are left out."""
+        force, modulus = presses[:, 1], presses[:, 2]
+        told = calibration.predict(force, modulus)
+        friction, force, modulus, sd, told = (part[np.isfinite(told)] for part in (*presses.T, told))
+        answer = calibration.invert(sd, force)
+        inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
+        return cls(friction, force, modulus, sd, told / sd - 1, np.asarray(answer.modulus_MPa), inside)
+
+    @property
+    def error(self) -> np.ndarray:
+        """(n,) relative error of the recovered modulus."""
+        return self.recovered_MPa / self.modulus_MPa - 1
+
+    @property
+    def frictions(self) -> list[Friction]:
+        """The frictions of the presses, the largest first."""
+        return [friction_words(friction) for friction in sorted(set(self.friction.tolist()), reverse=True)]
+
+    def by(self, friction: Friction) -> "Truth":
+        """The presses of one friction."""
+        kept = self.friction == friction_coefficient(friction)
+        return Truth(*(part[kept] for part in vars(self).values()))
+
+    def to_json(self) -> dict:
+        """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""
+        parts = {str(friction): self.by(friction) for friction in self.frictions}
+        return {
+            "presses": len(self.force_N),
+            "inside_interval": float(self.inside.mean()),
+            "sd_max_error": {name: float(np.abs(part.sd_error).max()) for name, part in parts.items()},
+            "max_error": {name: _largest(part.error) for name, part in parts.items()},
+        }
+
+
+def press_truth(
+    finger: Finger, mesh: LayeredMesh, friction: Friction | None, steps: Callable[[int, int], None] | None = None
+) -> tuple[np.ndarray, str]:
+    """Presses at finite strain on a mesh, and what to say of the layers' laws over the strains that they reach.
+
+    friction : None takes stick and none. The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
+    (microstrain), fewer where they leave the model; they come from the cache the second time.
+    """
+
+    def make() -> dict[str, np.ndarray]:
+        rows, laws = [], [""]
+        for one in (STICK, 0.0) if friction is None else (friction,):
+            for found in finite_presses(finger, mesh, FORCES_N, MODULI_MPA, one, steps):
+                rows.append((friction_coefficient(one), found.force, found.modulus, found.sd))
+                laws.append(next(said for said in found.status.split("; ") if "law" in said))
+        worst = [said for said in laws if "unstable" in said] or laws
+        return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst[-1])}
+
+    found = cache.fetch("truth", cache.key(__name__, finger.sha256, mesh.sha256, str(friction)), make)
+    return found["presses"], str(found["laws"])
+
+
+def _largest(errors: np.ndarray) -> float | None:
+    known = np.abs(errors[np.isfinite(errors)])
+    return float(known.max()) if len(known) else None
