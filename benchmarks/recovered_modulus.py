@@ -1,7 +1,7 @@
 """How often the stated 95 % interval of E holds the truth, and how far E is off, on meshes the calibration never saw.
 
-Run with `python benchmarks/recovered_modulus.py`. Truths are presses with large strain on two other meshes, with friction
-from none to stick, forces of 20 to 100 gf and blocks of 0.05 to 0.72 MPa. Each is felt with an error of 1 % in force and
+Run with `python benchmarks/recovered_modulus.py`. Truths are presses with large strain on two other meshes, with
+friction from none to stick, on blocks of 0.05 to 0.72 MPa, by 20 to 100 gf; each is felt with 1 % error in force and
 5 microstrain a gauge. In half of the scenes the specimen sticks; in the others friction is one of `FRICTIONS`.
 """
 

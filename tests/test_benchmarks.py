@@ -19,7 +19,11 @@ SHORT = {
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
     "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
-    "recovered_modulus": ([], {"PRESSES": 10}, "unseen mesh: error of E"),
+    "recovered_modulus": (
+        ["--moduli", "3", "--forces", "2", "--draws", "2"],
+        {"MESHES": (4,), "FRICTIONS": (0.0, "stick")},
+        "dominant: friction",
+    ),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),
     "speed_against_error": (["--help"], {}, "--estimators"),
     "thousand_scenes": ([], {}, "peak memory"),

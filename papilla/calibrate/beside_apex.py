@@ -1,5 +1,6 @@
 """Contacts beside the apex: presses at the apex, moved along the finger, fitted as `PositionTerms`."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.transported import transported_readings
 from papilla.finger import Finger
 from papilla.mesh import build
+from papilla.specimen import Friction
 
 FORCES, MODULI = 10, 12
 """Presses along each axis of the domain, its ends among them."""
@@ -24,26 +26,35 @@ REACH = 1 / 6
 """Calibrated |x| in half widths of the finger: 4 mm of 24."""
 CELLS = 8
 PLACES_PER_CELL = 2
-ERROR = 0.02
-"""One sigma of a reading's change: presses solved beside the apex, on this mesh and on another, differ by so much of it
-(docs/adr/0009)."""
+ERROR = 0.04
+"""One sigma of a reading's change: presses at finite strain beside the apex differ by so much of it from linear ones
+that were moved, and these from linear presses solved there by half of it (docs/adr/0009)."""
+OPEN = 0.06
+"""The same where friction is not known: half of what the change of presses that stick differs from that without."""
 
 LEAST_GAUGES = 3
 """With the force, one channel more than modulus, force and position have unknowns."""
 
 
-def with_positions(calibration: Calibration, finger: Finger, reduced: ReducedFinger) -> Calibration:
+def with_positions(
+    calibration: Calibration, finger: Finger, reduced: ReducedFinger, friction: Friction = 0.0
+) -> Calibration:
     """The calibration of a finger and what contacts beside the apex change in it; a note where that has no answer.
 
-    reduced : of the same finger on its own mesh. What is computed comes from the cache the second time.
+    reduced : of the same finger on its own mesh. friction : of the presses. What is computed comes from the cache the
+    second time.
     """
     if len(finger.gauges) < LEAST_GAUGES:
         return calibration
     domain = calibration.domain
-    key = cache.key(__name__, finger.sha256, reduced.to_arrays(), domain)
+    error = ERROR if calibration.surface.uncertainty.friction is None else math.hypot(ERROR, OPEN)
+
+    def make() -> dict[str, np.ndarray]:
+        return move_presses(FingerModel(finger, build(finger)), reduced, domain, friction)
+
     try:
-        moved = cache.fetch("positions", key, lambda: move_presses(FingerModel(finger, build(finger)), reduced, domain))
-        return replace(calibration, position=fit_positions(moved))
+        key = cache.key(__name__, finger.sha256, reduced.to_arrays(), domain, friction)
+        return replace(calibration, position=fit_positions(cache.fetch("positions", key, make), error))
     except InputError as error:
         return replace(calibration, notes=(*calibration.notes, f"the apex alone is calibrated: {error}"))
 
@@ -56,32 +67,35 @@ def position_places(model: FingerModel) -> np.ndarray:
 
 
 def move_presses(
-    model: FingerModel, reduced: ReducedFinger, domain: dict[str, tuple[float, float]]
+    model: FingerModel, reduced: ReducedFinger, domain: dict[str, tuple[float, float]], friction: Friction = 0.0
 ) -> dict[str, np.ndarray]:
     """Presses over a calibration's domain at the apex, and what they read elsewhere: named arrays.
 
     force_N, modulus_MPa : (m,); place_mm : (p,); reading : (p, m, g) in microstrain. A press that leaves what the model
     covers is left out. Raises `InputError` where a contact beside the apex would leave the skin.
     """
-    rows, pressures = [], []
+    rows, tractions = [], []
     for modulus in np.geomspace(*domain["modulus_MPa"], MODULI).tolist():
         start = None
         for force in np.geomspace(*domain["force_N"], FORCES).tolist():
             try:
-                found = press(reduced, default_specimen(modulus), force=force, fidelity="contact", start=start)
+                found = press(
+                    reduced, default_specimen(modulus), force=force, fidelity="contact", friction=friction, start=start
+                )
             except ContactRangeError:
                 break
             start = found.active
             rows.append((force, modulus))
-            pressures.append(found.pressure)
+            tractions.append(found.traction)
     force_N, modulus_MPa = np.array(rows).reshape(-1, 2).T
     places = position_places(model)
-    readings = transported_readings(model, reduced.patch, np.array(pressures).reshape(len(rows), -1), places.tolist())
+    readings = transported_readings(model, reduced.patch, np.array(tractions), places.tolist())
     return {"force_N": force_N, "modulus_MPa": modulus_MPa, "place_mm": places, "reading": readings}
 
 
-def fit_positions(moved: dict[str, np.ndarray]) -> PositionTerms:
-    """`PositionTerms` through what `move_presses` found; raises `InputError` for too few presses."""
+def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> PositionTerms:
+    """`PositionTerms` through what `move_presses` found, with a relative error of each change; raises `InputError` for
+    too few presses."""
     force, places = moved["force_N"], moved["place_mm"]
     change = (moved["reading"] - moved["reading"][len(places) // 2]) / force[:, None]
     surfaces = SurfaceFit(force, moved["modulus_MPa"], (ALONG_FORCE, ALONG_MODULUS))
@@ -99,7 +113,7 @@ def fit_positions(moved: dict[str, np.ndarray]) -> PositionTerms:
         np.zeros((change.shape[2], CELLS + 1)),
     )
     missed = change - terms.change(force, moved["modulus_MPa"], places[:, None])
-    square = (missed**2 + (ERROR * change) ** 2).mean(axis=1)[::PLACES_PER_CELL]
+    square = (missed**2 + (error * change) ** 2).mean(axis=1)[::PLACES_PER_CELL]
     return replace(terms, error=np.sqrt(square).T)
 
 

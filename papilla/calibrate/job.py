@@ -122,7 +122,7 @@ def calibrate_finger(
     calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
     calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
     progress("contacts beside the apex")
-    calibration = with_positions(calibration, finger, reduced)
+    calibration = with_positions(calibration, finger, reduced, friction)
     recovery = recover(calibration, reduced, friction)
     progress("against physics: presses at finite strain on another mesh")
     unseen, laws = press_truth(finger, build(finger, variant=UNSEEN_VARIANT), friction if known else None, steps)

@@ -53,7 +53,8 @@ def test_a_finger_gets_its_positions(calibration, monkeypatch, tmp_path):
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     calls = []
 
-    def move(model, reduced, domain):
+    def move(model, reduced, domain, friction):
+        assert friction == "stick"
         assert isinstance(model, FingerModel) and reduced is stand_in and domain == calibration.domain
         calls.append(1)
         return moved()
@@ -62,10 +63,15 @@ def test_a_finger_gets_its_positions(calibration, monkeypatch, tmp_path):
     finger = Finger.default()
     stand_in = type("Reduced", (), {"to_arrays": lambda *_: {"meta": np.array("ab")}})()
     for _ in range(2):
-        assert with_positions(calibration, finger, stand_in).position.reach_mm == 4.0
+        assert with_positions(calibration, finger, stand_in, "stick").position.reach_mm == 4.0
     assert len(calls) == 1, "the second time they come from the cache"
     few = replace(finger, gauges=finger.gauges[:2])
     assert with_positions(calibration, few, stand_in) is calibration
+    known = with_positions(calibration, finger, stand_in, "stick").position.error
+    free = replace(calibration.surface.surface, coefficients=np.full((4, 4), 0.03))
+    unknown = replace(calibration.surface.uncertainty, friction=free)
+    doubtful = replace(calibration, surface=replace(calibration.surface, uncertainty=unknown))
+    assert (with_positions(doubtful, finger, stand_in, "stick").position.error[:, -1] > 1.5 * known[:, -1]).all()
 
 
 def test_where_contacts_leave_the_skin_a_note_says_so(calibration, monkeypatch, tmp_path):
@@ -91,15 +97,16 @@ def test_presses_beyond_the_model_are_left_out(monkeypatch):
     def press(_, block, force, **options):
         if block.modulus < 0.03 and force > 0.5:
             raise ContactRangeError("the rim")
-        return type("Press", (), {"active": None, "pressure": np.array([force, block.modulus])})
+        assert options["friction"] == "stick"
+        return type("Press", (), {"active": None, "traction": np.array([[force, block.modulus]] * 3)})
 
-    def readings(_, patch, pressure, places):
-        force, modulus = pressure.T
+    def readings(_, patch, traction, places):
+        force, modulus = traction[:, 0].T
         return force[:, None] * seen(force, modulus, np.array(places)[:, None])
 
     monkeypatch.setattr(position, "press", press)
     monkeypatch.setattr(position, "transported_readings", readings)
-    found = position.move_presses(model, reduced, {"force_N": (0.05, 1.0), "modulus_MPa": (0.02, 5.0)})
+    found = position.move_presses(model, reduced, {"force_N": (0.05, 1.0), "modulus_MPa": (0.02, 5.0)}, "stick")
     assert len(found["force_N"]) == position.FORCES * position.MODULI - 3
     assert found["place_mm"][[0, -1]] == pytest.approx([-4, 4]) and found["place_mm"][CELLS] == 0
     assert fit_positions(found).force_N == (0.05, 1.0)

@@ -38,8 +38,8 @@ def made(monkeypatch, tmp_path, truth):
         rows = [(mu, f, E, size * float(truth.sd(f, E))) for mu, f, E, size in rows if friction is None or mu]
         return np.array(rows), asked["laws"]
 
-    def with_positions(calibration, finger, reduced):
-        asked["positions"].append((finger, reduced.variant))
+    def with_positions(calibration, finger, reduced, friction):
+        asked["positions"].append((finger, reduced.variant, friction))
         return calibration
 
     sweep.__module__ = "papilla.calibrate.press_table"
@@ -62,7 +62,7 @@ def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     done = job.calibrate_finger(finger, progress=lines.append)
     assert made["prepared"] == [(finger, variant) for variant in range(4)]
     assert made["swept"] == [(0, 43, 60, "stick"), (0, 43, 60, 0.0), *((k, 8, 10, 0.0) for k in (1, 2, 3))]
-    assert made["positions"] == [(finger, 0)]
+    assert made["positions"] == [(finger, 0, "stick")]
     calibration = done.calibration
     assert any(note.startswith("friction is not known: stick is taken") for note in calibration.notes)
     assert calibration.mesh["scatter_sha256"] == ["mesh 1", "mesh 2", "mesh 3"]

@@ -11,13 +11,13 @@ from papilla.specimen import Block
 PLACES = (-3.0, 0.0, 3.0)
 
 
-@pytest.fixture(scope="module")
-def pressed(coarse):
-    return press(coarse, Block(0.3, 10.0), force=0.6, fidelity="contact")
+@pytest.fixture(scope="module", params=[0.0, "stick"])
+def pressed(coarse, request):
+    return press(coarse, Block(0.3, 10.0), force=0.6, fidelity="contact", friction=request.param)
 
 
 def test_at_the_apex_it_is_the_press_itself(coarse_model, coarse, pressed):
-    found = transported_readings(coarse_model, coarse.patch, pressed.pressure[None], PLACES)
+    found = transported_readings(coarse_model, coarse.patch, pressed.traction[None], PLACES)
     assert found.shape == (3, 1, 5)
     # The patch's own integrals are over facets, here of 4 mm, these over the exact skin.
     np.testing.assert_allclose(found[1, 0], pressed.reading, atol=0.05 * np.abs(pressed.reading).max())
@@ -26,12 +26,24 @@ def test_at_the_apex_it_is_the_press_itself(coarse_model, coarse, pressed):
 
 
 def test_it_is_linear_in_the_pressure(coarse_model, coarse, pressed):
-    pressures = np.outer([1.0, 2.5, 0.0], pressed.pressure)
-    pressures[2, 0] = 0.01
+    pressures = np.multiply.outer([1.0, 2.5, 0.0], pressed.traction)
+    pressures[2, 0, 0] = 0.01
     found = transported_readings(coarse_model, coarse.patch, pressures, (2.0,))[0]
     np.testing.assert_allclose(found[1], 2.5 * found[0], rtol=1e-12)
     both = transported_readings(coarse_model, coarse.patch, pressures[[0]] + pressures[[2]], (2.0,))[0]
     np.testing.assert_allclose(both[0], found[0] + found[2], rtol=1e-9)
+
+
+def test_tangential_tractions_add_what_friction_changes(reference_model, reference):
+    """Readings of a press that sticks, from its tractions at the apex: pressure alone misses what shear adds."""
+    stuck = press(reference, Block(0.3, 10.0), force=0.6, fidelity="contact", friction="stick")
+    alone = stuck.traction * [[1], [0], [0]]
+    both, pressure = transported_readings(reference_model, reference.patch, np.array([stuck.traction, alone]), (0.0,))[
+        0
+    ]
+    largest = np.abs(stuck.reading).max()
+    np.testing.assert_allclose(both, stuck.reading, atol=1e-3 * largest)
+    assert np.abs(pressure - stuck.reading).max() > 0.01 * largest
 
 
 def test_reading_adjoints_are_the_gauge_adjoints_of_what_is_symmetric_in_y(coarse_model):
@@ -45,34 +57,37 @@ def test_curvature_counts_by_the_lever(coarse_model, changed, dome, coarse, pres
     """A gauge that reads curvature alone: the same pressure on the reduced finger gives the same reading."""
     finger = changed(gauge_membrane_gain=0.0, gauge_lever_mm=0.02)
     model = type(coarse_model)(finger, dome(finger))
-    found = transported_readings(model, coarse.patch, pressed.pressure[None], (0.0,))[0, 0]
-    expected = 1e6 * 0.02 * coarse.curvature_rows @ pressed.pressure
+    found = transported_readings(model, coarse.patch, pressed.traction[None], (0.0,))[0, 0]
+    expected = 1e6 * 0.02 * pressed.curvature
     np.testing.assert_allclose(found, expected, atol=0.04 * np.abs(expected).max())
 
 
 def test_unusable_values_are_refused(coarse_model, coarse, pressed):
-    with pytest.raises(InputError, match=r"pressures must be \(m, \d+\), a row a press, got shape \(3,\)"):
+    with pytest.raises(InputError, match=r"tractions must be \(m, 3, \d+\), a row a press, got shape \(3,\)"):
         transported_readings(coarse_model, coarse.patch, np.ones(3), (0.0,))
     with pytest.raises(InputError, match="no skin to touch at x 50"):
-        transported_readings(coarse_model, coarse.patch, pressed.pressure[None], (50.0,))
+        transported_readings(coarse_model, coarse.patch, pressed.traction[None], (50.0,))
     with pytest.raises(InputError, match="place x"):
-        transported_readings(coarse_model, coarse.patch, pressed.pressure[None], (np.nan,))
+        transported_readings(coarse_model, coarse.patch, pressed.traction[None], (np.nan,))
 
 
 @pytest.mark.slow
-def test_it_is_the_real_contact_beside_the_apex(reference_model, reference):
+@pytest.mark.parametrize("friction", [0.0, "stick"])
+def test_it_is_the_real_contact_beside_the_apex(reference_model, reference, friction):
     """Change of each reading from the apex, against contacts solved at x: within 2 % of it and 0.5 % of the largest
-    reading, which two meshes differ by at the apex already."""
+    reading, which two meshes differ by at the apex already; 1 % where the contact sticks."""
     places, cases = (0.0, 1.0, 3.0), [(0.05, 0.3), (0.3, 0.15), (0.3, 0.6), (1.0, 0.9)]
     blocks = [(Block(modulus, 10.0), force) for modulus, force in cases]
-    apex = [press(reference, block, force=force, fidelity="contact") for block, force in blocks]
+    apex = [press(reference, block, force=force, fidelity="contact", friction=friction) for block, force in blocks]
     start = np.array([found.reading for found in apex])
-    moved = transported_readings(reference_model, reference.patch, np.array([one.pressure for one in apex]), places)
+    moved = transported_readings(reference_model, reference.patch, np.array([one.traction for one in apex]), places)
     np.testing.assert_allclose(moved[0], start, atol=1e-3 * np.abs(start).max())
     for place, change in zip(places[1:], moved[1:] - moved[0], strict=True):
         beside = reference_model.reduce((place, 0.0))
-        real = [press(beside, block, force=force, fidelity="contact").reading for block, force in blocks]
+        real = [
+            press(beside, block, force=force, fidelity="contact", friction=friction).reading for block, force in blocks
+        ]
         real = np.array(real) - start
-        allowed = 0.02 * np.abs(real) + 0.005 * np.abs(start).max(axis=1, keepdims=True)
+        allowed = 0.02 * np.abs(real) + (0.01 if friction else 0.005) * np.abs(start).max(axis=1, keepdims=True)
         assert (np.abs(change - real) < allowed).all()
         assert (np.abs(real) > 5 * allowed).any(axis=1).all()
