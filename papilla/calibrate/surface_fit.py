@@ -34,7 +34,7 @@ class Resolution:
 
     @property
     def in_words(self) -> str:
-        """What is fitted."""
+        """The form, in words."""
         return f"a polynomial of degree {self.degree}" if self.degree is not None else f"a spline of {self.cells} cells"
 
     @property

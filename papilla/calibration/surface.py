@@ -201,7 +201,7 @@ class PointSurface:
         return y0 + (low + solve_cubic(_cubic(cells[i][low], t), value)) / per_y
 
     def curve(self, ln_force: float) -> "Curve":
-        """The surface along one force."""
+        """The surface along one force, over ln modulus."""
         cells, *_, y0, per_y, n = self._tables
         i, t = self._place(ln_force)
         values = tuple(self.node_value(ln_force, node) for node in range(n + 1))
@@ -236,7 +236,7 @@ class Curve:
     per_step: float
 
     def evaluate(self, ln_modulus: float) -> tuple[float, float]:
-        """Value and slope."""
+        """Value and slope at ln modulus."""
         u = (ln_modulus - self.start) * self.per_step
         j = min(max(int(u), 0), len(self.cubics) - 1)
         u -= j

@@ -38,6 +38,7 @@ def estimate(
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
     from papilla.cli.estimate_output import Summary, print_summary
+    from papilla.estimators import Pipeline
     from papilla.estimators.pipeline.answer import COLUMNS
     from papilla.files import check_writable
     from papilla.logs import TimeLogFile
@@ -48,7 +49,15 @@ def estimate(
     with progress() as bar, TimeLogFile(log, lambda rows: _show_reading(bar, rows)) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise = _noise(recorded)
-        pipeline = _pipeline(recorded, record, noise, wavelengths, saturation)
+        chosen: dict[str, Any] = {"wavelength_range_mm": wavelengths, "saturation": saturation}
+        pipeline = Pipeline(
+            record,
+            gauges=recorded.gauge_names,
+            columns=recorded.optional,
+            sample_rate_Hz=recorded.sample_rate_Hz,
+            **noise,
+            **{name: value for name, value in chosen.items() if value is not None},
+        )
         summary = Summary(recorded)
         check_writable(out.parent)
         with table_writer(out, ("t_s", *COLUMNS)) as write:
@@ -104,7 +113,7 @@ def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
     return record
 
 
-def _noise(recorded: "TimeLogFile") -> dict[str, float]:
+def _noise(recorded: "TimeLogFile") -> dict[str, Any]:
     """Noise of the worst gauge and of the force, as the log shows it."""
     gauges = [recorded.noise[name] for name in recorded.gauge_names]
     force = recorded.noise.get("force_N", float("nan"))
@@ -112,28 +121,6 @@ def _noise(recorded: "TimeLogFile") -> dict[str, float]:
         "gauge_sigma": max([*(noise for noise in gauges if noise == noise), GAUGE_NOISE_FLOOR]),
         "force_sigma_N": max(force, FORCE_NOISE_FLOOR_N) if force == force else FORCE_NOISE_FLOOR_N,
     }
-
-
-def _pipeline(
-    recorded: "TimeLogFile",
-    record: "Calibration | None",
-    noise: dict[str, Any],
-    wavelengths: tuple[float, float] | None,
-    saturation: float | None,
-) -> "Pipeline":
-    from papilla.estimators import Pipeline
-
-    options: dict[str, Any] = {} if wavelengths is None else {"wavelength_range_mm": wavelengths}
-    if saturation is not None:
-        options["saturation"] = saturation
-    return Pipeline(
-        record,
-        gauges=recorded.gauge_names,
-        columns=recorded.optional,
-        sample_rate_Hz=recorded.sample_rate_Hz,
-        **noise,
-        **options,
-    )
 
 
 def _first_stage(pipeline: "Pipeline") -> str:

@@ -13,21 +13,15 @@ if TYPE_CHECKING:
     from papilla.logs import TimeLogFile
 
 LAST = {
-    "last_answer": ("modulus_MPa", "modulus_sigma_MPa"),
-    "last_wavelength": ("wavelength_mm", "wavelength_sigma_mm"),
-    "last_frequency": ("frequency_Hz",),
-    "last_friction": ("mu_kinetic", "mu_static"),
+    "last_answer": ("modulus", "MPa", ("modulus_MPa", "modulus_sigma_MPa")),
+    "last_frequency": ("frequency", "Hz", ("frequency_Hz",)),
+    "last_wavelength": ("wavelength", "mm", ("wavelength_mm", "wavelength_sigma_mm")),
+    "last_friction": ("friction, kinetic and static", "", ("mu_kinetic", "mu_static")),
 }
-"""Keys of the last answers: each is the last row with a value in the first of its columns."""
+"""Keys of the last answers: words, unit and columns; each is of the last row with a value in the first column."""
 
 LONGEST_ROWS = 2**20  # Rows that spectral lines are looked for in at once: 17 minutes at 1 kHz
 MOST_STATUSES = 12  # Statuses in the table; the JSON has all
-_ANSWERS = (
-    ("last_answer", "modulus", "MPa"),
-    ("last_frequency", "frequency", "Hz"),
-    ("last_wavelength", "wavelength", "mm"),
-    ("last_friction", "friction, kinetic and static", ""),
-)
 
 
 class Summary:
@@ -43,7 +37,7 @@ class Summary:
         self._clock = Clock(recorded.sample_rate_Hz)
         self._tail: deque[tuple[np.ndarray, np.ndarray]] = deque()
         self._statuses: Counter[str] = Counter()
-        self._answered = {names[0]: 0 for names in LAST.values()}
+        self._answered = {names[0]: 0 for *_, names in LAST.values()}
         self._last: dict[str, dict | None] = dict.fromkeys(LAST)
         self.rows = self._kept = 0
 
@@ -51,7 +45,7 @@ class Summary:
         """Take in the next rows of the log and their answers."""
         self.rows += len(block)
         self._statuses.update(answer.status)
-        for key, names in LAST.items():
+        for key, (_, _, names) in LAST.items():
             values = getattr(answer, names[0])
             answered = (values == values).nonzero()[0]
             self._answered[names[0]] += len(answered)
@@ -164,19 +158,14 @@ def print_summary(summary: dict) -> None:
             ("noise of a gauge", f"{summary['gauge_noise_microstrain']:.3g}", "µε"),
             ("noise of the force", f"{summary['force_noise_N']:.2g}", "N"),
         ]
-    rows += [row for key, words, unit in _ANSWERS if (row := _answer(summary[key], words, unit))]
+    for key, (words, unit, _) in LAST.items():
+        if summary[key] is not None:
+            time, *values = summary[key].values()
+            shown = (" ± " if unit else ", ").join(f"{value:.4g}" for value in values)
+            rows.append((f"{words} at {time:.4g} s", shown, unit))
     for line in summary["lines"]:
         found = f"{line['wavelength_mm']:.5g} ± {line['wavelength_sigma_mm']:.2g}"
         order = f"harmonic {line['harmonic']} of {line['fundamental_mm']:.4g} mm" if line["harmonic"] > 1 else "line"
         rows.append((f"{order}, strength {line['strength']:.3g}", found, "mm"))
     print_table(rows)
     tell(f"Wrote {summary['estimates']}")
-
-
-def _answer(last: dict | None, words: str, unit: str) -> tuple[str, str, str] | None:
-    """One row of the table for a last answer."""
-    if last is None:
-        return None
-    time, *values = last.values()
-    between = " ± " if unit else ", "
-    return f"{words} at {time:.4g} s", between.join(f"{value:.4g}" for value in values), unit
