@@ -25,7 +25,6 @@ SHORT = {
         "dominant: friction",
     ),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),
-    "speed_against_error": (["--help"], {}, "--estimators"),
     "thousand_scenes": ([], {}, "peak memory"),
     "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
     "files_read": (["press"], {}, "press: "),
@@ -55,10 +54,5 @@ def test_short_form(name, monkeypatch, capsys, tmp_path):
     for constant, value in constants.items():
         assert hasattr(module, constant)
         monkeypatch.setattr(module, constant, value)
-    if hasattr(module, "main"):
-        module.main()
-    else:
-        with pytest.raises(SystemExit) as ended:
-            module.run(["bench", *arguments])
-        assert ended.value.code == 0
+    module.main()
     assert expected in capsys.readouterr().out
