@@ -91,25 +91,27 @@ def test_disturbances_have_their_size(disturb, gauges, force):
     assert np.sqrt(np.mean(np.square(changes), axis=0)) == pytest.approx([gauges, force], rel=0.15)
 
 
-def test_a_press_is_felt_where_and_on_what_the_touch_says(calibration, monkeypatch):
-    asked = []
+def test_presses_are_made_where_and_on_what_the_touch_says(monkeypatch):
+    """Readings that tell the scene: modulus, force, thickness, y and mesh, and what a press is made without."""
 
-    class Pressed:
-        active, reading = None, np.arange(5.0)
+    class Found:
+        def __init__(self, reduced, moduli, forces, specimen, friction=None, large_strain=True):
+            (variant, (_, y)), plain = reduced, 0.0 if large_strain else 100.0
+            rows = [(m, f, specimen.thickness, y + plain, variant) for m in moduli for f in forces]
+            self.reading = np.array(rows)
 
     monkeypatch.setattr(touches, "prepare", lambda finger, variant, at: (variant, at))
-    monkeypatch.setattr(touches, "press", lambda *scene, **rest: asked.append((scene, rest)) or Pressed())
-    modulus, block = touches._trial(calibration, Finger.default(), touches.TOUCHES["block of 3 mm"], 100)
-    touches._trial(calibration, Finger.default(), touches.TOUCHES["1 mm beside the apex in y"], 100)
-    (reduced, specimen), rest = asked[0]
-    assert reduced == (0, (0.0, 0.0)) and (specimen.modulus, specimen.thickness) == (modulus, 3.0)
-    assert (
-        rest["force"] == pytest.approx(0.15)
-        and asked[-1][0][0] == (0, (0.0, 1.0))
-        and len(asked) == 2 * touches.PRESSES
-    )
-    assert np.abs(block[: touches.AIR, :5].mean(axis=0)).max() < 10 and block[-1, 4] == pytest.approx(4, abs=80)
-    assert touches.MODULI_MPA[0] < modulus < touches.MODULI_MPA[1]
+    monkeypatch.setattr(touches, "sweep", Found)
+    force = np.array([0.2, 0.3, 0.2])
+    for name, expected in {"block of 3 mm": (3, 0, 0), "unseen mesh": (10, 0, 5)}.items():
+        found = touches.pressed(Finger.default(), touches.TOUCHES[name], [0.1, 0.7], force)
+        assert found.shape == (2, 3, 5) and (found[1, :, 0] == 0.7).all() and (found[:, :, 1] == force).all()
+        assert found[0, 0, 2:] == pytest.approx(expected)
+    beside = touches.pressed(Finger.default(), touches.TOUCHES["1 mm beside the apex in y"], [0.1], force)
+    assert (beside[0, :, 3] == 1).all(), "large strain of the apex, and what the place changes without it"
+    block = touches._block(touches.TOUCHES["nothing but the press"], np.full((touches.TOUCHED, 5), 1000.0), 100)
+    assert np.abs(block[: touches.AIR, :5].mean(axis=0)).max() < 10 and block[-1, :5] == pytest.approx(1000, abs=80)
+    assert block[touches.AIR :, 5] == pytest.approx(touches.forces()[touches.AIR :], abs=0.01)
 
 
 def test_one_trial_is_refused(calibration):
