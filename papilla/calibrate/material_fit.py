@@ -127,7 +127,7 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     )
     if found.status <= 0:
         raise SolverError(f"the {kind} fit did not converge: {found.message}")
-    return _with_doubts(cls, names, data, found, (start, low, high), unit, scale)
+    return _with_doubts(cls, names, data, found, start, unit, scale)
 
 
 def model_stress(material: Material, data: MaterialTests) -> np.ndarray:
@@ -148,9 +148,8 @@ def _shear_modulus(data: MaterialTests) -> float:
     return scale
 
 
-def _with_doubts(cls, names, data: MaterialTests, found, search, unit, scale) -> MaterialFit:
+def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> MaterialFit:
     """Uncertainty and doubts of a least-squares result in scaled parameters."""
-    start, low, high = search
     length = np.linalg.norm(found.jac, axis=0)
     dead = length <= DEAD * length.max()
     seen = np.flatnonzero(~dead)
@@ -167,7 +166,7 @@ def _with_doubts(cls, names, data: MaterialTests, found, search, unit, scale) ->
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(stderr, stderr)
     notes = [f"the data do not see {names[k]}" for k in np.flatnonzero(dead)]
-    notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(_at_bound(found.x, low, high))]
+    notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(found.active_mask)]
     notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(found.x == start)]
     for i in range(len(names)):
         for j in range(i):
@@ -189,9 +188,3 @@ def _with_doubts(cls, names, data: MaterialTests, found, search, unit, scale) ->
         modes=tuple(mode for mode in MODES if (data.mode == mode).any()),
         notes=tuple(notes),
     )
-
-
-def _at_bound(x, low, high) -> np.ndarray:
-    """Which values ended within a millionth of the way between their bounds of one of them."""
-    margin = np.minimum(x - low, high - x) / np.minimum(np.maximum(np.abs(x), 1e-6), high - low)
-    return margin < 1e-6
