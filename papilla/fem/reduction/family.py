@@ -1,0 +1,175 @@
+"""`FingerFamily`: all fingers of one geometry, whatever the moduli of their layers, from a few reductions.
+
+At fixed geometry and Poisson's ratios the condensed finger depends on the moduli through their ratio r = outer / inner
+alone: compliance and gauge rows go with 1 / inner. They are smooth in ln r, so Chebyshev nodes tell every other ratio
+(Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, theorem 8.2).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+
+from papilla import cache, checks
+from papilla.errors import InputError
+from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import Finger, Layer
+from papilla.mesh import DEFAULT_SIZE_MM, build
+
+RATIOS = (1.0, 16.0)
+"""Softest and hardest skin of a family, against the layer below."""
+
+NODES = 7
+"""Chebyshev nodes in ln r: 4e-5 of compliance and rows between them (`FingerFamily.error`)."""
+
+PROBES = (1.45, 4.6, 13.1)
+"""Ratios between the nodes at which the error is measured."""
+
+TOLD_BY_RATIO = ("compliance", "rows")
+"""What depends on the ratio; all else of a reduced finger is the geometry's, or plain arithmetic."""
+
+
+@dataclass(frozen=True, eq=False)
+class FingerFamily:
+    """Reduced fingers at k ratios of the layers' moduli, and all between them; n patch nodes, g gauges, q quantities.
+
+    finger : the design; its moduli do not count. reduced : one member, for what all share.
+    ratios : (k,) outer over inner modulus. compliance : (k, n, n) in mm3, and rows : (k, q, g, n), for an inner layer
+    of 1 MPa. error : the largest relative difference from a finger reduced by itself, at ratios between the nodes.
+    tangential_source : makes, when friction asks for it, what tangential tractions add (`ReducedFinger.tangential`) at
+    each ratio: (k, 3n, 2n) and (k, q, g, 2n), for an inner layer of 1 MPa.
+    """
+
+    finger: Finger
+    reduced: ReducedFinger
+    ratios: np.ndarray
+    compliance: np.ndarray
+    rows: np.ndarray
+    error: float
+    tangential_source: Callable[[], tuple[np.ndarray, np.ndarray]]
+
+    def __repr__(self) -> str:
+        low, high = self.ratios.min(), self.ratios.max()
+        return f"FingerFamily({self.finger.name!r}, outer / inner {low:g} to {high:g}, within {self.error:.1e})"
+
+    def at(self, outer: float, inner: float) -> ReducedFinger:
+        """The finger with these Young's moduli (MPa); raises `InputError` where their ratio is outside the family."""
+        design = self.design(outer, inner)
+        weights = self._basis(np.log(self._checked(outer / inner))) / inner
+        compliance, rows = (np.einsum("k,k...->...", weights, getattr(self, name)) for name in TOLD_BY_RATIO)
+        thickness = self.reduced.layers[:, 0]
+        moduli = [layer.modulus for layer in (design.outer, design.inner, design.bone) if layer][: len(thickness)]
+        return replace(
+            self.reduced,
+            finger_sha256=design.sha256,
+            strain_key=design.strain_sha256,
+            outer_modulus=outer / (1 - design.outer.nu**2),
+            compliance=compliance,
+            rows=rows,
+            layers=np.column_stack([thickness, moduli]),
+            tangential_source=lambda: self._tangential(weights),
+        )
+
+    def design(self, outer: float, inner: float) -> Finger:
+        """The design with these Young's moduli (MPa)."""
+        return with_moduli(self.finger, outer, inner)
+
+    def slope(self, outer: float, inner: float) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Derivatives of `ReducedFinger.compliance` and `.rows` by the outer and by the inner modulus (MPa)."""
+        log = np.log(self._checked(outer / inner))
+        value, bend = self._basis(log), self._basis.derivative(log)
+        found = {}
+        for name in TOLD_BY_RATIO:
+            by_outer, by_inner = bend / (inner * outer), -(value + bend) / inner**2
+            found[name] = tuple(np.einsum("k,k...->...", one, getattr(self, name)) for one in (by_outer, by_inner))
+        return found
+
+    def _tangential(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        compliance, rows = self.tangential_source()
+        return np.einsum("k,k...->...", weights, compliance), np.einsum("k,k...->...", weights, rows)
+
+    def _checked(self, ratio: float) -> float:
+        return checks.within("outer over inner modulus", ratio, self.ratios.min(), self.ratios.max())
+
+    @cached_property
+    def _basis(self) -> BarycentricInterpolator:
+        """Cardinal functions (k,) of the nodes, over ln r."""
+        return _cardinal(self.ratios)
+
+
+def family(
+    finger: Finger,
+    *,
+    size_mm: float = DEFAULT_SIZE_MM,
+    at: tuple[float, float] = (0.0, 0.0),
+    variant: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> FingerFamily:
+    """The family of a finger's geometry and Poisson's ratios on mesh number `variant`, at touch-down point `at` (mm).
+
+    Seven reductions and three to check them, kept in the cache. Raises what `prepare` raises, and `InputError` for
+    layers that are not neo-Hookean: there the ratio is not all that counts at large strain.
+    """
+    if any(layer.material is not None for layer in (finger.outer, finger.inner)):
+        raise InputError("a family is of layers with a modulus alone, not with a material card")
+    if finger.bone is not None:
+        raise InputError("a family is of fingers on a rigid bone: a third modulus counts on an elastic one")
+    inner = finger.inner.modulus
+    unit = with_moduli(finger, inner, inner)
+    mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
+    nodes = np.exp(_chebyshev(*np.log(RATIOS), NODES))
+
+    model = FingerModel(unit, mesh)
+
+    def members(ratios, tangential: bool) -> Iterator:
+        for number, ratio in enumerate(ratios, start=1):
+            if progress is not None:
+                progress(f"family: modulus ratio {ratio:.3g} ({number} of {len(ratios)})")
+            member = FingerModel(with_moduli(finger, ratio * inner, inner), mesh)
+            member.space = model.space  # what was assembled holds for all
+            yield member.reduce_tangential(at) if tangential else member.reduce(at)
+
+    def make() -> dict[str, np.ndarray]:
+        told = list(members((*nodes, *PROBES), False))
+        arrays = {name: inner * np.stack([getattr(one, name) for one in told]) for name in TOLD_BY_RATIO}
+        basis = _cardinal(nodes)(np.log(PROBES))
+        misses = [
+            np.abs(np.einsum("pk,k...->p...", basis, values[:NODES]) - values[NODES:]).max() / np.abs(values).max()
+            for values in arrays.values()
+        ]
+        kept = {name: values[:NODES] for name, values in arrays.items()} | {"error": np.array(max(misses))}
+        return kept | {f"reduced_{name}": values for name, values in told[0].to_arrays().items()}
+
+    def make_tangential() -> dict[str, np.ndarray]:
+        compliance, rows = (inner * np.stack(part) for part in zip(*members(nodes, True), strict=True))
+        return {"compliance": compliance, "rows": rows}
+
+    key = cache.key(__name__, unit.sha256, mesh.sha256, at, nodes, PROBES)
+    arrays = cache.fetch("family", key, make)
+    shared = {name.removeprefix("reduced_"): value for name, value in arrays.items() if name.startswith("reduced_")}
+
+    def tangential() -> tuple[np.ndarray, np.ndarray]:
+        found = cache.fetch("family_tangential", key, make_tangential)
+        return found["compliance"], found["rows"]
+
+    own = {name: arrays[name] for name in TOLD_BY_RATIO}
+    member = ReducedFinger.from_arrays(shared)
+    return FingerFamily(finger, member, nodes, **own, error=float(arrays["error"]), tangential_source=tangential)
+
+
+def with_moduli(finger: Finger, outer: float, inner: float) -> Finger:
+    """The finger with these Young's moduli (MPa) of its layers."""
+    return replace(finger, outer=Layer(outer, finger.outer.nu), inner=Layer(inner, finger.inner.nu))
+
+
+def _chebyshev(low: float, high: float, count: int) -> np.ndarray:
+    """Chebyshev's points of the first kind on [low, high], rising."""
+    points = -np.cos(np.pi * (np.arange(count) + 0.5) / count) / np.cos(np.pi / 2 / count)
+    return (low + high) / 2 + (high - low) / 2 * points
+
+
+def _cardinal(ratios: np.ndarray) -> BarycentricInterpolator:
+    return BarycentricInterpolator(np.log(ratios), np.eye(len(ratios)))

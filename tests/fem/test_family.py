@@ -1,0 +1,71 @@
+"""A family of fingers over the moduli of their layers, against fingers that were reduced one by one."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.fem import FingerModel, press
+from papilla.fem.reduction.family import NODES, RATIOS, family, with_moduli
+from papilla.finger import Finger, Layer
+from papilla.materials import NeoHookean
+from papilla.mesh import build
+from papilla.specimen import Block
+
+SIZE_MM = 2.8
+
+
+@pytest.fixture(scope="module")
+def relatives():
+    return family(Finger.default(), size_mm=SIZE_MM)
+
+
+@pytest.mark.parametrize("outer, inner", [(0.2, 0.05), (0.4, 0.03), (0.05, 0.045)])
+def test_a_member_is_the_finger_reduced_by_itself(relatives, outer, inner):
+    design = with_moduli(Finger.default(), outer, inner)
+    alone = FingerModel(design, build(design, size_mm=SIZE_MM)).reduce()
+    found = relatives.at(outer, inner)
+    assert relatives.error < 1e-4
+    for name in ("compliance", "rows", "layers", "half_space"):
+        expected = getattr(alone, name)
+        assert getattr(found, name) == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
+    for name in ("finger_sha256", "mesh_sha256", "outer_modulus", "strain_key", "gauge_names", "at"):
+        assert getattr(found, name) == getattr(alone, name)
+    for friction in (0.0, "stick"):
+        pressed = [
+            press(one, Block(0.3, 10), force=0.5, fidelity="contact", friction=friction) for one in (found, alone)
+        ]
+        assert pressed[0].sd == pytest.approx(pressed[1].sd, rel=1e-4)
+        assert pressed[0].indentation == pytest.approx(pressed[1].indentation, rel=1e-4)
+
+
+def test_nodes_span_the_ratios(relatives):
+    assert len(relatives.ratios) == NODES
+    assert (relatives.ratios[0], relatives.ratios[-1]) == pytest.approx(RATIOS)
+    assert "within" in repr(relatives)
+
+
+def test_slopes_are_derivatives(relatives):
+    outer, inner = 0.21, 0.05
+    slopes = relatives.slope(outer, inner)
+    for k, step in enumerate(((1e-6, 0.0), (0.0, 1e-6))):
+        up, down = (relatives.at(outer + sign * step[0], inner + sign * step[1]) for sign in (1, -1))
+        for name, found in slopes.items():
+            expected = (getattr(up, name) - getattr(down, name)) / 2e-6
+            assert found[k] == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("outer, inner", [(1.0, 0.05), (0.04, 0.05)])
+def test_ratios_beyond_the_family_are_refused(relatives, outer, inner):
+    with pytest.raises(InputError, match="outer over inner modulus"):
+        relatives.at(outer, inner)
+
+
+def test_cards_and_elastic_bones_are_refused():
+    card = dataclasses.replace(Finger.default(), outer=Layer.of(NeoHookean(0.05), 0.4999))
+    with pytest.raises(InputError, match="material card"):
+        family(card, size_mm=SIZE_MM)
+    boned = dataclasses.replace(Finger.default(), bone=Layer(3000.0, 0.37))
+    with pytest.raises(InputError, match="rigid bone"):
+        family(boned, size_mm=SIZE_MM)
