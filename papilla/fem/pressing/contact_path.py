@@ -63,36 +63,35 @@ def contact_path(compliance: np.ndarray, mass: np.ndarray, gap: np.ndarray, forc
     first = int(np.argmin(gap / mass))
     depth, active = float(gap[first] / mass[first]), [first]
     inverse = np.array([[1 / compliance[first, first]]])
-    knots = [(depth, 0.0, np.zeros(n))]
+    knots, sides = [(depth, 0.0, np.zeros(n))], np.column_stack([mass, gap])
     for change in range(MOST_CHANGES * n):
         index = np.array(active)
         if change % CHECKED == 0:
             inverse = _refreshed(inverse, compliance[np.ix_(index, index)])
-        per_depth, offset = inverse @ mass[index], inverse @ gap[index]
-        idle = np.setdiff1d(np.arange(n), index)
+        parts = inverse @ sides[index]
         # Weak gaps of idle nodes and pressures of active ones, as value + slope * depth
-        slope = np.append(compliance[np.ix_(idle, index)] @ per_depth - mass[idle], per_depth)
-        value = np.append(gap[idle] - compliance[np.ix_(idle, index)] @ offset, -offset)
+        line = compliance[:, index] @ parts - sides
+        line[index] = parts
+        slope, value = line[:, 0], -line[:, 1]
+        ends = np.full(n, np.inf)
         falling = slope < 0
-        ends = np.where(falling, -value / np.where(falling, slope, -1.0), np.inf)
-        nodes = np.append(idle, index)
-        last = (force + mass[index] @ offset) / (mass[index] @ per_depth)
-        which = int(np.argmin(np.maximum(ends, depth)))
-        next_depth = min(max(float(ends[which]), depth), float(last))
+        ends[falling] = np.maximum(-value[falling] / slope[falling], depth)
+        which = int(np.argmin(ends))
+        last = (force + mass[index] @ parts[:, 1]) / (mass[index] @ parts[:, 0])
+        depth = min(float(ends[which]), float(last))
         pressure = np.zeros(n)
-        pressure[index] = np.maximum(next_depth * per_depth - offset, 0.0)
-        depth = next_depth
+        pressure[index] = np.maximum(depth * parts[:, 0] - parts[:, 1], 0.0)
         reached = depth >= last
         knots.append((depth, force if reached else float(mass @ pressure), pressure))
         if reached:
             break
-        if which < len(idle):
-            inverse = _bordered(inverse, compliance[index, nodes[which]], compliance[nodes[which], nodes[which]])
-            active.append(int(nodes[which]))
-        else:
-            place = which - len(idle)
+        if which in active:
+            place = active.index(which)
             inverse = _shrunk(inverse, place)
             active.pop(place)
+        else:
+            inverse = _bordered(inverse, compliance[index, which], compliance[which, which])
+            active.append(which)
         if not active:
             raise SolverError("the contact path lost its last node")
     else:

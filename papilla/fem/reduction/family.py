@@ -120,7 +120,7 @@ def family(
     inner = finger.inner.modulus
     unit = with_moduli(finger, inner, inner)
     mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
-    nodes = np.exp(_chebyshev(*np.log(RATIOS), NODES))
+    nodes = np.exp(_chebyshev(float(np.log(RATIOS[0])), float(np.log(RATIOS[1])), NODES))
 
     model = FingerModel(unit, mesh)
 
