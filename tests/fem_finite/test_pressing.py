@@ -9,7 +9,7 @@ from papilla import specimen
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.finite import newton, press_finite, pressing
-from papilla.fem.finite.pressing import Scene, raise_load
+from papilla.fem.finite.pressing import Scene, press_path
 from papilla.fem.reduction.gauges import PointFunctional, elongation
 from papilla.finger import Dome, Finger, Layer
 from papilla.materials import NeoHookean, Ogden, Yeoh
@@ -82,7 +82,7 @@ def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, specim
     scene = Scene.of(*coarse, specimen, {}, (0.0, 0.0))
     energies, forces = [], []
     for depth in (0.799, 0.8, 0.801):
-        state = raise_load(scene, None, depth)[0]
+        state = press_path(scene, None, depth)[0]
         energies.append(scene.body.energy(state.displacement, state.pressure))
         forces.append(scene.touching.patch.mass @ state.contact)
     assert (energies[2] - energies[0]) / 0.002 == pytest.approx(forces[1], rel=bound)

@@ -152,56 +152,50 @@ def press_path(
     held: Linearisation | None = None,
     tolerance: float | None = None,
 ) -> tuple[State, list[int], Balance, Linearisation | None]:
-    """As `raise_load`; with friction by way of loads that grow by `GROWTH`, from where `start` stands or from nothing.
+    """The state at a force on the patch (N) or an indentation (mm), the Newton steps of each load step, residuals, and
+    the last linearisation, for the next.
 
-    What friction does depends on the way: nothing is left out of it for speed.
+    With friction it goes by way of loads that grow by `GROWTH`, from where `start` stands or from rest: what friction
+    does depends on the way, and nothing is left out for speed. `held` : of another load or specimen, on the same body.
     """
-    aim = force if indentation is None else indentation
+    name, aim = ("force", force) if indentation is None else ("indentation", indentation)
     assert aim is not None
     state, steps = start or scene.at_rest, []
-    reached = scene.force(state) if indentation is None else state.indentation
+    reached = scene.force(state) if name == "force" else state.indentation
     loads = [aim]
     while scene.touching.friction and loads[0] > max(GROWTH * reached, FIRST_LOAD * aim):
         loads.insert(0, loads[0] / GROWTH)
     for load in loads:
         rough = tolerance if load == aim else max(ON_THE_WAY, tolerance or 0.0)
-        to = {"force": load, "indentation": None} if indentation is None else {"force": None, "indentation": load}
-        state, more, balance, held = raise_load(scene, **to, progress=progress, start=state, held=held, tolerance=rough)
+        state, more, balance, held = raise_load(scene, name, load, state, held, rough, progress)
         steps += more
     return state, steps, balance, held
 
 
 def raise_load(
     scene: Scene,
-    force: float | None,
-    indentation: float | None,
-    progress: Callable[[str], None] | None = None,
-    *,
-    start: State | None = None,
-    held: Linearisation | None = None,
+    name: str,
+    aim: float,
+    state: State,
+    held: Linearisation | None,
     tolerance: float | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> tuple[State, list[int], Balance, Linearisation]:
-    """The state at a force on the patch (N) or an indentation (mm), the Newton steps of each load step, and residuals.
+    """The state at a "force" on the patch (N) or an "indentation" (mm), as `press_path` returns it.
 
     The load goes in one step to its end; one that fails is halved, one that succeeds is followed by one twice as large.
-    `start` and `held` are those of another load, or of another specimen, on the same body; none: the state of rest.
-    The last linearisation is returned for the next. Raises `SolverError` where `SMALLEST_STEP` fails,
-    `ContactRangeError` where an indentation makes no contact.
+    `state` and `held` are those of another load, or of another specimen, on the same body. Raises `SolverError` where
+    `SMALLEST_STEP` fails, `ContactRangeError` where an indentation makes no contact.
     """
-    state, reached, step, steps = start or scene.at_rest, 0.0, 1.0, []
+    reached, step, steps = 0.0, 1.0, []
     held = held or Linearisation.at(scene.body, scene.touching, scene.at_rest)
-    begins = scene.force(state), state.indentation
+    begins = scene.force(state) if name == "force" else state.indentation
     while reached < 1:
         target = min(1.0, reached + step)
+        loads = {"force": None, "indentation": None, name: begins + target * (aim - begins)}
         try:
             state, count, balance, held = solve_level(
-                scene.body,
-                scene.touching,
-                state,
-                held,
-                force=None if force is None else begins[0] + target * (force - begins[0]),
-                indentation=None if indentation is None else begins[1] + target * (indentation - begins[1]),
-                tolerance=tolerance,
+                scene.body, scene.touching, state, held, **loads, tolerance=tolerance
             )
         except ContactRangeError:
             if target == 1:
