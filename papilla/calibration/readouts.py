@@ -87,6 +87,10 @@ class Uncertainty:
         """Mesh scatter at one force, linear in ln force between the stated ones, constant beyond."""
         return float(np.interp(math.log(force_N), self._ln_force, self.scatter))
 
+    def sigma_at(self, force_N: float) -> float:
+        """One sigma of the value at a force, friction apart: fit, mesh and large strain."""
+        return math.hypot(self.fit_rms, self.scatter_at(force_N), self.strain)
+
     def friction_at(self, ln_force: float, ln_modulus: float) -> float:
         """What the value changes without friction at a point of the domain (N, MPa); 0 where friction is known."""
         return 0.0 if self._friction is None else self._friction.evaluate(ln_force, ln_modulus)[0]
