@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.view.section import contact_frame, contact_outline, cut, half_skin, specimen_solid, strain_along_layers
+from papilla.view.strain_field import (
+    contact_frame,
+    contact_outline,
+    cut,
+    half_skin,
+    specimen_solid,
+    strain_along_layers,
+)
 
 pytestmark = pytest.mark.slow
 
