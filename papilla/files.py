@@ -135,22 +135,6 @@ def _shown(path) -> str:
     return str(path).replace("\0", "\\0")
 
 
-def private(folder: Path) -> bool:
-    """Whether this user alone can write `folder` (it need not exist) and what leads to it, as far as modes tell."""
-    if not hasattr(os, "getuid"):
-        return True
-    for place in (folder, *folder.absolute().parents):
-        try:
-            status = place.stat()
-        except OSError:
-            continue
-        others = stat.S_IWOTH if status.st_gid == os.getgid() and place != folder else stat.S_IWOTH | stat.S_IWGRP
-        kept_apart = status.st_mode & stat.S_ISVTX and place != folder
-        if status.st_uid not in (os.getuid(), 0) or (status.st_mode & others and not kept_apart):
-            return False
-    return True
-
-
 def reason(error: BaseException) -> str:
     """Why a file could not be used, in the system's words."""
     return str(getattr(error, "strerror", None) or error)

@@ -13,7 +13,6 @@ from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
-    from papilla.estimators import Pipeline
     from papilla.logs import TimeLogFile
 
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
@@ -61,7 +60,7 @@ def estimate(
         summary = Summary(recorded)
         check_writable(out.parent)
         with table_writer(out, ("t_s", *COLUMNS)) as write:
-            bar.line(_first_stage(pipeline))
+            bar.line("estimating")
             for block in recorded.blocks():
                 answer = pipeline.process(block)
                 write([block[:, 0], *answer[: len(COLUMNS)]])
@@ -121,13 +120,3 @@ def _noise(recorded: "TimeLogFile") -> dict[str, Any]:
         "gauge_sigma": max([*(noise for noise in gauges if noise == noise), GAUGE_NOISE_FLOOR]),
         "force_sigma_N": max(force, FORCE_NOISE_FLOOR_N) if force == force else FORCE_NOISE_FLOOR_N,
     }
-
-
-def _first_stage(pipeline: "Pipeline") -> str:
-    """What the first block waits for: where the blind tracker is not compiled yet, far longer than for the rows."""
-    from papilla.estimators.tracking import blind_kernel, compiled
-
-    needed = "frequency" in pipeline.outputs and compiled.numba_available()
-    if not needed or compiled.kernel_cache(blind_kernel.COMPILED).exists():
-        return "estimating"
-    return "compiling the tracker; this is kept for the next time"

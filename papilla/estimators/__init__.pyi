@@ -26,5 +26,5 @@ from .tracking import FusedTracker as FusedTracker
 from .tracking import LineTracker as LineTracker
 from .tracking import SpaceTracker as SpaceTracker
 from .tracking import WavelengthEstimate as WavelengthEstimate
-from .tracking.blind import ChirpEstimate as ChirpEstimate
-from .tracking.blind import ChirpTracker as ChirpTracker
+from .tracking.chirp import ChirpEstimate as ChirpEstimate
+from .tracking.chirp import ChirpTracker as ChirpTracker

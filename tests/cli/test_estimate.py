@@ -146,15 +146,6 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_
         assert text in table
 
 
-def test_the_wait_for_the_compiler_is_announced(papilla, tmp_path, sliding, monkeypatch):
-    pytest.importorskip("numba")
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "empty"))
-    t = np.arange(600) / 1000
-    write_table(tmp_path / "blind.csv", {"t_s": t, "g1": np.sin(2 * np.pi * 50 * t)})
-    stages = papilla("estimate", "blind.csv", "--out", "est.csv").err.splitlines()
-    assert stages[:2] == ["compiling the tracker; this is kept for the next time", "estimating"]
-
-
 @pytest.mark.parametrize("column, factor", [("t_s", 1000), ("velocity_mm_s", 1e-3)])
 def test_units_off_by_a_thousand_are_asked_about(papilla, tmp_path, column, factor):
     t = np.arange(2000) / 1000

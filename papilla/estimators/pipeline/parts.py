@@ -12,7 +12,7 @@ from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.softness.faults import in_words
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
-from papilla.estimators.tracking.blind import ChirpStatus, ChirpTracker
+from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 
 LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""

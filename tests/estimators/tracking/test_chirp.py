@@ -1,0 +1,252 @@
+"""The velocity-blind tracker: accuracy with its lag, its sigma, reversals, bad samples, state, and settings."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
+from papilla.estimators.tracking.stroke import (
+    KNOTS,
+    MOTION,
+    SHAPE,
+    TREND,
+    Stroke,
+    improved,
+    moved,
+    phase_at,
+    profile,
+    rate_at,
+    trend_of,
+)  # fmt: skip
+from papilla.studies.estimator_bench.scenes import scene
+
+
+def same(first, second) -> bool:
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first, second, strict=True))
+
+
+def aligned(made, found, lag_s):
+    """Relative error of the frequency `lag_s` ago on the judged rows, and error over stated sigma."""
+    lag = round(lag_s * made.sample_rate_Hz)
+    rows = np.flatnonzero(made.judged())
+    truth = made.frequency_Hz[rows - lag]
+    error = found.frequency_Hz[rows] - truth
+    return error / truth, error / found.frequency_sigma_Hz[rows]
+
+
+@pytest.mark.parametrize("kind, wavelength, snr", [("act1", 3.0, 20), ("act1", 1.2, 10), ("act2", 0.6, 20)])
+def test_active_touch_is_followed_through_reversals(kind, wavelength, snr):
+    made = scene(kind, wavelength, snr_dB=snr, seed=41, seconds=2.2)
+    tracker = ChirpTracker()
+    found = tracker.process(made.block())
+    error, ratio = aligned(made, found, tracker.lag_s)
+    assert math.sqrt(np.mean(error**2)) < 0.03
+    assert 0.3 < math.sqrt(np.mean(ratio**2)) < 2
+    of_wavelength = found.wavelength_mm[made.judged()] / wavelength - 1
+    assert math.sqrt(np.mean(of_wavelength**2)) < 0.03
+    assert np.mean(found.status[made.judged()] == ChirpStatus.OK) > 0.99
+
+
+@pytest.mark.parametrize("snr, bound", [(20, 0.005), (0, 0.05)])
+def test_a_texture_in_noise_is_followed_to_a_fraction_of_the_noise(snr, bound):
+    made = scene("act2", 1.8, snr_dB=snr, seed=31, seconds=2.2)
+    tracker = ChirpTracker()
+    error, ratio = aligned(made, tracker.process(made.block()), tracker.lag_s)
+    assert math.sqrt(np.mean(error**2)) < bound
+    assert 0.4 < math.sqrt(np.mean(ratio**2)) < 2
+
+
+@pytest.mark.slow
+def test_pressing_steps_are_told_from_an_answer():
+    off, share = [], []
+    for wavelength, seed in [(0.6, 301), (1.2, 302), (1.8, 301), (2.4, 302)]:
+        made = scene("harsh", wavelength, seed=seed, seconds=3.0)
+        found = ChirpTracker().process(made.block())
+        ok = (found.status == ChirpStatus.OK) & made.judged()
+        share.append(ok.sum() / made.judged().sum())
+        off.append(np.abs(found.wavelength_mm[ok] / wavelength - 1))
+    assert 0.1 < np.mean(share) < 0.9
+    off = np.concatenate(off)
+    assert np.median(off) < 0.02 and np.mean(off > 0.1) < 0.1
+
+
+def test_the_fundamental_is_tracked_at_constant_speed():
+    made = scene("const", 2.4, seed=42, seconds=1.3)
+    found = ChirpTracker().process(made.readings)
+    error, _ = aligned(made, found, 0.0)
+    assert np.abs(error).max() < 0.02
+    assert np.isnan(found.wavelength_mm).all()
+
+
+def test_a_state_saved_while_it_searches_or_follows_goes_on_bit_for_bit():
+    block = scene("act1", 1.2, seed=43, seconds=0.7).block()
+    block[430:450, 0], block[500, 0], block[510, 1] = np.nan, np.inf, np.nan
+    whole = ChirpTracker().process(block)
+    assert {0, 1, 3} <= set(whole.status.tolist())
+    tracker, searched = ChirpTracker(), 0
+    for number, row in enumerate(block.tolist()):
+        tracker.update(row)
+        looking = tracker.state.look is not None
+        if (looking and searched < 4 and number % 11 == 0) or number == 600:
+            searched += looking
+            other = ChirpTracker()
+            other.state = pickle.loads(pickle.dumps(tracker.state))
+            rest = other.process(block[number + 1 :])
+            assert same(rest, (column[number + 1 :] for column in whole))
+    assert searched == 4
+    with pytest.raises(InputError, match="the state is not of this sampling rate"):
+        ChirpTracker(sample_rate_Hz=2000.0).state = tracker.state
+
+
+def test_sigma_grows_where_readings_are_missing():
+    made = scene("const", 1.8, seed=44, seconds=0.6)
+    tracker = ChirpTracker(saturation=50.0)
+    before = tracker.process(made.block())
+    gap = tracker.process(np.full(2000, 60.0))
+    assert set(gap.status.tolist()) == {int(ChirpStatus.MISSING)}
+    assert np.all(np.diff(gap.frequency_sigma_Hz[:200:10]) > 0)
+    assert gap.frequency_sigma_Hz[-1] > 5 * before.frequency_sigma_Hz[-1]
+    assert gap.frequency_Hz[5] == pytest.approx(made.frequency_Hz[-1], rel=0.03)
+    assert "missing" in gap.sentence[0] and tracker.update(0.0).sentence
+
+
+def test_standstill_is_told_and_left_again():
+    made = scene("const", 1.8, seed=45, seconds=1.6)
+    readings = made.readings[:, 0].copy()
+    rng = np.random.default_rng(0)
+    readings[600:1100] = readings[600] + 0.1 * rng.standard_normal(500)
+    found = ChirpTracker().process(np.column_stack([readings, made.velocity_mm_s]))
+    assert set(found.status[950:1100].tolist()) <= {int(ChirpStatus.QUIET), int(ChirpStatus.SEARCHING)}
+    assert found.wavelength_sigma_mm[1090] > found.wavelength_sigma_mm[590]
+    assert found.frequency_Hz[1400:] == pytest.approx(made.frequency_Hz[1400:], rel=0.03)
+
+
+def test_noise_and_dead_gauges_have_no_frequency():
+    dead = ChirpTracker().process(np.full(400, 3.0))
+    assert np.isnan(dead.frequency_Hz).all() and dead.status[-1] == ChirpStatus.QUIET
+    noise = ChirpTracker().process(np.random.default_rng(5).standard_normal(600))
+    assert not np.any(noise.status == ChirpStatus.OK)
+
+
+@pytest.mark.parametrize("rate", [500.0, 4000.0])
+def test_the_sampling_rate_is_a_parameter(rate):
+    made = scene("const", 2.4, seed=46, seconds=0.7, sample_rate_Hz=rate)
+    found = ChirpTracker(sample_rate_Hz=rate).process(made.readings)
+    assert found.frequency_Hz[-1] == pytest.approx(made.frequency_Hz[-1], rel=0.02)
+
+
+@pytest.mark.parametrize("scale, offset", [(1e3, 2e4), (1e-6, 0.0)])
+def test_scale_and_offset_do_not_matter(scale, offset):
+    made = scene("const", 1.8, seed=47, seconds=0.5)
+    reference = ChirpTracker().process(made.readings).frequency_Hz[-1]
+    assert ChirpTracker().process(offset + scale * made.readings).frequency_Hz[-1] == pytest.approx(reference, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"frequency_range_Hz": (100, 50)}, "must span a factor 2 to 100 below 0.4 of the sampling rate"),
+        ({"frequency_range_Hz": (15, 450)}, "got 15 to 450 Hz"),
+        ({"frequency_range_Hz": 15}, "must be two numbers"),
+        ({"sample_rate_Hz": 0}, "sample_rate_Hz"),
+        ({"lag_s": 0.2}, "lag_s must lie between 0 and 0.03"),
+        ({"saturation": -1}, "saturation"),
+    ],
+)
+def test_unusable_values(options, message):
+    with pytest.raises(InputError, match=message):
+        ChirpTracker(**options)
+
+
+def test_samples_and_blocks_of_another_shape():
+    with pytest.raises(InputError, match="a block must be n x 2"):
+        ChirpTracker().process(np.zeros((3, 3)))
+    with pytest.raises(InputError, match="a sample must be"):
+        ChirpTracker().update((1.0, 2.0, 3.0))
+
+
+def strokes(seed, seconds=2.5):
+    """(velocity, readings) of a hand on a grating of 1.2 mm: minimum-jerk strokes out and back, with rests between."""
+    rng, velocity, at, sign = np.random.default_rng(seed), np.zeros(round(seconds * 1000)), 0, 1.0
+    while at < velocity.size:
+        place = (np.arange(round(1000 * rng.uniform(0.4, 0.8))) + 0.5) / 1000
+        place /= place[-1]
+        end = min(at + place.size, velocity.size)
+        velocity[at:end] = (sign * rng.uniform(100, 180) * 16 * (place * (1 - place)) ** 2)[: end - at]
+        at, sign = end + round(1000 * rng.uniform(0, 0.2)), -sign
+    phase = 2 * math.pi * np.cumsum(velocity) / 1000 / 1.2
+    clean = 1.3 * np.cos(phase) + 0.4 * np.cos(2 * phase + 1) + 0.2 * np.cos(3 * phase - 1)
+    return velocity, clean + 0.1 * rng.standard_normal(velocity.size)
+
+
+def test_a_hand_that_starts_stops_and_turns():
+    velocity, readings = strokes(2)
+    found = ChirpTracker().process(np.column_stack([readings, velocity]))
+    truth = np.roll(np.abs(velocity) / 1.2, 14)
+    moving = (np.arange(velocity.size) > 700) & (truth > 40)
+    ok = moving & (found.status == ChirpStatus.OK)
+    error = (found.frequency_Hz - truth)[ok]
+    assert ok.sum() > 0.6 * moving.sum()
+    assert math.sqrt(np.mean((error / truth[ok]) ** 2)) < 0.05
+    assert math.sqrt(np.mean((error / found.frequency_sigma_Hz[ok]) ** 2)) < 2
+
+
+@pytest.mark.parametrize("case", ["hum", "second", "counts", "steps", "dropped"])
+def test_disturbed_readings(case):
+    made = scene("const", 1.2, snr_dB=30, seed=21, seconds=1.2)
+    block, time = made.block(), made.time_s
+    if case == "hum":
+        block[:, 0] += 0.2 * np.sin(2 * math.pi * 50 * time)
+    elif case == "second":
+        block[:, 0] += 0.2 * np.sin(2 * math.pi * made.position_mm / 2.9)
+    elif case == "counts":
+        block[:, 0] = np.round(20 * block[:, 0])
+    elif case == "steps":
+        block[:, 0] += 4.0 * (np.floor(time / 0.35) % 2)
+    else:
+        block = block[np.arange(1200) % 97 != 0]
+    found = ChirpTracker().process(block)
+    ok = found.status[600:] == ChirpStatus.OK
+    assert ok.mean() > 0.2
+    assert np.median(np.abs(found.frequency_Hz[600:][ok] / made.frequency_Hz[0] - 1)) < 0.02
+
+
+def test_the_derivatives_of_a_stroke_are_its_differences():
+    """Gauss and Newton's step from a stroke to one beside it, of exact readings, is the difference of the two."""
+    rng, time = np.random.default_rng(0), np.arange(-299, 1) / 1000
+    nothing = np.zeros((1, 1)), 1.0, np.zeros(300), 0.0
+    start = Stroke(
+        np.array([0.2, 55.0, -180.0, 41.0]), rng.normal(0, 50, KNOTS), 0.02, 0.0375, rng.normal(0, 1, TREND),
+        rng.normal(0, 1, SHAPE), *nothing,
+    )  # fmt: skip
+    small = np.concatenate([[1e-6, 1e-5, 1e-4, 1e-4], rng.normal(0, 1e-4, KNOTS), rng.normal(0, 1e-5, TREND + SHAPE)])
+    parts = np.split(start.values + small, [MOTION, MOTION + KNOTS, MOTION + KNOTS + TREND])
+    other = start._replace(motion=parts[0], jumps=parts[1], trend=parts[2], shape=parts[3])
+    columns, _ = profile(*phase_at(other, time), 1000.0)
+    readings = columns @ other.shape + trend_of(time, np.minimum(time[:, None] - other.knots, 0.0)) @ other.trend
+    size = MOTION + KNOTS + TREND + SHAPE
+    found = improved(start, readings, time, 1000.0, 1e-12 * np.eye(size), start.values)
+    assert np.abs(found.residual).max() < 1e-6
+    turned, speed = phase_at(found, time), phase_at(other, time)
+    assert np.abs(turned[0] - speed[0]).max() < 1e-6 and np.abs(turned[1] - speed[1]).max() < 1e-4
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 40.0, -25.0])
+def test_a_motion_told_of_later_is_the_same_motion(stiffness):
+    motion = np.array([0.3, 60.0, -200.0, stiffness])
+    stroke = Stroke(
+        motion, np.zeros(KNOTS), 0.02, 0.04, np.zeros(TREND), np.zeros(SHAPE), np.zeros((1, 1)), 1.0, None, 0
+    )
+    later = stroke._replace(motion=moved(motion, 0.05))
+    time = np.array([-0.2, -0.1, 0.0])
+    for one, two in zip(phase_at(stroke, time), phase_at(later, time - 0.05), strict=True):
+        assert two == pytest.approx(one, abs=1e-9)
+    rate, slopes = rate_at(stroke, -0.1)
+    assert abs(rate) == pytest.approx(phase_at(stroke, time)[1][1])
+    for place in range(1, MOTION):
+        step = 1e-5 * np.eye(MOTION)[place]
+        beside = rate_at(stroke._replace(motion=motion + step), -0.1)[0]
+        assert (beside - rate) / 1e-5 == pytest.approx(slopes[place], rel=1e-3, abs=1e-4)
