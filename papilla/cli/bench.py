@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from papilla.cli.options import keep_inputs
 from papilla.cli.output import plain, print_json, progress, say, show_table, tell
-from papilla.cli.paths import keep_inputs
 
 if TYPE_CHECKING:
     from papilla.studies.bench import Bench

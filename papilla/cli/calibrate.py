@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.friction import FrictionOption, read_friction
+from papilla.cli.options import FrictionOption, about, keep_inputs, read_friction, surface_files
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
-from papilla.cli.paths import about, keep_inputs, surface_files
 from papilla.errors import InputError
 
 if TYPE_CHECKING:

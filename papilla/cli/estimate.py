@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from papilla.cli.options import keep_inputs
 from papilla.cli.output import Progress, print_json, progress, say
-from papilla.cli.paths import keep_inputs
 from papilla.errors import InputError
 
 if TYPE_CHECKING:

@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from papilla.checks import place, positive
-from papilla.cli.friction import FrictionOption, read_friction
+from papilla.cli.options import FrictionOption, SpecimenKind, describe, make_specimen, read_friction
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Press
-    from papilla.specimen import Specimen
 
-SpecimenKind = Literal["half-space", "block", "sphere"]
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
 
@@ -84,32 +82,6 @@ def press(
         print_json({**found.to_json(), **named})
     else:
         _print(found, named, [gauge.name for gauge in design.gauges])
-
-
-def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None) -> "Specimen":
-    """The specimen of the options; refuses an option that its shape would ignore."""
-    from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Sphere
-
-    if thickness is not None and kind != "block":
-        raise InputError(f"--thickness is for a block, not for a {kind}")
-    if radius is not None and kind != "sphere":
-        raise InputError(f"--radius is for a sphere, not for a {kind}")
-    if kind == "half-space":
-        return HalfSpace(modulus)
-    if kind == "block":
-        return Block(modulus, THICKNESS_MM if thickness is None else thickness)
-    if radius is None:
-        raise InputError("a sphere needs --radius (mm)")
-    return Sphere(modulus, radius)
-
-
-def describe(specimen: "Specimen") -> dict:
-    """Kind and measures of a specimen under the names of files, as plain values."""
-    from dataclasses import asdict
-
-    units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
-    kind = {"HalfSpace": "half-space"}.get(type(specimen).__name__, type(specimen).__name__.lower())
-    return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items()}}
 
 
 def _print(found: "Press", named: dict, gauges: list[str]) -> None:

@@ -5,9 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from papilla.cli.options import SpecimenKind, keep_inputs, make_specimen, surface_files
 from papilla.cli.output import Stopwatch, print_json, progress, tell
-from papilla.cli.paths import keep_inputs, surface_files
-from papilla.cli.press import SpecimenKind, make_specimen
 from papilla.errors import InputError
 
 What = Literal["strain", "contact", "receptive"]

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from papilla.cli.paths import keep_inputs
+from papilla.cli.options import keep_inputs
 from papilla.errors import InputError
 from papilla.finger import DEFAULT_FINGER
 

@@ -1,0 +1,99 @@
+"""What options of several commands mean: specimens, friction, and files that are read and must stay what they are."""
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.finger import Finger
+    from papilla.specimen import Friction, Specimen
+
+SpecimenKind = Literal["half-space", "block", "sphere"]
+
+FrictionOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Coulomb friction between finger and specimen, or stick.  [default: not known, stick the likeliest]",
+        metavar="0|MU|stick",
+    ),
+]
+
+
+def read_friction(text: str | None) -> "Friction | None":
+    """The friction of an option's text, None where it is not given; raises `InputError`."""
+    from papilla.specimen import friction_coefficient
+
+    if text is None:
+        return None
+    try:
+        friction: Friction = float(text)
+    except ValueError:
+        friction = text
+    friction_coefficient(friction)
+    return friction
+
+
+def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None) -> "Specimen":
+    """The specimen of the options; refuses an option that its shape would ignore."""
+    from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Sphere
+
+    if thickness is not None and kind != "block":
+        raise InputError(f"--thickness is for a block, not for a {kind}")
+    if radius is not None and kind != "sphere":
+        raise InputError(f"--radius is for a sphere, not for a {kind}")
+    if kind == "half-space":
+        return HalfSpace(modulus)
+    if kind == "block":
+        return Block(modulus, THICKNESS_MM if thickness is None else thickness)
+    if radius is None:
+        raise InputError("a sphere needs --radius (mm)")
+    return Sphere(modulus, radius)
+
+
+def describe(specimen: "Specimen") -> dict:
+    """Kind and measures of a specimen under the names of files, as plain values."""
+    from dataclasses import asdict
+
+    units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
+    kind = {"HalfSpace": "half-space"}.get(type(specimen).__name__, type(specimen).__name__.lower())
+    return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items()}}
+
+
+def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
+    """Refuse an output that is an input under whatever name: through links, other spellings, a second hard link."""
+    given = [Path(name) for name in inputs if name is not None]
+    for output in outputs:
+        for name in given:
+            if _same(name, output):
+                raise InputError(f"{output} would overwrite the input {name}: choose another name")
+
+
+def surface_files(design: "Finger") -> list[str]:
+    """The files of a design's surfaces."""
+    from papilla.finger import Surfaces
+
+    return [*vars(design.shape).values()] if isinstance(design.shape, Surfaces) else []
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Bad input that is found while the content of a file is used names the file, as that found while reading does."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+
+
+def _same(one: Path, other: Path) -> bool:
+    if os.path.realpath(one) == os.path.realpath(other):
+        return True
+    try:
+        return os.path.samefile(one, other)
+    except OSError:
+        return False
