@@ -49,6 +49,17 @@ class Truth:
         return self.recovered_MPa / self.modulus_MPa - 1
 
     @property
+    def max_error(self) -> float:
+        """Largest |relative error| of a recovered modulus; NaN where there is none."""
+        known = np.abs(self.error[np.isfinite(self.error)])
+        return float(known.max()) if len(known) else float("nan")
+
+    @property
+    def max_sd_error(self) -> float:
+        """Largest |relative error| of the calibration's S_d."""
+        return float(np.abs(self.sd_error).max())
+
+    @property
     def frictions(self) -> list[Friction]:
         """The frictions of the presses, the largest first."""
         return [friction_words(friction) for friction in sorted(set(self.friction.tolist()), reverse=True)]
@@ -60,12 +71,12 @@ class Truth:
 
     def to_json(self) -> dict:
         """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""
-        parts = {str(friction): self.by(friction) for friction in self.frictions}
+        parts = {f"{friction:g}" if friction != STICK else STICK: self.by(friction) for friction in self.frictions}
         return {
             "presses": len(self.force_N),
             "inside_interval": float(self.inside.mean()),
-            "sd_max_error": {name: float(np.abs(part.sd_error).max()) for name, part in parts.items()},
-            "max_error": {name: _largest(part.error) for name, part in parts.items()},
+            "sd_max_error": {name: part.max_sd_error for name, part in parts.items()},
+            "max_error": {name: part.max_error for name, part in parts.items()},
         }
 
 
@@ -89,8 +100,3 @@ def press_truth(
 
     found = cache.fetch("truth", cache.key(__name__, finger.sha256, mesh.sha256, str(friction)), make)
     return found["presses"], str(found["laws"])
-
-
-def _largest(errors: np.ndarray) -> float | None:
-    known = np.abs(errors[np.isfinite(errors)])
-    return float(known.max()) if len(known) else None

@@ -28,6 +28,8 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
     assert answer.out.count("\n") == 1, "one object and nothing else"
     assert found["max_error"] <= 0.02 and found["rms_error"] <= found["max_error"]
     assert found["checked_presses"] == 100 and found["unanswered"] == 0
+    assert found["dominant"] == "friction" and found["truth"]["inside_interval"] == 1.0
+    assert found["truth"]["presses"] == 18 and found["truth"]["sd_max_error"]["stick"] < 0.006
     document = json.loads((tmp_path / found["calibration"]).read_text())
     assert document["schema"] == "papilla.calibration/1"
     for part in ("forward", "inverse"):
@@ -42,7 +44,13 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
     again = papilla("calibrate", "--out", "again")
     assert again.code == 0
     assert (tmp_path / "again" / "sweep.csv").read_bytes() == (tmp_path / "calibration" / "sweep.csv").read_bytes()
-    for text in ("error of E, max", "µε/gf²", "Inverse: E = ", "Wrote again/calibration.json"):
+    for text in (
+        "error of E, max",
+        "µε/gf²",
+        "Inverse: E = ",
+        "dominant: friction (one sigma of S_d: ",
+        "Wrote again/calibration.json",
+    ):
         assert text in again.out
 
 

@@ -35,8 +35,8 @@ MEASURES = ("indentation", "contact_area", "peak_pressure")
 POWERS = [(i, j) for i in range(5) for j in range(5 - i)]
 """Powers of force and area in the polynomial."""
 
-LOWERED = (0.7, 0.85, 1.0)
-"""Parts of a coefficient of friction at which linear presses tell the share of stick, linear in between."""
+LOWERED = (0.7, 0.85)
+"""Parts of a coefficient of friction at which linear presses, too, tell the share of stick; it is linear in between."""
 
 BETWEEN = 0.003
 """Relative error of S_d, one sigma, at a friction that neither is none nor sticks: its share of stick is estimated."""
@@ -211,8 +211,9 @@ def between_ends(
     if not (small.any() and large.any()):
         return replace(free_told, friction=found.friction)
     lower = found.friction * float(np.linalg.norm(small) / np.linalg.norm(large))
-    marks = [found.friction * share for share in LOWERED]
-    shares = [float(small @ (linear(mark).reading - free.reading) / (small @ small)) for mark in marks]
+    marks = [found.friction * share for share in (*LOWERED, 1.0)]
+    readings = [linear(mark).reading for mark in marks[:-1]] + [found.reading]
+    shares = [float(small @ (reading - free.reading) / (small @ small)) for reading in readings]
     share = min(float(np.interp(lower, [0.0, *marks], [0.0, *shares])), 1.0)
     measures = {name: (1 - share) * getattr(free_told, name) + share * getattr(held_told, name) for name in MEASURES}
     values = (1 - share) * free_told.values + share * held_told.values
