@@ -15,6 +15,7 @@ import time
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from os import PathLike
 from pathlib import Path
 
 from papilla.errors import FileAccessError
@@ -28,7 +29,7 @@ OLD_S = 86400.0  # Temporaries of other machines, whose processes cannot be aske
 
 
 @contextmanager
-def replacing(path) -> Iterator[Path]:
+def replacing(path: str | PathLike) -> Iterator[Path]:
     """A temporary path beside `path` to write to; it takes the place of `path` when the block ends without an error.
 
     A file that was there keeps its permissions. Raises `FileAccessError` where the file cannot be written (no such
@@ -43,7 +44,7 @@ def replacing(path) -> Iterator[Path]:
 
 
 @contextmanager
-def replacing_set(paths: Sequence) -> Iterator[list[Path]]:
+def replacing_set(paths: Sequence[str | PathLike]) -> Iterator[list[Path]]:
     """Temporary paths for files that belong together; they take their places when the block ends without an error.
 
     Whenever the process is killed, no file of the new set stands beside one of the old: the others go first. Raises
@@ -81,13 +82,13 @@ def replacing_set(paths: Sequence) -> Iterator[list[Path]]:
                 temporary.unlink()
 
 
-def write_text(path, text: str) -> None:
+def write_text(path: str | PathLike, text: str) -> None:
     """Write `text` (UTF-8) atomically; raises `FileAccessError`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
 
 
-def check_writable(folder) -> None:
+def check_writable(folder: str | PathLike) -> None:
     """Make `folder` where it is missing and see that a file can be created in it: before long work, not after.
 
     Raises `FileAccessError`.

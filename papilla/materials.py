@@ -47,7 +47,7 @@ class _Material(ABC):
         )
 
     @abstractmethod
-    def stability(self, stretches) -> np.ndarray:
+    def stability(self, stretches: ArrayLike) -> np.ndarray:
         """Least curvature (...) of the energy over logarithmic strains that keep the volume, over mu, at principal
         stretches (..., 3): positive where the law is stable in Hill's sense (1958, doi:10.1016/0022-5096(58)90029-2).
         """
@@ -83,7 +83,7 @@ class FirstInvariantMaterial(_Material):
         x, slope = np.asarray(i1) - 3, self.polynomial.deriv()
         return slope(x), slope.deriv()(x)
 
-    def stability(self, stretches) -> np.ndarray:
+    def stability(self, stretches: ArrayLike) -> np.ndarray:
         """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
         square = np.asarray(stretches, float) ** 2
         first, second = (slope[..., None, None] for slope in self.slopes(square.sum(axis=-1)))
@@ -157,7 +157,7 @@ class Ogden(_Material):
         """W (MPa), shape (...), of isochoric principal stretches (..., 3)."""
         return 2 * self.mu / self.alpha**2 * (np.asarray(stretches) ** self.alpha - 1).sum(axis=-1)
 
-    def stability(self, stretches) -> np.ndarray:
+    def stability(self, stretches: ArrayLike) -> np.ndarray:
         """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
         return _least(_log_curvature(np.asarray(stretches, float) ** self.alpha, 2.0))
 

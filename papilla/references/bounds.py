@@ -8,12 +8,19 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
 
 
-def wavelength_bound(position_mm, wavelength_mm: float, amplitudes, noise_sd: float, present=None) -> float:
+def wavelength_bound(
+    position_mm: ArrayLike,
+    wavelength_mm: float,
+    amplitudes: ArrayLike,
+    noise_sd: float,
+    present: ArrayLike | None = None,
+) -> float:
     """Smallest relative standard deviation (a fraction) of an unbiased wavelength, the positions being known.
 
     Parameters
@@ -38,7 +45,14 @@ def wavelength_bound(position_mm, wavelength_mm: float, amplitudes, noise_sd: fl
 
 
 def frequency_bound(
-    time_s, phase, rate_Hz: float, amplitudes, noise_sd: float, *, degree: int, at_s: float | None = None
+    time_s: ArrayLike,
+    phase: ArrayLike,
+    rate_Hz: float,
+    amplitudes: ArrayLike,
+    noise_sd: float,
+    *,
+    degree: int,
+    at_s: float | None = None,
 ) -> float:
     """Smallest relative standard deviation (a fraction) of a frequency at `at_s`, nothing being known of the velocity.
 
@@ -61,7 +75,7 @@ def frequency_bound(
 
 
 def chirp_bound(
-    count: int, sample_rate_Hz: float, frequency_Hz: float, amplitudes, noise_sd: float, lag_s: float = 0.0
+    count: int, sample_rate_Hz: float, frequency_Hz: float, amplitudes: ArrayLike, noise_sd: float, lag_s: float = 0.0
 ) -> float:
     """Smallest relative standard deviation (a fraction) of the frequency `lag_s` before the last of `count` samples.
 
@@ -86,7 +100,12 @@ def chirp_bound(
 
 
 def modulus_bound(
-    along_modulus, along_force, reading_sigma: float, force_sigma: float, errors=None, nuisances: Sequence[tuple] = ()
+    along_modulus: ArrayLike,
+    along_force: ArrayLike,
+    reading_sigma: float,
+    force_sigma: float,
+    errors: ArrayLike | None = None,
+    nuisances: Sequence[tuple[ArrayLike, float]] = (),
 ) -> float:
     """Smallest standard deviation of ln E of an unbiased estimate from n samples of g readings and of the force.
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
 from papilla import checks
@@ -12,7 +13,7 @@ from papilla.errors import InputError
 from papilla.specimen import HalfSpace
 
 
-def boussinesq_displacement(points, force: float, modulus: float, nu: float):
+def boussinesq_displacement(points: ArrayLike, force: float, modulus: float, nu: float) -> np.ndarray:
     """Displacement in mm under a point force along +z (into the solid) at the origin: u_z = F/(pi E* r) on the surface.
 
     u_z = F/(4 pi G) [z^2/s^3 + 2(1-nu)/s], u_x = F/(4 pi G) [x z/s^3 - (1-2nu) x/(s (s+z))], u_y alike; s = |point|.
@@ -43,7 +44,7 @@ def uniform_disc_mean_displacement(radius: float, pressure: float, e_star: float
     return 16 / (3 * math.pi) * scale / checks.positive("contact modulus (MPa)", e_star)
 
 
-def halfspace_stiffness(wavenumber, e_star: float):
+def halfspace_stiffness(wavenumber: ArrayLike, e_star: float) -> np.ndarray:
     """Normal pressure over normal surface displacement of a half-space, MPa/mm: E* q / 2.
 
     `wavenumber` q in 1/mm, any array > 0; `e_star` in MPa. Raises `InputError` unless both are positive.
@@ -66,7 +67,9 @@ class StackLayer:
         checks.poisson("layer nu", self.nu)
 
 
-def layered_halfspace_stiffness(wavenumber, layers: Sequence[StackLayer], base: HalfSpace | None):
+def layered_halfspace_stiffness(
+    wavenumber: ArrayLike, layers: Sequence[StackLayer], base: HalfSpace | None
+) -> np.ndarray:
     """Normal pressure over normal displacement of a frictionless stack's surface, MPa/mm.
 
     `layers` run from the surface down; `base` is the half-space below them, or None for a rigid one. At each

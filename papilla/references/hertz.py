@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
@@ -59,7 +60,7 @@ class HertzContact:
         """Pressure p0 in the middle, MPa: 3 F / (2 pi a b)."""
         return 1.5 * self.force / self.area
 
-    def pressure(self, x, y):
+    def pressure(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         """Pressure p0 sqrt(1 - (x/a)^2 - (y/b)^2) in MPa at (x, y) mm from the middle; arrays broadcast, 0 outside."""
         inside = 1 - (np.asarray(x) / self.a) ** 2 - (np.asarray(y) / self.b) ** 2
         return self.peak_pressure * np.sqrt(np.maximum(inside, 0.0))

@@ -19,6 +19,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.special import j0, j1
 
@@ -64,7 +65,7 @@ class LayerKernel(_Layer):
     and for r negative or not finite when called. Source: Hankel transform of the module's formulae.
     """
 
-    def __call__(self, r):
+    def __call__(self, r: ArrayLike) -> np.ndarray:
         return self._radial(r, 1)[0]
 
 
@@ -76,7 +77,7 @@ class BondedLayerGreen(_Layer):
     part is `LayerKernel`. Raises `InputError` as that does. Source: Hankel transforms of the module's formulae.
     """
 
-    def __call__(self, xy):
+    def __call__(self, xy: ArrayLike) -> np.ndarray:
         xy = np.asarray(xy, dtype=float)
         r = np.linalg.norm(xy, axis=-1)
         normal, mean, deviator, coupling = self._radial(r, 4)
@@ -90,7 +91,7 @@ class BondedLayerGreen(_Layer):
         return tensor
 
 
-def bonded_layer_deficit(Q, nu: float):
+def bonded_layer_deficit(Q: ArrayLike, nu: float) -> np.ndarray:
     """Share W(Q) of the half-space's normal compliance that a bonded layer lacks, Q = q h >= 0 of any shape.
 
     W falls from 1 at Q = 0 to 4 Q^2 exp(-2Q)/(3 - 4nu) and is computed without cancellation; dimensionless.
@@ -103,7 +104,7 @@ def bonded_layer_deficit(Q, nu: float):
     return _deficits(Q, nu)[0]
 
 
-def sliding_layer_deficit(Q):
+def sliding_layer_deficit(Q: ArrayLike) -> np.ndarray:
     """As `bonded_layer_deficit`, of a layer that slides on its base without friction; the same for every nu.
 
     W falls from 1 at Q = 0 to 4 Q exp(-2Q).
@@ -114,7 +115,7 @@ def sliding_layer_deficit(Q):
     return np.divide(2 * decay * (2 * Q - np.expm1(-2 * Q)), bottom, out=np.ones_like(Q), where=bottom > 0)
 
 
-def panel_quadrature(low: float, high: float, panels: int):
+def panel_quadrature(low: float, high: float, panels: int) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights of 16-point Gauss-Legendre quadrature on `panels` equal parts of [low, high]."""
     x, w = leggauss(16)
     width = (high - low) / panels

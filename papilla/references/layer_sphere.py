@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.polynomial import Chebyshev
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from papilla import checks
@@ -44,7 +45,7 @@ class BondedLayerContact:
         """Pressure in the middle, MPa."""
         return float(self.pressure(0.0))
 
-    def pressure(self, r):
+    def pressure(self, r: ArrayLike) -> np.ndarray:
         """Pressure in MPa at distances r >= 0 in mm from the middle, any shape; 0 outside the contact.
 
         p(r) = -int_r^a phi'(t)/sqrt(t^2 - r^2) dt, with t^2 = r^2 + (a^2 - r^2) v^2 to remove the singularity.
