@@ -381,6 +381,7 @@ BAD_INPUT = [
     (lambda: ref.hertz_ellipse(1.0, 1e6, 1, 0.1), "ratio must be at most"),
     (lambda: ref.hertz_ellipse(1.0, 25, 25, 0), "contact modulus"),
     (lambda: ref.bonded_layer_deficit(-1.0, 0.5), "scaled wavenumber"),
+    (lambda: ref.sliding_layer_deficit([0.0, -1.0]), "scaled wavenumber"),
     (lambda: ref.StackLayer(1.0, -1.0, 0.5), "layer modulus"),
     (lambda: ref.layered_halfspace_stiffness(1.0, [], None), "no layer on a rigid base"),
     (lambda: ref.LayerKernel(-10, 0.5), "layer thickness"),

@@ -98,21 +98,26 @@ def bonded_layer_deficit(Q: ArrayLike, nu: float) -> np.ndarray:
     Raises `InputError` for Q negative or NaN, or nu outside [0, 0.5].
     Source: Johnson (1985), section 5.8, doi:10.1017/CBO9781139171731.
     """
-    Q, nu = np.asarray(Q, dtype=float), checks.poisson("layer nu", nu)
-    if not np.all(Q >= 0):
-        raise InputError(f"scaled wavenumber Q must be at least 0, got a minimum of {np.min(Q):g}")
-    return _deficits(Q, nu)[0]
+    return _deficits(_scaled(Q), checks.poisson("layer nu", nu))[0]
 
 
 def sliding_layer_deficit(Q: ArrayLike) -> np.ndarray:
     """As `bonded_layer_deficit`, of a layer that slides on its base without friction; the same for every nu.
 
-    W falls from 1 at Q = 0 to 4 Q exp(-2Q).
+    W falls from 1 at Q = 0 to 4 Q exp(-2Q). Raises `InputError` for Q negative or NaN.
+    Source: Johnson (1985), section 5.8, doi:10.1017/CBO9781139171731.
     """
-    Q = np.asarray(Q, dtype=float)
+    Q = _scaled(Q)
     decay = np.exp(-2 * Q)
     bottom = -np.expm1(-4 * Q) + 4 * Q * decay
     return np.divide(2 * decay * (2 * Q - np.expm1(-2 * Q)), bottom, out=np.ones_like(Q), where=bottom > 0)
+
+
+def _scaled(Q: ArrayLike) -> np.ndarray:
+    Q = np.asarray(Q, dtype=float)
+    if not np.all(Q >= 0):
+        raise InputError(f"scaled wavenumber Q must be at least 0, got a minimum of {np.min(Q):g}")
+    return Q
 
 
 def panel_quadrature(low: float, high: float, panels: int) -> tuple[np.ndarray, np.ndarray]:
