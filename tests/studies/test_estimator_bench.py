@@ -143,6 +143,17 @@ def test_noise_alone_is_no_line_of_a_spectrum():
     assert sum(found) <= 1
 
 
+def test_what_looks_at_a_stroke_alone_holds_its_answer_over_a_turn():
+    made = scene("act1", 1.8, seed=2, seconds=1.2)
+    row = row_of(judged_of("MUSIC", made), name="act1", method="MUSIC")
+    assert row.answered > 0.95 and row.over_5 < 0.05
+
+
+def judged_of(method, made):
+    answer = METHODS[method].run(made.time_s, made.readings, made.known_mm_s)
+    return honesty.judged(made, answer, None, 1.0)
+
+
 def test_names_select_and_unknown_ones_are_refused():
     assert chosen("estimator", ("ekf", "music"), METHODS) == ["MUSIC", "seeded EKF"]
     with pytest.raises(InputError, match="no estimator is called 'nobody', there are: pipeline; "):
