@@ -86,7 +86,8 @@ class Memory:
 
     begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look; look :
     (begin, end, breaks, parts done, trial) of the one under way. finding : of the last; known : wavenumber and sigma
-    that are told; agreed : looks that agree. late_s, late_variance, sharper : of the path, and of each trial.
+    that are told, guessed : before a look was
+    sure of them; agreed : looks that agree. late_s, late_variance, sharper : of the path, and of each trial.
     """
 
     rows: np.ndarray
@@ -111,6 +112,7 @@ class Memory:
     known: tuple[float, float] = (0.0, 0.0)
     agreed: int = 0
     changed: bool = False
+    guessed: bool = False
     late_s: float = 0.0
     late_variance: float = 0.0
     trial: int = 0
@@ -310,14 +312,15 @@ class Follower:
         if good:
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
             memory.agreed = memory.agreed + 1 if same else 1
-            memory.known, memory.changed = (found.wavenumber, found.sigma), False
+            memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
             if memory.late_variance > 0:
                 memory.late_s = min(max(found.late_s, LATEST_S[0]), LATEST_S[1])
                 memory.late_variance = min(found.late_variance + LATE_DRIFT_S**2, LATE_SIGMA_S**2)
         else:
             memory.agreed = 0
-            if not memory.changed or before <= 0:
-                memory.known = (found.wavenumber, found.sigma) if found.wavenumber > 0 else memory.known
+            # What was known is worth more than a guess, until the surface is another one.
+            if found.wavenumber > 0 and (before <= 0 or memory.guessed or memory.changed):
+                memory.known, memory.guessed = (found.wavenumber, found.sigma), True
         if found.verdict == Verdict.INCOHERENT:
             memory.limit = max(0.6 * found.extent, 2 * self.options.high)
         else:

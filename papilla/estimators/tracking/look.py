@@ -17,7 +17,7 @@ import numpy as np
 
 from papilla.estimators.tracking.refine import phases_of, regressed
 from papilla.estimators.tracking.rivals import HARMONICS, Task, credits_of, silenced, window_of
-from papilla.estimators.tracking.spectrum import GRID, Line, spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, spectrum_of, strokes_of
 
 BENT = 0.1
 """Periods by which a path must leave the straight line over time for the two to be told apart."""
@@ -30,6 +30,8 @@ is the error of its place); and by how much time's must be more."""
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
 harmonic that line may be."""
+COINCIDENCE = 0.02
+"""Chance with which lines of another texture may look like harmonics."""
 COHERENT, SCATTERED = 0.8, 0.12
 """Of the blocks' phases, below which a line is a hump and looked for in less of the path; and their scatter beyond the
 noise, in periods, above which it is."""
@@ -186,9 +188,8 @@ class Look:
             return
         fundamental = self._fundamental(chosen)
         self._hum = self._cleaned or bool(hums)
-        if self._hum:
-            self._strokes = silenced(self._strokes, self._time, self._time_lines, fundamental)
         self._wavenumber, self._late = fundamental, task.late_s
+        self._strokes = self._unmixed()
         if not 1 / task.high <= fundamental * 1.02:
             self.finding = replace(
                 self.finding,
@@ -219,13 +220,17 @@ class Look:
             return Verdict.FOUND
         if told and time > enough and time > EXCLUDED * path:
             return Verdict.TIME_LOCKED
+        return Verdict.TIME_LOCKED if self._near_hum(line) else Verdict.UNDECIDED
+
+    def _near_hum(self, line: Line) -> bool:
+        """Whether a line may be the mains' or a resonance's, for all that the speed tells."""
+        if self._bend * line.wavenumber > BENT:
+            return False
         weight = self._strokes.weight
         speed = float((weight @ self._speed) / weight.sum())
-        frequency = line.wavenumber * speed
         spans = [self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
         resolution = 1 / max(min(spans), 1e-9)
-        near = any(abs(frequency - hum) < resolution for hum in self._task.hums_Hz)
-        return Verdict.TIME_LOCKED if near else Verdict.UNDECIDED
+        return any(abs(line.wavenumber * speed - hum) < resolution for hum in self._task.hums_Hz)
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may cover the fundamental of which this line is a harmonic."""
@@ -240,20 +245,36 @@ class Look:
     def _fundamental(self, chosen: Line) -> float:
         """The wavenumber of which the chosen line and others are harmonics; its own where there is no sign of it."""
         k = chosen.wavenumber
+        reach = SLACK / self._strokes.extent
+        others = [
+            line
+            for line in self._lines
+            if line.amplitude > FAINT * chosen.amplitude
+            and abs(line.wavenumber - round(line.wavenumber / k) * k) > reach
+            and not self._near_hum(line)
+        ]
         for divisor in range(2, SUBHARMONICS + 1):
             base = k / divisor
-            slack = min(SLACK / self._strokes.extent, 0.1 * base)
-            orders = [
-                round(line.wavenumber / base)
-                for line in self._lines
-                if line.amplitude > FAINT * chosen.amplitude
-                and abs(line.wavenumber - round(line.wavenumber / base) * base) < slack
-            ]
-            others = [order for order in orders if order % divisor]
-            # A longer wavelength, or two lines that the chosen one does not explain: a second texture seldom fits.
-            if 1 in others or len(others) >= 2 or (divisor <= 3 and min(others, default=divisor) < divisor):
+            slack = min(reach, 0.1 * base)
+            fits = [line for line in others if abs(line.wavenumber - round(line.wavenumber / base) * base) < slack]
+            # How often lines of another texture would fit by chance.
+            chance = (2 * slack / base * len(others)) ** len(fits)
+            if fits and (chance < COINCIDENCE or any(line.wavenumber < 1.5 * base for line in fits)):
                 return base
         return k
+
+    def _unmixed(self) -> Strokes:
+        """The strokes without lines of time, and without the lines over the path of another texture."""
+        strokes, wavenumber = self._strokes, self._wavenumber
+        if self._hum:
+            strokes = silenced(strokes, self._time, self._time_lines, wavenumber)
+        near = 2 / strokes.extent
+        foreign = [
+            line
+            for line in self._lines
+            if abs(line.wavenumber - max(round(line.wavenumber / wavenumber), 1) * wavenumber) > near
+        ]
+        return silenced(strokes, self._place, foreign, wavenumber) if foreign else strokes
 
     def _noise(self, wavenumber: float) -> np.ndarray:
         """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
@@ -277,8 +298,7 @@ class Look:
             if window is not None and len(window[0]) > 16:
                 self._time, self._place, self._count, self._stroke, self._begin, readings = window
                 self._strokes = strokes_of(self._place, readings, self._begin)
-                if self._hum:
-                    self._strokes = silenced(self._strokes, self._time, self._time_lines, self._wavenumber)
+                self._strokes = self._unmixed()
         speed = np.gradient(self._place) / np.maximum(np.gradient(self._time), 1e-9)
         regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
         if task.late_variance == 0:
