@@ -15,7 +15,7 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict
-from papilla.estimators.tracking.rivals import Task
+from papilla.estimators.tracking.rivals import MAINS_HZ, Task
 from papilla.estimators.tracking.spectrum import GRID
 
 CELL = 0.125
@@ -26,6 +26,8 @@ spectrum is padded for."""
 MOST_CELLS = 1024
 HOP = 24
 """Cells between two looks: a look has up to nine parts, one a sample."""
+STEADY, SPARE = 4, 50
+"""After so many looks that agree there are so many samples at least between two."""
 STILL_S = 0.2
 """Without movement for so long the finger stands."""
 FEWEST_STEPS = 2.2
@@ -40,7 +42,6 @@ LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
 """What is known of it before, and how much it may drift from look to look."""
 SHARPER = 1.6
 """By how much a line must be sharper for another lateness to be taken."""
-MAINS_HZ = (50.0, 60.0)
 
 
 class Options(NamedTuple):
@@ -84,7 +85,8 @@ class Memory:
     breaks : cells at which strokes begin; direction, extreme, extreme_cell : of the present stroke.
     place, moved_s, time_s : where and when the last sample was, and when it last moved; step : its step, fading.
 
-    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look; look :
+    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look,
+    waited : samples since; look :
     (begin, end, breaks, parts done, trial) of the one under way. finding : of the last; known : wavenumber and sigma
     that are told, guessed : before a look was
     sure of them; agreed : looks that agree. late_s, late_variance, sharper : of the path, and of each trial.
@@ -107,6 +109,7 @@ class Memory:
     begin: int = 0
     limit: float = math.inf
     looked: int = 0
+    waited: int = 0
     look: tuple | None = None
     finding: Finding = field(default_factory=Finding)
     known: tuple[float, float] = (0.0, 0.0)
@@ -271,9 +274,10 @@ class Follower:
                 self._look, memory.look = None, None
             return
         end = memory.first + memory.count
-        if end - memory.looked < HOP:
+        memory.waited += 1
+        if end - memory.looked < HOP or (memory.agreed > STEADY and memory.waited < SPARE):
             return
-        memory.looked = end
+        memory.looked, memory.waited = end, 0
         begin = self._window_begin(end)
         if end - begin < HOP:
             return

@@ -16,7 +16,7 @@ from enum import IntEnum
 import numpy as np
 
 from papilla.estimators.tracking.refine import phases_of, regressed
-from papilla.estimators.tracking.rivals import HARMONICS, Task, credits_of, silenced, window_of
+from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, silenced, window_of
 from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, spectrum_of, strokes_of
 
 BENT = 0.1
@@ -37,6 +37,8 @@ COHERENT, SCATTERED = 0.8, 0.12
 noise, in periods, above which it is."""
 LOST, SURE = 0.5, 3.0
 """Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
+PLAY_MM, RELAXED_MM = 0.3, 0.5
+"""How far the skin may trail the finger (standard deviation), and the path after a turn over which it does so anew."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
 
@@ -222,15 +224,15 @@ class Look:
             return Verdict.TIME_LOCKED
         return Verdict.TIME_LOCKED if self._near_hum(line) else Verdict.UNDECIDED
 
-    def _near_hum(self, line: Line) -> bool:
-        """Whether a line may be the mains' or a resonance's, for all that the speed tells."""
+    def _near_hum(self, line: Line, highest_Hz: float = np.inf) -> bool:
+        """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells."""
         if self._bend * line.wavenumber > BENT:
             return False
         weight = self._strokes.weight
         speed = float((weight @ self._speed) / weight.sum())
         spans = [self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
         resolution = 1 / max(min(spans), 1e-9)
-        return any(abs(line.wavenumber * speed - hum) < resolution for hum in self._task.hums_Hz)
+        return any(abs(line.wavenumber * speed - hum) < resolution for hum in self._task.hums_Hz if hum <= highest_Hz)
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may cover the fundamental of which this line is a harmonic."""
@@ -246,12 +248,14 @@ class Look:
         """The wavenumber of which the chosen line and others are harmonics; its own where there is no sign of it."""
         k = chosen.wavenumber
         reach = SLACK / self._strokes.extent
+        # A higher harmonic of the mains is theirs only where a lower one is.
+        humming = any(self._near_hum(line, 2 * max(MAINS_HZ)) for line in self._lines)
         others = [
             line
             for line in self._lines
             if line.amplitude > FAINT * chosen.amplitude
             and abs(line.wavenumber - round(line.wavenumber / k) * k) > reach
-            and not self._near_hum(line)
+            and not (humming and self._near_hum(line))
         ]
         for divisor in range(2, SUBHARMONICS + 1):
             base = k / divisor
@@ -303,6 +307,7 @@ class Look:
         regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
         if task.late_variance == 0:
             regressors = regressors[:, :1]
+        regressors = np.column_stack([regressors, self._play()])
         phases = phases_of(
             self._wavenumber * self._place, regressors, self._path_weight(), self._count, self._strokes.readings,
             self._strokes.seen, self._stroke, self._level,
@@ -311,12 +316,20 @@ class Look:
         if task.late_variance > 0:
             prior = np.append(prior, 1 / task.late_variance)
             off = np.append(off, task.late_s - self._late)
-        fit = regressed(phases, prior, off)
+        fit = regressed(phases, np.append(prior, PLAY_MM**-2), np.append(off, 0.0))
         limit = 0.7 / self._strokes.extent
         self._wavenumber += float(np.clip(fit.step[0], -limit, limit))
         if task.late_variance > 0:
             self._late += float(np.clip(fit.step[1], -0.004, 0.004))
         self._phases, self._fit = phases, fit
+
+    def _play(self) -> np.ndarray:
+        """(m,) cycles by which a skin that trails the finger by 1 mm after a turn is behind where it then will be."""
+        first = self._begin[:-1]
+        along = np.abs(self._place - self._place[first][self._stroke])
+        way = np.sign(self._place[self._begin[1:] - 1] - self._place[first])[self._stroke]
+        # Where the window begins there was no turn.
+        return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
     def _path_weight(self) -> np.ndarray:
         """(m,) path that each row stands for."""
@@ -341,7 +354,7 @@ class Look:
             wavenumber=self._wavenumber,
             sigma=float(fit.covariance[0, 0] ** 0.5),
             late_s=self._late,
-            late_variance=float(fit.covariance[1, 1]) if len(fit.covariance) > 1 else 0.0,
+            late_variance=float(fit.covariance[1, 1]) if self._task.late_variance > 0 else 0.0,
             phase=tuple(angle.tolist()),
             phase_sigma=tuple(spread.tolist()),
             kept=kept,

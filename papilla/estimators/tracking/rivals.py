@@ -7,6 +7,7 @@ import numpy as np
 from papilla.estimators.tracking.spectrum import Line, Spectrum, Strokes
 
 HARMONICS = 5
+MAINS_HZ = (50.0, 60.0)
 FOREIGN = 0.5
 """Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
 LOUD = 0.1

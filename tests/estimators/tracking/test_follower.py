@@ -121,3 +121,28 @@ def test_what_the_wavelength_status_says():
 def test_unusable_options_are_refused(make, told):
     with pytest.raises(InputError, match=told):
         make()
+
+
+@pytest.mark.parametrize("name", ["const, missing fundamental", "strokes, missing fundamental", "const, two lines"])
+def test_harmonics_are_told_from_another_texture(name):
+    made = scene(name, 1.8, seed=2, seconds=2.0)
+    found = SpaceTracker().process(made.block())
+    usable = good(found)[800:]
+    off = np.abs(found.wavelength_mm[800:, None] / [made.wavelength_mm[-1], made.other_mm] - 1)
+    assert usable.mean() > 0.9 and np.nanmin(off, axis=1)[usable].max() < 0.01
+
+
+def test_the_mains_make_no_fundamental_of_a_texture():
+    """At 100 mm/s 50 Hz, 83 Hz and 150 Hz are the third, fifth and ninth harmonic of 6 mm."""
+    made = scene("const, hum", 1.2, seed=1, seconds=1.5)
+    found = SpaceTracker().process(made.block())
+    usable = good(found)
+    assert usable[800:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.01
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_guess_does_not_replace_what_was_known(seed):
+    made = scene("harsh", 1.2, seed=seed, seconds=3.0)
+    found = SpaceTracker(scale_sigma=0.0).process(made.block())
+    told = np.abs(found.wavelength_mm[made.judged()] / 1.2 - 1)
+    assert np.mean(told > 0.05) < 0.03
