@@ -5,6 +5,7 @@ from dataclasses import replace
 from time import perf_counter
 
 from papilla.errors import InputError, PapillaError
+from papilla.studies.verify.adhesion import adhesion
 from papilla.studies.verify.case import Case, Family
 from papilla.studies.verify.engines import engines
 from papilla.studies.verify.friction import friction
@@ -23,6 +24,7 @@ FAMILIES: dict[str, Family] = {
     "layer": layers,
     "coat": coat,
     "friction": friction,
+    "adhesion": adhesion,
     "incompressible": incompressible,
     "contrast": contrast,
     "loads": loads,
