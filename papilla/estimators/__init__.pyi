@@ -15,12 +15,12 @@ from .published.roughness import ShortTimeSpectrum as ShortTimeSpectrum
 from .published.roughness import ZeroCrossing as ZeroCrossing
 from .published.roughness.reciprocal import ReciprocalCounter as ReciprocalCounter
 from .published.wavelet import CrossRidge as CrossRidge
+from .softness import Doubts as Doubts
 from .softness import GaugeEstimate as GaugeEstimate
 from .softness import GaugeSoftness as GaugeSoftness
-from .softness import GaugeState as GaugeState
 from .softness import Softness as Softness
 from .softness import SoftnessEstimate as SoftnessEstimate
-from .softness import SoftnessState as SoftnessState
+from .softness import TouchState as TouchState
 from .tracking import FusedEstimate as FusedEstimate
 from .tracking import FusedTracker as FusedTracker
 from .tracking import LineTracker as LineTracker

@@ -8,7 +8,7 @@ import pytest
 
 from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
 from papilla.errors import InputError
-from papilla.estimators import GaugeSoftness, GaugeState
+from papilla.estimators import Doubts, GaugeSoftness, TouchState
 from papilla.estimators.softness import Fault
 from papilla.estimators.softness.faults import unpack
 from papilla.estimators.softness.surfaces import GaugeSurfaces, distance_curve
@@ -70,7 +70,8 @@ def bound(calibration, modulus, force, gauge_sigma, force_sigma):
 
 
 def estimator(calibration, gauge_sigma=50.0, force_sigma=0.005, **options):
-    return GaugeSoftness(calibration, gauge_sigma=gauge_sigma, force_sigma_N=force_sigma, **options)
+    known = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma, "doubts": Doubts.NONE}
+    return GaugeSoftness(calibration, **(known | options))
 
 
 @pytest.mark.parametrize("modulus", [0.05, 0.6])

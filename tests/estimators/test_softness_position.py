@@ -9,10 +9,10 @@ import pytest
 from papilla.calibrate.beside_apex import fit_positions
 from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
 from papilla.errors import InputError
-from papilla.estimators import GaugeSoftness, GaugeState, Pipeline
+from papilla.estimators import Doubts, GaugeSoftness, Pipeline
 from papilla.estimators.softness import Fault
 from papilla.estimators.softness.faults import unpack
-from papilla.estimators.softness.position_surfaces import PositionSurfaces
+from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS, REACH = (0.05, 1.0), (0.02, 5.0), (12, 24), 4.0
@@ -72,7 +72,7 @@ def touched(calibration, modulus, force, x, gauge_sigma=50.0, force_sigma=0.005,
 
 
 def estimator(calibration, gauge_sigma=50.0, force_sigma=0.005, position_sigma=math.inf, **options):
-    noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma}
+    noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma, "doubts": Doubts.NONE}
     return GaugeSoftness(calibration, **noise, position_sigma_mm=position_sigma, **options)
 
 

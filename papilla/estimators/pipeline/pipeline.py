@@ -11,10 +11,10 @@ import numpy as np
 from papilla import checks
 from papilla.calibration import Calibration
 from papilla.errors import InputError
-from papilla.estimators.pipeline import health
+from papilla.estimators import health
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.pipeline.health import SATURATED, GaugeHealth, HealthState
+from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
 from papilla.estimators.pipeline.parts import (
     LOW_PASS_HZ,
     LOW_PASS_SHARE,

@@ -22,10 +22,15 @@ class HealthState:
 
 
 class GaugeHealth:
-    """Watches g readings; |reading| >= saturation is saturated."""
+    """Watches g readings; |reading| >= saturation is saturated, a gauge that repeats itself `stuck_samples` times while
+    another moves is stuck."""
 
-    def __init__(self, gauges: int, saturation: float):
-        self._gauges, self._saturation = gauges, saturation
+    def __init__(self, gauges: int, saturation: float, stuck_samples: int = STUCK_SAMPLES):
+        if not saturation > 0:
+            raise InputError(f"saturation (microstrain) must be greater than 0, got {saturation}")
+        if stuck_samples < 2:
+            raise InputError(f"stuck_samples must be at least 2, got {stuck_samples}")
+        self._gauges, self._saturation, self._stuck = gauges, saturation, stuck_samples
         self.reset()
 
     def reset(self) -> None:
@@ -42,6 +47,11 @@ class GaugeHealth:
         if len(state.last) != self._gauges or len(state.repeats) != self._gauges:
             raise InputError(f"the state is of {len(state.last)} gauges, this pipeline has {self._gauges}")
         self._last, self._repeats = state.last, list(state.repeats)
+
+    @property
+    def stuck(self) -> tuple[int, ...]:
+        """Numbers (from 0) of the gauges that are stuck now."""
+        return tuple(number for number, count in enumerate(self._repeats) if count >= self._stuck)
 
     def look(self, readings: tuple[float, ...]) -> tuple[int, ...]:
         """What each gauge is now; an empty tuple when all are good."""
@@ -63,7 +73,7 @@ class GaugeHealth:
                 if not equal:
                     repeats[number] = 0
                 elif moved:
-                    repeats[number] = min(repeats[number] + 1, STUCK_SAMPLES)
+                    repeats[number] = min(repeats[number] + 1, self._stuck)
         elif any(repeats):
             self._repeats = repeats = [0] * self._gauges
         self._last = tuple(new if known else old for new, old, known in zip(readings, last, finite, strict=True))
@@ -73,7 +83,7 @@ class GaugeHealth:
             else SATURATED
             if not -limit < new < limit
             else STUCK
-            if repeated == STUCK_SAMPLES
+            if repeated == self._stuck
             else GOOD
             for new, known, repeated in zip(readings, finite, repeats, strict=True)
         )
