@@ -1,5 +1,7 @@
 """A calibration with a known, nearly separable S_d: what the estimators are tested on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,37 @@ def touch(calibration):
         return np.column_stack([readings, force + force_sigma_N * rng.normal(size=len(force))])
 
     return samples
+
+
+def gauge_tables():
+    """Readings / force of three different gauges, alike the default finger's: the outer ones feel the force alone."""
+    x, y = (
+        np.log(low) + (np.arange(cells + 3) - 1) * np.log(high / low) / cells
+        for (low, high), cells in zip((FORCE, MODULUS), (12, 24), strict=True)
+    )
+    soft = 1 / (1 + np.exp(y[None, :] - np.log(0.1) - 0.2 * x[:, None]))
+    outer = -17500 - 300 * x[:, None] + 0 * soft
+    middle = 54000 * np.exp(-0.47 * x[:, None]) * (1 - 0.35 * soft)
+    return outer, (-29000 + 9500 * x[:, None]) * (1 - 0.25 * soft), middle
+
+
+@pytest.fixture(scope="session")
+def five(make):
+    """five(error) -> a calibration whose gauges have that relative error."""
+
+    def build(error=0.0):
+        outer, next_to_it, middle = gauge_tables()
+        gauges = []
+        for number, table in enumerate((outer, next_to_it, middle, next_to_it, outer), start=1):
+            own = error * float(np.abs(table).mean())
+            known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, own), 2.0, 4)
+            gauges.append(GaugeSurface(f"g{number}", Surface(FORCE, MODULUS, table), known))
+        return replace(make(), gauges=tuple(gauges))
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def five_gauges(five):
+    """Five gauges without any error of their calibration."""
+    return five()

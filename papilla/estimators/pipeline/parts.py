@@ -16,9 +16,6 @@ from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 
 LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
-CONTRADICTED_SHARE, CONTRADICTED_SAMPLES = 0.25, 100
-"""S_d answers for all samples while more than this share of about so many in contact contradict each other: those that
-fit then do so by chance."""
 _NONE = math.nan
 _BY_SD, _STATUSES = 32, 64
 """A status, whether it is that of S_d, and the faults of all channels make one number: faults x 64 + 32 + status."""
@@ -39,6 +36,8 @@ class Part(ABC):
     """One estimator of the pipeline; `estimator` has reset and state."""
 
     estimator: Any
+    doubted = ""
+    """What makes most of the standard deviation now, as a message; empty where there is nothing to say."""
 
     @abstractmethod
     def advance(self, rows: list[Row]) -> list[tuple]:
@@ -76,22 +75,26 @@ class GaugesPart(Part):
         self._every = GaugeSoftness(calibration, position_sigma_mm=position_sigma_mm, **noise)
         self._sd = Softness(calibration, sample_rate_Hz=rate_Hz, **noise)
         self._names = names
-        self._contradicted = 0.0
+
+    @property
+    def doubted(self) -> str:  # type: ignore[override]
+        """What makes most of the modulus' standard deviation, of the last touch."""
+        what = self._every.dominant or self._sd.dominant
+        return f"modulus: most of its standard deviation is {what}" if what else ""
 
     @property
     def state(self):
-        """The states of both estimators, and the share of recent samples that contradicted each other."""
-        return self._every.state, self._sd.state, self._contradicted
+        """The states of both estimators."""
+        return self._every.state, self._sd.state
 
     @state.setter
     def state(self, state) -> None:
-        self._every.state, self._sd.state, self._contradicted = state
+        self._every.state, self._sd.state = state
 
     def reset(self) -> None:
         """Forget everything."""
         self._every.reset()
         self._sd.reset()
-        self._contradicted = 0.0
 
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""
@@ -101,11 +104,8 @@ class GaugesPart(Part):
         modulus, sigma, status = self._sd.update(sample)
         found = self._every.update(sample)
         if status == SoftnessStatus.NO_CONTACT and found.modulus_MPa != found.modulus_MPa:
-            self._contradicted = 0.0
             return modulus, sigma, status
-        misfit = found.status == SoftnessStatus.MISFIT
-        self._contradicted += (misfit - self._contradicted) / CONTRADICTED_SAMPLES
-        if misfit or self._contradicted > CONTRADICTED_SHARE:
+        if found.status == SoftnessStatus.MISFIT:
             return modulus, sigma, status + _BY_SD
         return found.modulus_MPa, found.modulus_sigma_MPa, found.status + _STATUSES * found.left_out
 

@@ -12,9 +12,9 @@ from papilla import checks
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.estimators import health
+from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
 from papilla.estimators.pipeline.parts import (
     LOW_PASS_HZ,
     LOW_PASS_SHARE,
@@ -26,6 +26,7 @@ from papilla.estimators.pipeline.parts import (
     SdPart,
     WavelengthPart,
 )
+from papilla.estimators.softness import Doubts
 from papilla.estimators.softness.faults import numbered
 from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 
@@ -73,6 +74,7 @@ class Pipeline:
     scale_sigma, latency_s, resonances_Hz : of the path, see `FusedTracker`; the scale's error is in every wavelength.
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
+    doubts : what else of finger, sensors and specimen is not known exactly, see `papilla.estimators.Doubts`.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
 
@@ -94,6 +96,7 @@ class Pipeline:
         scale_sigma: float = SCALE_SIGMA,
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
+        doubts: Doubts | None = None,
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
         if not named:
@@ -114,7 +117,7 @@ class Pipeline:
         self.off: dict[str, str] = {}
         self._parts: dict[str, Part] = {}
         self._notes: list[str] = []
-        noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N}
+        noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N, "doubts": doubts}
         self._add_modulus(calibration, rate, position_sigma_mm, noise)
         path = {"scale_sigma": scale_sigma, "latency_s": latency_s, "resonances_Hz": resonances_Hz}
         self._add_wavelength(rate, wavelength_range_mm, path)
@@ -185,7 +188,8 @@ class Pipeline:
     @property
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
-        return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes)
+        doubted = [part.doubted for part in self._parts.values() if part.doubted]
+        return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
     @property
     def state(self) -> PipelineState:

@@ -22,7 +22,7 @@ from papilla.specimen import THICKNESS_MM
 BESIDE_SHARE = 0.017
 """By so much all readings fall 1 mm beside the apex across the row of gauges, and with the square of it: presses of the
 default finger, 0.4 to 3 % by gauge and load (the rest is within the gauges' gains)."""
-SHAPE_ERROR = 0.15
+SHAPE_ERROR = 0.4
 """How little is known of how the thickness' effect grows with force: relative, per factor of e of the force."""
 SPREAD_FORCE = 0.5
 """A sample's ln force may differ from that of the one before by this, and its place by the reach: next to no prior."""
@@ -34,8 +34,8 @@ NODE = (0.05, 0.3, 0.3)
 """H is taken anew where ln force, place (mm) or ln E have moved by so much: were it taken where noise puts each sample,
 the filter would come to know what no reading tells."""
 DRIFT = 0.5
-"""A gauge's gain is a constant within so much of its standard deviation from such a node to the next: what is known to
-3 % is not known to be the same at all forces within 0.01 %."""
+"""Gains and calibration errors are constant within so much of their standard deviation from such a node to the next:
+what is known to 3 % is not known to be the same at all forces within 0.01 %."""
 BLOCK = 8
 """The filter learns means of so many samples: what it is for does not change from one to the next."""
 ODD = 20.0
@@ -43,8 +43,8 @@ ODD = 20.0
 LEAST_NOISE = 1e-6
 """Of the greatest reading and force: noise below it is rounding."""
 STEPS = 6
-WALK = 1e-4
-"""Random walk of the gauges' zeros, of their standard deviation, a sample."""
+ZERO_WALK, CREEP_WALK = 1e-4, 1e-2
+"""Zeros and creep change slowly: after n samples all but exp(-n WALK / 2) of what was known of them is forgotten."""
 SURE, SLACK = 5.0, 0.05
 """The estimate of noise alone stands while its mean squared misfit is within so many standard deviations of 1, and so
 much more, as noise is not known exactly either."""
@@ -90,15 +90,14 @@ class Contrast(NamedTuple):
     rows: np.ndarray
     misfit: float
 
-    def without(self, *rows: int) -> float:
-        """Squared misfit of the others when these channels are left out."""
-        at = [int(np.flatnonzero(self.rows == row)[0]) for row in rows]
-        own = self.weighted[at]
-        return self.misfit - float(own @ np.linalg.solve(self.precision[np.ix_(at, at)], own))
+    def without(self, some: list[tuple[int, ...]]) -> list[float]:
+        """Squared misfits of the others when each of some sets of channels is left out."""
+        places = [np.searchsorted(self.rows, own) for own in some]
+        return [self.misfit - share_of(self.weighted[None], self.precision[None], at).item() for at in places]
 
     def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
         """By how much these channels differ from what the others expect, and the variances of that (whitened)."""
-        at = [int(np.flatnonzero(self.rows == row)[0]) for row in rows]
+        at = np.searchsorted(self.rows, rows)
         covariance = np.linalg.inv(self.precision[np.ix_(at, at)])
         return covariance @ self.weighted[at], np.diag(covariance)
 
@@ -151,7 +150,9 @@ class Fitter:
     ):
         self.surfaces, self.doubts = surfaces, doubts
         c = self.channels = surfaces.channels
-        most = max(abs(surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading).max() for force in surfaces.force_N)
+        most = max(
+            abs(surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading).max() for force in surfaces.force_N
+        )
         floor = LEAST_NOISE * most, LEAST_NOISE * surfaces.force_N[1]
         self.noise = np.array([max(reading_sigma, floor[0])] * c + [max(force_sigma, floor[1])])
         self.whiten = 1.0 / self.noise
@@ -187,11 +188,13 @@ class Fitter:
         template = np.zeros((c + 1, end))
         numbers = np.arange(c)
         zero, gain, error, beside, *_ = parts.values()
-        template[numbers, zero] = self.doubts.zero_microstrain / self.noise[:-1]
+        template[numbers, zero.start + numbers] = self.doubts.zero_microstrain / self.noise[:-1]
         template[-1, -1] = self.doubts.force_offset_N * self.whiten[-1]
         self._template = template
         self._gain = numbers, gain.start + numbers
-        self._zeros, self._gains = ((own.start + numbers) * (end + 1) for own in (zero, gain))
+        self._faded = np.ones(end)
+        self._faded[zero], self._faded[parts["creep"]] = 1 - ZERO_WALK, 1 - CREEP_WALK
+        self._drifting = np.arange(gain.start, beside.stop) * (end + 1)
         self._beside = numbers, beside.start + numbers
         self._error = numbers[:, None], error.start + 3 * np.array(self.surfaces.groups)[:, None] + np.arange(3)
         self._creep = parts["creep"].start
@@ -232,7 +235,7 @@ class Fitter:
         H[self._gain] = white * doubts.gauge_gain
         z = (ln_force - self._middle) / self._half
         error = surfaces.error(round(100 * ln_force)) * (force * w[:-1])
-        H[self._error] = error[:, None] * (1.0, z, 1.5 * z * z - 0.5)
+        H[self._error] = error[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
         if self.anywhere:
             H[self._beside] = surfaces.place_error(place) * (force * w[:-1])
         k, effect = self._creep, a * (self._shift_sigma * thin)
@@ -248,10 +251,9 @@ class Fitter:
             B[:-1, 1], B[-1, 1] = d * w[:-1], 0.0
         return Linear(np.append(white, force * w[-1]), H, B)
 
-    def fresh(self, zeros: np.ndarray, zero_share: float) -> Belief:
-        """A belief before the first sample: zeros (c,) in microstrain, known to a share of their standard deviation."""
+    def fresh(self, zero_share: float) -> Belief:
+        """A belief before the first sample, the zeros being known to a share of their standard deviation."""
         mean, variance = np.zeros(self.size), np.ones(self.size)
-        mean[1 : 1 + self.channels] = zeros / (self.doubts.zero_microstrain or 1.0)
         variance[1 : 1 + self.channels] = zero_share**2
         variance[0] = (PRIOR_REACH * self.top) ** 2
         return Belief(mean, np.diag(variance), np.zeros(self.channels + 1))
@@ -350,12 +352,15 @@ class Fitter:
             return belief
         covariance = belief.covariance.copy()
         if belief.slopes is not None:
-            covariance.flat[self._gains] += DRIFT**2
+            covariance.flat[self._drifting] += DRIFT**2
         return replace(belief, node=(at, place, h), slopes=exact, covariance=covariance)
 
-    def heard(self, belief: Belief, alone: Alone, y: np.ndarray, keep: float = 1.0) -> Belief:
+    def heard(self, belief: Belief, alone: Alone, y: np.ndarray, rows: np.ndarray, keep: float = 1.0) -> Belief:
         """The belief after a sample that the filter has yet to learn; what noise alone tells is forgotten but for a
         share `keep`."""
+        # What is left out of one sample is left out of the mean.
+        used = np.full(len(y), math.nan)
+        used[rows] = y[rows]
         return replace(
             belief,
             ln_force=alone.ln_force,
@@ -366,7 +371,7 @@ class Fitter:
             square=keep * belief.square + alone.square,
             freedom=keep * belief.freedom + alone.own,
             samples=belief.samples + 1,
-            heard=belief.heard + y,
+            heard=belief.heard + used,
             count=belief.count + 1,
         )
 
@@ -375,29 +380,41 @@ class Fitter:
         belief = fit.belief
         covariance = belief.covariance - fit.PH @ fit.last.precision @ fit.PH.T
         covariance = 0.5 * (covariance + covariance.T)
-        covariance.flat[self._zeros] += WALK**2 * fit.samples
+        faded = self._faded ** (0.5 * fit.samples)
+        covariance *= faded[:, None] * faded
+        covariance.flat[:: self.size + 1] += 1 - faded * faded
         if keep < 1.0:
-            covariance[0] /= keep ** (0.5 * fit.samples)
-            covariance[:, 0] /= keep ** (0.5 * fit.samples)
+            covariance[0] /= keep ** (0.25 * fit.samples)
+            covariance[:, 0] /= keep ** (0.25 * fit.samples)
         return replace(
             belief,
-            mean=belief.mean + fit.PH @ fit.last.weighted,
+            mean=faded * (belief.mean + fit.PH @ fit.last.weighted),
             covariance=covariance,
             offset=(fit.ln_force - alone.ln_force, fit.place_mm - alone.place_mm),
             place_sigma_mm=fit.place_sigma_mm * math.sqrt(fit.samples),
-            heard=0 * belief.heard,
+            heard=np.zeros(self.channels + 1),
             count=0,
         )
 
     def estimate(self, belief: Belief) -> tuple[float, float]:
         """h and its standard deviation."""
         h, sigma = float(belief.mean[0]), math.sqrt(max(float(belief.covariance[0, 0]), 0.0))
-        if belief.information > 0:
-            step = belief.score / belief.information
-            square, freedom = belief.square - belief.score * step, max(belief.freedom - 1, 1e-9)
-            if square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom):
-                h = belief.anchor + step
+        if self.stands(belief):
+            h = belief.anchor + belief.score / belief.information
         return h, sigma
+
+    def stands(self, belief: Belief) -> bool:
+        """Whether noise alone explains the readings."""
+        if not belief.information > 0:
+            return False
+        square = belief.square - belief.score * belief.score / belief.information
+        freedom = max(belief.freedom - 1, 1e-9)
+        return square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom)
+
+    def contact(self, belief: Belief) -> tuple[float, float]:
+        """Force (N) and place (mm) of the last sample."""
+        force, place = (0.0, 0.0) if self.stands(belief) else belief.offset
+        return math.exp(belief.ln_force + force), belief.place_mm + place
 
     def doubt(self, belief: Belief) -> float:
         """Squared length of the nuisances found: what they would have to be, in their standard deviations."""
@@ -422,6 +439,13 @@ class Fitter:
         """The nearest calibrated contact, to linearise at."""
         reach = self.surfaces.reach
         return min(max(ln_force, self.low), self.high), min(max(place, -reach), reach)
+
+
+def share_of(weighted: np.ndarray, precision: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n,) part of the squared misfits that goes when the channels `at` are left out: weighted (n, k), precision (n, k,
+    k)."""
+    own = weighted[:, at]
+    return (own * np.linalg.solve(precision[:, at[:, None], at], own[..., None])[..., 0]).sum(axis=1)
 
 
 def _upper(gram: np.ndarray) -> tuple[float, ...]:

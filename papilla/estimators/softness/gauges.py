@@ -31,8 +31,11 @@ MARGIN = 10.0
 """Suspects whose absence leaves as good a fit as this, compared with the best, cannot be told apart."""
 FITS = 25.0
 """Squared residual of a reading that is explained by a flipped sign or by another gauge's place."""
-REST = 50
-"""Samples that do not fit between one search that found nobody and the next."""
+TRUSTED = 0.25
+"""Share of contradicted looks from which there is no answer, and nobody is blamed: over a texture all gauges contradict
+each other."""
+LOOKS, SAMPLES = 10.0, 200.0
+"""Looks, and samples without one, after which that share has faded to 1 / e."""
 BACK_AFTER = 10
 """Samples in a row that a channel must fit again to be used again."""
 FITS_AGAIN = 16.0
@@ -142,12 +145,18 @@ class GaugeSoftness(Touch):
         faults = self._watched(readings, force)
         rows = self._of(faults)
         # A noisy force alone does not end a touch: the gauges have to agree.
-        if not force >= self._contact and self._is_away(readings, rows):
-            self._lift(readings, force, len(rows) == self._gauges + 1)
-            return self._answer(SoftnessStatus.NO_CONTACT, faults)
+        if force >= self._contact:
+            self._light = 0
+        else:
+            gauges = rows[rows < self._gauges]
+            moved = np.subtract(readings, self._state.zeros)[gauges]
+            if not len(gauges) or self._is_away(moved, self._lowest[gauges], force):
+                self._lift(readings, force, len(rows) == self._gauges + 1)
+                return self._answer(SoftnessStatus.NO_CONTACT, faults)
         if len(rows) < self._least:
             return self._answer(SoftnessStatus.BAD_GAUGE, faults)
         y = np.array((*readings, force))
+        y[:-1] -= self._state.zeros
         belief = self._state.belief
         if belief is None:
             return self._begin(y, rows, faults)
@@ -157,60 +166,60 @@ class GaugeSoftness(Touch):
         """A sample of a touch that is known already."""
         fitter = self._fitter
         alone = fitter.alone(y, rows, belief)
-        if belief.samples == 0 or fitter.odd(belief, alone) or self._state.rest:
-            last = Alone(0, 0, 0, 0, 0, belief.ln_force, belief.place_mm) if belief.samples else alone
-            contrast = fitter.fit(y, rows, belief, last).first
+        if fitter.odd(belief, alone):
+            contrast = fitter.fit(y, rows, belief, _there(belief)).first
             if contrast.misfit > LIMIT:
-                return self._contradicted(y, rows, faults, belief, contrast)
+                return self._contradict(y, rows, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)
 
     def _begin(self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
         """The first sample of a touch, or the first that fits."""
-        if self._state.rest:
-            self._state = replace(self._state, rest=self._state.rest - 1)
+        if self._state.contradicted > TRUSTED:
+            self._state = replace(self._state, contradicted=self._state.contradicted * (1 - 1 / SAMPLES))
             return self._answer(SoftnessStatus.MISFIT, faults)
         contrast, belief = self._start(y, rows, self._fresh())
         if contrast.misfit > LIMIT:
             if outside := self._beyond(y, belief):
                 return self._answer(outside, faults)
-            blame = self._blamed(rows, lambda *left_out: self._start_without(y, rows, left_out))
+            blame = self._blamed(rows, self._start.without(y, rows, self._fresh()))
             if blame is None:
-                self._state = replace(self._state, rest=REST)
+                self._state = replace(self._state, contradicted=1.0)
                 return self._answer(SoftnessStatus.MISFIT, faults)
             contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._fresh())
             faults, rows = self._left_out(y, faults, blame, belief)
         return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
 
-    def _start_without(self, y, rows: np.ndarray, left_out: tuple[int, ...]) -> float:
-        return self._start(y, np.setdiff1d(rows, left_out), self._fresh())[0].misfit
-
-    def _contradicted(
+    def _contradict(
         self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...], belief: Belief, contrast: Contrast
     ) -> GaugeEstimate:
         """A sample that what was learnt does not explain: a bad channel, another specimen, or nothing that is known."""
-        state = self._state
-        if state.rest:
-            self._state = replace(state, rest=state.rest - 1)
-            return self._answer(SoftnessStatus.MISFIT, faults)
-        anew, begun = self._start(y, rows, self._fresh())
-        if outside := self._beyond(y, begun):
-            return self._answer(outside, faults)
-        blame = self._blamed(rows, contrast.without, single=anew.misfit < LIMIT)
-        if blame is not None:
-            faults, rows = self._left_out(y, faults, blame, belief)
-            alone = self._fitter.alone(y, rows, belief)
-            if self._fitter.fit(y, rows, belief, alone).first.misfit < LIMIT:
-                return self._learn(y, rows, faults, belief, alone)
-        elif anew.misfit < LIMIT:
-            return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
-        self._state = replace(self._state, rest=REST)
+        self._looked(True)
+        if self._state.contradicted <= TRUSTED:
+            anew, begun = self._start(y, rows, self._fresh())
+            if outside := self._beyond(y, begun):
+                return self._answer(outside, faults)
+            blame = self._blamed(rows, contrast.without, single=anew.misfit < LIMIT)
+            if blame is not None:
+                faults, rows = self._left_out(y, faults, blame, belief)
+                alone = self._fitter.alone(y, rows, belief)
+                if self._fitter.fit(y, rows, belief, alone).first.misfit < LIMIT:
+                    return self._learn(y, rows, faults, belief, alone)
+            elif anew.misfit < LIMIT:
+                return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
+        # What was learnt is not to be believed either: after a while, from the beginning.
+        self._state = replace(self._state, belief=None, contradicted=1.0)
         return self._answer(SoftnessStatus.MISFIT, faults)
 
-    def _blamed(self, rows: np.ndarray, misfit, single: bool = False) -> tuple[int, ...] | None:
+    def _looked(self, contradicted: bool) -> None:
+        """Count one look at whether what was learnt explains the readings."""
+        share = self._state.contradicted
+        self._state = replace(self._state, contradicted=share + (contradicted - share) / LOOKS)
+
+    def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> tuple[int, ...] | None:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.
 
-        misfit : of the others, of channels that are left out. One channel comes before two, and gauges that mirror each
-        other (one amplifier, one batch of foil) count as one.
+        misfits : those of the others when each of some sets of channels is left out. One channel comes before two, and
+        gauges that mirror each other (one amplifier, one batch of foil) count as one.
         """
         channels = rows.tolist()
         if len(channels) <= self._least:
@@ -223,7 +232,7 @@ class GaugeSoftness(Touch):
             stages.append([pair for pair in pairs if pair not in alike])
         for stage in stages:
             able = [own for own in stage if len(channels) - len(own) >= self._least]
-            found = sorted((left, own) for own in able if (left := misfit(*own)) < AGREES)
+            found = sorted(pair for pair in zip(misfits(able), able, strict=True) if pair[0] < AGREES)
             # A pair with a channel that explains as much on its own is no rival to it.
             rivals = [
                 own
@@ -244,14 +253,13 @@ class GaugeSoftness(Touch):
         standing, now = list(self._state.faults), list(faults)
         for channel, fault in named.items():
             standing[channel] = now[channel] = int(fault)
-        self._state = replace(self._state, faults=tuple(standing), rest=0)
+        self._state = replace(self._state, faults=tuple(standing))
         return tuple(now), self._of(tuple(now))
 
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, Fault]:
         """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
         rows = np.arange(self._gauges + 1)[: self._gauges + self._sensed]
-        at = Alone(0, 0, 0, 0, 0, belief.ln_force, belief.place_mm)
-        rest, variance = self._fitter.fit(y, rows, belief, at).first.expected(*blamed)
+        rest, variance = self._fitter.fit(y, rows, belief, _there(belief)).first.expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
         expected, limit = y[list(blamed)] - rest * scale, FITS * variance * scale**2
 
@@ -275,15 +283,19 @@ class GaugeSoftness(Touch):
             return self._answer(outside, faults)
         fit = self._take(y, rows, belief, alone)
         if fit and fit.first.misfit > LIMIT and belief.samples:
-            self._state = replace(self._state, belief=replace(belief, heard=0 * y, count=0))
-            return self._contradicted(y, rows, faults, belief, fit.first)
+            self._state = replace(self._state, belief=replace(belief, heard=np.zeros(len(y)), count=0))
+            return self._contradict(y, rows, faults, belief, fit.first)
+        if fit:
+            self._looked(False)
+        if self._state.contradicted > TRUSTED:
+            return self._answer(SoftnessStatus.MISFIT, faults)
         modulus, sigma, status = self._modulus()
         if status == SoftnessStatus.OK and any(faults):
             status = SoftnessStatus.LEFT_OUT
         belief = self._state.belief or belief
-        force = math.exp(alone.ln_force + belief.offset[0])
+        force, x = self._fitter.contact(belief)
         told = self._anywhere and modulus == modulus
-        place = (alone.place_mm + belief.offset[1], belief.place_sigma_mm) if told else ()
+        place = (x, belief.place_sigma_mm) if told else ()
         return GaugeEstimate(modulus, sigma, force, int(status), pack(faults), self._gauges + 1, *place)
 
     def _watch_returning(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone) -> None:
@@ -312,7 +324,7 @@ class GaugeSoftness(Touch):
         found = self._health.look(tuple(readings))
         if self._health.stuck and self._health.stuck != before:
             # A gauge has just turned out to be stuck: what was learnt with it, and whom it had blamed, is void.
-            self._state = replace(self._state, belief=None, faults=self._clean, rest=0)
+            self._state = replace(self._state, belief=None, faults=self._clean, contradicted=0.0)
         standing = self._state.faults
         if not found and force - force == 0.0:
             return standing
@@ -328,14 +340,11 @@ class GaugeSoftness(Touch):
             self._used[faults] = rows = np.flatnonzero(used)
         return rows
 
-    def _is_away(self, readings: list[float], rows: np.ndarray) -> bool:
-        """Whether the used readings are below those of the contact force (True where there are none)."""
-        gauges = rows[rows < self._gauges]
-        if not len(gauges):
-            return True
-        moved = np.array(readings)[gauges] - np.array(self._state.zeros)[gauges]
-        return bool(moved @ moved < (self._lowest[gauges] ** 2).sum())
-
     def _answer(self, status: int, faults: tuple[int, ...], force=math.nan) -> GaugeEstimate:
         """No modulus, and why."""
         return GaugeEstimate(math.nan, math.nan, force, int(status), pack(faults), self._gauges + 1)
+
+
+def _there(belief: Belief) -> Alone:
+    """The contact of the last sample, for one that may be spoilt."""
+    return Alone(0.0, 0.0, 0.0, 0.0, 0, belief.ln_force, belief.place_mm)

@@ -98,10 +98,11 @@ class Softness(Touch):
         healthy = not self._health.look(tuple(readings))
         if force - force != 0.0:
             return _nothing(SoftnessStatus.BAD_INPUT)
-        moved = np.subtract(readings, self._state.zeros)
-        sd = float(moved.std())
+        sd = float(np.subtract(readings, self._state.zeros).std()) if healthy else math.nan
         # A noisy force alone does not end a touch: S_d has to agree, where it is to be trusted.
-        if force < self._contact and not (healthy and sd > self._lowest[0]):
+        if force >= self._contact:
+            self._light = 0
+        elif not healthy or self._is_away(np.array([sd]), self._lowest, force):
             self._lift(readings, force, healthy)
             return _nothing(SoftnessStatus.NO_CONTACT)
         low, high = self._surface.force_N
@@ -125,10 +126,6 @@ class Softness(Touch):
         self._take(y, rows, belief, alone, self._keep)
         modulus, sigma, status = self._modulus()
         return SoftnessEstimate(modulus, sigma, int(status))
-
-    def _fresh(self):
-        """What is known at the begin of a touch; the gauges' zeros are off S_d already."""
-        return self._fitter.fresh(np.zeros(1), self._zero_share())
 
 
 def _nothing(status: int) -> SoftnessEstimate:

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla.estimators.softness.fitter import BENT, BENT_PLACE, SPREAD_FORCE, Belief, Contrast, Fitter
+from papilla.estimators.softness.fitter import BENT, BENT_PLACE, SPREAD_FORCE, Belief, Contrast, Fitter, share_of
 
 STEPS = 15
+TRIED = 4
+"""Explanations of a first sample that fits badly which are worked out."""
 MODULI, PLACES, FORCES = 7, 9, 9
 """Nodes of the table that a first sample is looked up in."""
 
@@ -24,18 +26,36 @@ class Start:
         """A sample's own misfit, and the belief that begins with it: from the table of all contacts, then Gauss-Newton
         for h, force and place with `belief` as prior of the rest."""
         white = y * self._fitter.whiten
-        left = self._looked_up(white, rows)
+        *_, left = self._looked_up(white, rows)
         return self._settled(white, rows, belief, int(left.argmin()))
 
-    def _looked_up(self, white: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(n,) squared misfit of a sample at all nodes of the table."""
+    def without(self, y: np.ndarray, rows: np.ndarray, belief: Belief):
+        """A function that gives the squared misfits of a sample when each of some sets of channels is left out; only
+        the likeliest few are tried, the others are inf."""
+        white = y * self._fitter.whiten
+
+        def misfits(some: list[tuple[int, ...]]) -> list[float]:
+            weighted, precision, left = self._looked_up(white, rows)
+            each = [left - share_of(weighted, precision, np.searchsorted(rows, own)) for own in some]
+            likely = sorted(range(len(some)), key=lambda number: each[number].min())[:TRIED]
+            found = [math.inf] * len(some)
+            for number in likely:
+                others = np.setdiff1d(rows, some[number])
+                found[number] = self._settled(white, others, belief, int(each[number].argmin()))[0].misfit
+            return found
+
+        return misfits
+
+    def _looked_up(self, white: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """At all n nodes of the table: weighted (n, k), precision (n, k, k) and squared misfit (n,) of a sample."""
         if self._nodes is None:
             self._tabulate()
         key = tuple(rows.tolist())
         if key not in self._precisions:
             self._precisions[key] = np.linalg.inv(self._covariances[:, rows[:, None], rows])
-        rest = white[rows] - self._expected[:, rows]
-        return np.einsum("ni,nij,nj->n", rest, self._precisions[key], rest)
+        rest, precision = white[rows] - self._expected[:, rows], self._precisions[key]
+        weighted = (precision @ rest[..., None])[..., 0]
+        return weighted, precision, (weighted * rest).sum(axis=1)
 
     def _tabulate(self) -> None:
         hs = np.linspace(0.0, self._fitter.top, MODULI)

@@ -16,6 +16,9 @@ DOUBT_LIMIT = 60.0
 """Squared length of the nuisances from which none of them, and no modulus, is believed."""
 AIR_SHARE = 0.5
 """Of the contact force, below which a finger is in the air; what is left of a zero's standard deviation after it."""
+LONG, FAR = 50, 8.0
+"""Samples in a row without a force after which readings below so many standard deviations of a zero are those of the
+air."""
 AIR_SAMPLES = 100.0
 """Time constant, in samples, of the gauges' zeros in the air."""
 
@@ -26,7 +29,8 @@ class TouchState:
     samples they were seen in the air, and what is known of this touch (None in the air).
 
     faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
-    rest : samples until the next search for a bad channel.
+    contradicted : share of the last looks at which what was learnt did not explain the readings. dominant : which doubt
+    made most of sigma in the last touch. light : samples in a row with a force below that of contact.
     """
 
     health: HealthState
@@ -35,7 +39,9 @@ class TouchState:
     belief: Belief | None = None
     faults: tuple[int, ...] = ()
     returning: tuple[int, ...] = ()
-    rest: int = 0
+    contradicted: float = 0.0
+    dominant: str = ""
+    light: int = 0
 
     @property
     def information(self) -> float:
@@ -59,13 +65,13 @@ class Touch:
     @property
     def state(self) -> TouchState:
         """All that the estimator remembers, to be kept or to be set again."""
-        return replace(self._state, health=self._health.state)
+        return replace(self._state, health=self._health.state, light=self._light)
 
     @state.setter
     def state(self, state: TouchState) -> None:
         if len(state.zeros) != self._gauges:
             raise InputError(f"the state is of {len(state.zeros)} gauges, the calibration has {self._gauges}")
-        self._health.state, self._state = state.health, state
+        self._health.state, self._state, self._light = state.health, state, state.light
 
     def reset(self) -> None:
         """Forget everything."""
@@ -73,8 +79,13 @@ class Touch:
 
     @property
     def dominant(self) -> str:
-        """Which doubt makes most of the modulus' sigma in this touch, in words; empty where there is none."""
-        return self._fitter.dominant(self._state.belief) if self._state.belief else ""
+        """Which doubt makes most of the modulus' sigma in the last touch, in words; empty before it."""
+        return self._fitter.dominant(self._state.belief) if self._state.belief else self._state.dominant
+
+    @property
+    def stuck_gauges(self) -> tuple[int, ...]:
+        """Numbers (from 0) of the gauges that are stuck now."""
+        return self._health.stuck
 
     def _rows(self, block) -> np.ndarray:
         rows = np.asarray(block, float)
@@ -89,6 +100,16 @@ class Touch:
             raise InputError(f"a sample must be {self._gauges} readings and force_N, got {len(readings) + 1} values")
         return readings, force
 
+    def _is_away(self, moved: np.ndarray, least: np.ndarray, force: float) -> bool:
+        """Whether a finger whose force is below that of contact is in the air: readings (less their zeros) are below
+        those of contact too; or have been for long, and are not beyond what a zero may have moved."""
+        self._light += 1
+        square = float(moved @ moved)
+        drifted = FAR * self._fitter.doubts.zero_microstrain
+        return square < float(least @ least) or (
+            self._light > LONG and force == force and square < len(moved) * drifted * drifted
+        )
+
     def _lift(self, readings: list[float], force: float, good: bool) -> None:
         """Contact is lost: what was learnt of the touch is dropped, and in the air the gauges' zeros are learnt."""
         old = self._state
@@ -97,14 +118,13 @@ class Touch:
             airborne = min(airborne + 1, AIR_SAMPLES)
             zeros = tuple([zero + (y - zero) / airborne for zero, y in zip(zeros, readings, strict=True)])
         if zeros is not old.zeros or old.belief is not None:
-            self._state = replace(old, zeros=zeros, airborne=airborne, belief=None, rest=0)
+            self._state = replace(
+                old, zeros=zeros, airborne=airborne, belief=None, contradicted=0.0, dominant=self.dominant
+            )
 
     def _fresh(self) -> Belief:
         """What is known at the begin of a touch."""
-        return self._fitter.fresh(np.array(self._state.zeros), self._zero_share())
-
-    def _zero_share(self) -> float:
-        return AIR_SHARE if self._state.airborne >= AIR_SAMPLES / 2 else 1.0
+        return self._fitter.fresh(AIR_SHARE if self._state.airborne >= AIR_SAMPLES / 2 else 1.0)
 
     def _outside(self, alone: Alone) -> SoftnessStatus | None:
         """The status of a contact outside what is calibrated."""
@@ -116,8 +136,11 @@ class Touch:
     def _take(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit | None:
         """Learn one more sample; what the filter made of it, where it was its turn."""
         fitter = self._fitter
-        belief, due = fitter.heard(belief, alone, y, keep), fitter.due(belief, alone)
-        fit = fitter.fit(belief.heard / belief.count, rows, belief, alone, belief.count) if due else None
+        belief, due = fitter.heard(belief, alone, y, rows, keep), fitter.due(belief, alone)
+        mean, count = belief.heard / belief.count, belief.count
+        if not np.isfinite(mean[rows]).all():
+            mean, count = y, 1
+        fit = fitter.fit(mean, rows, belief, alone, count) if due else None
         self._state = replace(self._state, belief=fitter.learnt(fit, alone, keep) if fit else belief)
         return fit
 
