@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.softness.contrast import Contrast
 from papilla.estimators.softness.doubts import SHIFT_POWER, Doubts
 from papilla.estimators.softness.surfaces import distance_curve
 from papilla.specimen import THICKNESS_MM
@@ -79,27 +80,6 @@ class Belief:
     square: float = 0.0
     freedom: float = 0.0
     samples: float = 0.0
-
-
-class Contrast(NamedTuple):
-    """What channels say about each other: weighted (k,) = S^-1 times the innovation, precision (k, k) = S^-1, their
-    numbers, and the squared misfit."""
-
-    weighted: np.ndarray
-    precision: np.ndarray
-    rows: np.ndarray
-    misfit: float
-
-    def without(self, some: list[tuple[int, ...]]) -> list[float]:
-        """Squared misfits of the others when each of some sets of channels is left out."""
-        places = [np.searchsorted(self.rows, own) for own in some]
-        return [self.misfit - share_of(self.weighted[None], self.precision[None], at).item() for at in places]
-
-    def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
-        """By how much these channels differ from what the others expect, and the variances of that (whitened)."""
-        at = np.searchsorted(self.rows, rows)
-        covariance = np.linalg.inv(self.precision[np.ix_(at, at)])
-        return covariance @ self.weighted[at], np.diag(covariance)
 
 
 class Fit(NamedTuple):
@@ -439,13 +419,6 @@ class Fitter:
         """The nearest calibrated contact, to linearise at."""
         reach = self.surfaces.reach
         return min(max(ln_force, self.low), self.high), min(max(place, -reach), reach)
-
-
-def share_of(weighted: np.ndarray, precision: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n,) part of the squared misfits that goes when the channels `at` are left out: weighted (n, k), precision (n, k,
-    k)."""
-    own = weighted[:, at]
-    return (own * np.linalg.solve(precision[:, at[:, None], at], own[..., None])[..., 0]).sum(axis=1)
 
 
 def _upper(gram: np.ndarray) -> tuple[float, ...]:

@@ -15,9 +15,10 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES
+from papilla.estimators.softness.contrast import Contrast
 from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.faults import Fault, in_words, numbered, pack
-from papilla.estimators.softness.fitter import Alone, Belief, Contrast, Fitter
+from papilla.estimators.softness.fitter import Alone, Belief, Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.estimators.softness.touch import Touch
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla.estimators.softness.fitter import BENT, BENT_PLACE, SPREAD_FORCE, Belief, Contrast, Fitter, share_of
+from papilla.estimators.softness.contrast import Contrast, share_of
+from papilla.estimators.softness.fitter import BENT, BENT_PLACE, SPREAD_FORCE, Belief, Fitter
 
 STEPS = 15
 TRIED = 4
