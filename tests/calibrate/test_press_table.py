@@ -54,7 +54,7 @@ def test_every_press_is_a_row_and_a_failed_one_says_why(pressed):
     assert table.modulus_MPa.tolist() == [0.05] * 3 + [0.5] * 3
     assert table.force_N[:3].tolist() == [0.1, 0.3, 1.0]
     assert table.resolved.tolist() == [False, True, False, False, True, True]
-    assert table.specimen == "Block(thickness=10.0, nu=0.495)"
+    assert table.specimen == "Block(thickness=10.0, nu=0.495, bonded=True)"
 
 
 def test_presses_are_on_one_rung_and_start_from_the_lighter_one(pressed):
