@@ -16,7 +16,7 @@ from enum import IntEnum
 import numpy as np
 
 from papilla.estimators.tracking.refine import phases_of, regressed
-from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, silenced, window_of
+from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
 from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, spectrum_of, strokes_of
 
 BENT = 0.1
@@ -278,7 +278,7 @@ class Look:
             for line in self._lines
             if abs(line.wavenumber - max(round(line.wavenumber / wavenumber), 1) * wavenumber) > near
         ]
-        return silenced(strokes, self._place, foreign, wavenumber) if foreign else strokes
+        return silenced(strokes, forward(strokes), foreign, wavenumber) if foreign else strokes
 
     def _noise(self, wavenumber: float) -> np.ndarray:
         """(h, g) variance of one sample's noise at the harmonics that the steps can show."""

@@ -68,6 +68,13 @@ def window_of(task: Task, late_s: float):
     return time[index], place[index], rows[index, 2], stroke, begin, rows[index, 3:]
 
 
+def forward(strokes: Strokes) -> np.ndarray:
+    """(m,) place that grows along each stroke, as time does: on the way back a wave turns the other way."""
+    first, last = strokes.begin[:-1], strokes.begin[1:] - 1
+    way = np.where(strokes.place[last] < strokes.place[first], -1.0, 1.0)
+    return np.repeat(way, np.diff(strokes.begin)) * strokes.place
+
+
 def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: float = 0.0) -> Strokes:
     """The strokes without the lines over time (m,), but for those that the harmonics of a wavenumber make; without
     one, less those alone that are as strong as the strongest."""
@@ -78,7 +85,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
         return strokes
     count = HARMONICS if wavenumber else 0
     frequencies = np.array([line.wavenumber for line in lines])[:, None]
-    turns = [wavenumber * np.arange(1, count + 1)[:, None] * strokes.place, frequencies * time]
+    turns = [wavenumber * np.arange(1, count + 1)[:, None] * forward(strokes), frequencies * time]
     atoms = np.exp(2j * np.pi * np.concatenate(turns))
     readings = strokes.readings.copy()
     for first, last in zip(strokes.begin[:-1], strokes.begin[1:], strict=True):
@@ -104,7 +111,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
 def credits_of(line: Line, spectrum: Spectrum, strokes: Strokes, time: np.ndarray, others: list[Line]):
     """Energy over the background that only this line explains, and the most that only one of time's lines does."""
     weight = strokes.weight
-    turns = [line.wavenumber * strokes.place, *(other.wavenumber * time for other in others)]
+    turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
     atoms = np.exp(2j * np.pi * np.array(turns))
     credit = np.zeros(len(atoms))
     for first, last in zip(strokes.begin[:-1], strokes.begin[1:], strict=True):
