@@ -135,9 +135,8 @@ class Look:
                 self.finding = replace(self.finding, wavenumber=best.wavenumber, sigma=0.3 * resolution)
             elif self._lines:
                 self.finding = replace(self.finding, verdict=Verdict.OUT_OF_RANGE)
-            self._parts = self._parts[: self.done + 1] + (
-                [self._try] if self._task.trial_s == self._task.trial_s else []
-            )
+            tried = self._task.trial_s == self._task.trial_s and not self._cleaned
+            self._parts = self._parts[: self.done + 1] + ([self._try] if tried else [])
         self._inside = inside
 
     def _transform_time(self) -> None:
@@ -203,7 +202,8 @@ class Look:
             return
         self._verdict, self._level = verdict, self._noise(fundamental)
         self._parts += [self._refine, self._refine, self._judge]
-        if task.trial_s == task.trial_s:
+        # What time does is as sharp at any lateness.
+        if task.trial_s == task.trial_s and not self._hum:
             self._parts.append(self._try)
 
     def _ranked(self) -> list[Line]:
@@ -226,8 +226,6 @@ class Look:
 
     def _near_hum(self, line: Line, highest_Hz: float = np.inf) -> bool:
         """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells."""
-        if self._bend * line.wavenumber > BENT:
-            return False
         weight = self._strokes.weight
         speed = float((weight @ self._speed) / weight.sum())
         spans = [self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
@@ -249,7 +247,8 @@ class Look:
         k = chosen.wavenumber
         reach = SLACK / self._strokes.extent
         # A higher harmonic of the mains is theirs only where a lower one is.
-        humming = any(self._near_hum(line, 2 * max(MAINS_HZ)) for line in self._lines)
+        steady = self._bend * k < BENT
+        humming = steady and any(self._near_hum(line, 2 * max(MAINS_HZ)) for line in self._lines)
         others = [
             line
             for line in self._lines

@@ -6,6 +6,8 @@ import pytest
 from papilla.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
 from papilla.estimators.tracking import TrackingStatus
+from papilla.estimators.tracking.rivals import credits_of
+from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of
 from papilla.studies.estimator_bench.scenes import scene
 
 RATE = 1000.0
@@ -146,3 +148,26 @@ def test_a_guess_does_not_replace_what_was_known(seed):
     found = SpaceTracker(scale_sigma=0.0).process(made.block())
     told = np.abs(found.wavelength_mm[made.judged()] / 1.2 - 1)
     assert np.mean(told > 0.05) < 0.03
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_hum_alone_is_no_texture_on_the_way_back_either(seed):
+    made = scene("strokes, hum only", 1.2, seed=seed, seconds=2.5)
+    assert not good(SpaceTracker().process(made.block())).any()
+    made = scene("strokes, hum", 1.2, seed=seed, seconds=2.5)
+    found = SpaceTracker().process(made.block())
+    usable = good(found)[500:]
+    assert usable.mean() > 0.3
+    assert np.mean(np.abs(found.wavelength_mm[500:][usable] / 1.2 - 1) > 0.05) < 0.05
+
+
+def test_credits_are_the_same_whichever_way_the_finger_goes():
+    time = np.arange(300) / RATE
+    place = 100 * time + 3 * time**2
+    readings = np.sin(2 * np.pi * 50 * time)[:, None]
+    for way in (1, -1):
+        strokes = strokes_of(way * place, readings, np.array([0, 300]))
+        spectrum = spectrum_of(strokes, 0.1, 1024)
+        line = max(spectrum.lines(0.2, 1.5, 3), key=lambda found: found.amplitude)
+        path, time_locked = credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)])
+        assert time_locked > 10 * path
