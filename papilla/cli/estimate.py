@@ -33,11 +33,17 @@ def estimate(
         ),
     ] = None,
     saturation: Annotated[float | None, typer.Option(help="|reading| from which a gauge is saturated.")] = None,
+    thickness: Annotated[
+        float | None, typer.Option(help="Thickness (mm) of the touched specimen; unknown unless stated.")
+    ] = None,
+    friction_memory: Annotated[
+        float | None, typer.Option(help="Slid path (mm) that friction is learnt over; 50 by default.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
     from papilla.cli.estimate_output import Summary, print_summary
-    from papilla.estimators import Pipeline
+    from papilla.estimators import Doubts, Pipeline
     from papilla.estimators.pipeline.answer import COLUMNS
     from papilla.files import check_writable
     from papilla.logs import TimeLogFile
@@ -48,7 +54,12 @@ def estimate(
     with progress() as bar, TimeLogFile(log, lambda rows: _show_reading(bar, rows)) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise = _noise(recorded)
-        chosen: dict[str, Any] = {"wavelength_range_mm": wavelengths, "saturation": saturation}
+        chosen: dict[str, Any] = {
+            "wavelength_range_mm": wavelengths,
+            "saturation": saturation,
+            "friction_memory_mm": friction_memory,
+            "doubts": None if thickness is None else Doubts(thickness_mm=thickness),
+        }
         pipeline = Pipeline(
             record,
             gauges=recorded.gauge_names,

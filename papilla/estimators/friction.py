@@ -17,6 +17,8 @@ from papilla.errors import InputError
 from papilla.estimators.status_words import status_in_words
 
 _NONE = math.nan
+MEMORY_MM = 50.0
+"""Slid path after which what was learnt of a direction has faded to 1 / e."""
 
 
 class FrictionStatus(IntEnum):
@@ -74,6 +76,10 @@ SCATTER = 0.02
 SCATTER_LOOKS = 4.0
 LEAST_SCATTER = 1e-3
 """Scatter of T / N that no force sensor is better than: its own linearity."""
+MEDIAN_BEND = 0.404
+"""Variance of the second differences of medians of five samples of white noise, over that of the noise."""
+REST_NOISES, NOISE_SAMPLES = 4.0, 200.0
+"""Standard deviations of the velocity's noise below which the finger rests, and samples that this is known from."""
 REST_SHARE = 0.02
 """Share of the greatest recent speed below which the finger rests: an encoder's noise grows with what it measures."""
 TOLD_APART = 0.5
@@ -124,7 +130,8 @@ class FrictionState:
     scatter : mean square of the looks' residuals over N, and `looks` : how many looks it comes from.
     recent : the last samples, that the median is taken of.
     tangential, normal, velocity : behind the low-pass; NaN before the first sample.
-    top : greatest recent speed in mm/s.
+    top : greatest recent speed in mm/s; noise : standard deviation of the velocity's noise in mm/s;
+    before : its last two medians.
     heading : 1, -1, or 0 where the finger has not moved.
     sliding : samples since the start, up to the longest that matters.
     look : the look that is being taken.
@@ -145,6 +152,8 @@ class FrictionState:
     normal: float = _NONE
     velocity: float = _NONE
     top: float = 0.0
+    noise: float = 0.0
+    before: tuple[float, float] = (0.0, 0.0)
     heading: int = 0
     sliding: int = 0
     look: Look = Look()
@@ -171,7 +180,8 @@ class Friction:
     Parameters
     ----------
     sample_rate_Hz, low_pass_Hz : low_pass_Hz < sample_rate_Hz / 2.
-    rest_mm_s : speed below it is rest, and so is a speed below 2 % of the greatest recent one.
+    rest_mm_s : speed below it is rest; None takes it from the noise of the velocity. A speed below 2 % of the greatest
+        recent one is rest too.
     contact_N : normal force below it is no contact; it ends a start.
     onset_s : how long after the start the breakaway may come.
     memory_mm : slid path after which what was learnt of a direction has faded to 1 / e.
@@ -185,6 +195,8 @@ class Friction:
     _normal: float
     _velocity: float
     _top: float
+    _noise: float
+    _before: tuple[float, float]
     _heading: int
     _sliding: int
     _look: Look
@@ -196,10 +208,10 @@ class Friction:
         *,
         sample_rate_Hz: float = 1000.0,
         low_pass_Hz: float = 20.0,
-        rest_mm_s: float = 1.0,
+        rest_mm_s: float | None = None,
         contact_N: float = 0.02,
         onset_s: float = 0.1,
-        memory_mm: float = 50.0,
+        memory_mm: float = MEMORY_MM,
         offset_sigma_N: float = 0.2,
     ):
         rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
@@ -208,7 +220,7 @@ class Friction:
             raise InputError(f"low_pass_Hz must be below half of sample_rate_Hz, got {low_pass_Hz:g} at {rate:g} Hz")
         self._step = 1 / rate
         self._gain = 1 - math.exp(-2 * math.pi * self.low_pass_Hz / rate)
-        self._rest = checks.positive("rest_mm_s", rest_mm_s)
+        self._rest = None if rest_mm_s is None else checks.positive("rest_mm_s", rest_mm_s)
         self._contact = checks.positive("contact_N", contact_N)
         self._onset = max(round(checks.positive("onset_s", onset_s) * rate), 1)
         self._settled = max(self._onset, math.ceil(SETTLE * rate / (2 * math.pi * self.low_pass_Hz)))
@@ -267,6 +279,11 @@ class Friction:
         tangential, normal, velocity = (sorted(column)[len(column) // 2] for column in zip(*self._recent, strict=True))
         if self._tangential != self._tangential:
             self._tangential, self._normal, self._velocity = tangential, normal, velocity
+            self._before = (velocity, velocity)
+        # Second differences hold the noise and next to nothing of a movement.
+        bend = (velocity - 2 * self._before[1] + self._before[0]) ** 2 / MEDIAN_BEND
+        self._noise = math.sqrt(self._noise**2 + (bend - self._noise**2) / NOISE_SAMPLES)
+        self._before = (self._before[1], velocity)
         self._tangential += self._gain * (tangential - self._tangential)
         self._normal += self._gain * (normal - self._normal)
         self._velocity += self._gain * (velocity - self._velocity)
@@ -281,7 +298,8 @@ class Friction:
         speed = abs(velocity)
         path = speed * self._step
         self._top = max(self._top * math.exp(-path / self._memory), abs(self._velocity))
-        heading = 0 if speed < max(self._rest, REST_SHARE * self._top) else 1 if velocity > 0 else -1
+        still = REST_NOISES * self._noise if self._rest is None else self._rest
+        heading = 0 if speed < max(still, REST_SHARE * self._top) else 1 if velocity > 0 else -1
         if heading == 0:
             self._sliding, self._look = 0, Look()
             pulls = zip((self._tangential, -self._tangential), self._pulls, strict=True)
@@ -363,15 +381,28 @@ class Friction:
         kept = self._kept
         if kept.remark:
             return kept.remark
-        if not all(kept.slid):
-            return ONE_WAY
         if static < mu * (1 - 2 * math.sqrt(kept.scatter)):
             return STATIC_BELOW_KINETIC
+        if not all(kept.slid):
+            return ONE_WAY
         apart = kept.P[0][0] + kept.P[1][1] - 2 * kept.P[0][1]
         return ALIKE if apart > (TOLD_APART * ANISOTROPY) ** 2 else OK
 
 
-_FAST = ("recent", "tangential", "normal", "velocity", "top", "heading", "sliding", "look", "peak", "pulls")
+_FAST = (
+    "recent",
+    "tangential",
+    "normal",
+    "velocity",
+    "top",
+    "noise",
+    "before",
+    "heading",
+    "sliding",
+    "look",
+    "peak",
+    "pulls",
+)
 """Fields of the state that change with every sample: attributes, because a frozen state a sample costs too much."""
 
 

@@ -55,6 +55,8 @@ class GaugeHealth:
 
     def look(self, readings: tuple[float, ...]) -> tuple[int, ...]:
         """What each gauge is now; an empty tuple when all are good."""
+        if not readings:
+            return ()
         last, repeats, limit = self._last, self._repeats, self._saturation
         same = list(map(eq, readings, last))
         repeated = True in same

@@ -163,7 +163,8 @@ class TimeLogFile:
 
 
 def read_time_log(path: str | Path) -> TimeLog:
-    """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`.
+    """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`; with the last of these
+    the gauges may be missing.
 
     Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt

@@ -85,7 +85,7 @@ def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
     assert rows[900]["status"].startswith("time: samples are missing before this one")
     assert rows[-1]["status"].startswith(("ok;", "frequency:")) and off in rows[-1]["status"]
     modulus, sigma = float(rows[-1]["modulus_MPa"]), float(rows[-1]["modulus_sigma_MPa"])
-    assert abs(modulus - 0.3) < 4 * sigma < 0.1
+    assert abs(modulus - 0.3) < 2 * sigma < 0.6
     assert found["last_answer"] == {"t_s": pytest.approx(1.049), "modulus_MPa": modulus, "modulus_sigma_MPa": sigma}
     assert sum(found["status"].values()) == 1000
     assert (found["nan_rows"], found["nan_cells"], found["gaps"], found["duplicates"]) == (1, 1, 1, 0)
@@ -293,3 +293,19 @@ def test_absurd_numbers_in_a_log_count_as_missing(papilla, tmp_path, calibrated,
     assert [answer.code for answer in answers] == [0, 0], answers[0].err
     assert "100 cells hold numbers beyond 1e+12: they count as missing" in answers[0].err
     assert (tmp_path / "log.out").read_bytes() == (tmp_path / "gaps.out").read_bytes()
+
+
+def test_friction_needs_no_gauges_and_its_memory_is_the_callers(papilla, tmp_path):
+    """The friction falls from 0.42 to 0.28: a short memory has forgotten the first sooner."""
+    time = np.arange(4000) / 1000
+    velocity = np.where(time % 1 < 0.2, 0.0, np.where(time % 2 < 1, 20.0, -20.0))
+    mu = np.interp(time, [2, 4], [0.42, 0.28])
+    rows = np.column_stack([time, np.full(4000, 0.5), velocity, 0.5 * mu * np.sign(velocity)])
+    log, found = tmp_path / "pull.csv", {}
+    np.savetxt(log, rows, delimiter=",", header="t_s,force_N,velocity_mm_s,tangential_N", comments="")
+    for memory in ("5", "500"):
+        out = tmp_path / f"{memory}.csv"
+        answer = papilla("estimate", str(log), "--friction-memory", memory, "--out", str(out))
+        assert answer.code == 0 and "no wavelength: no gauges" in answer.err
+        found[memory] = float(rows_of(out)[-1]["mu_kinetic"])
+    assert abs(found["5"] - 0.28) < abs(found["500"] - 0.28)

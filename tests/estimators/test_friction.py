@@ -200,3 +200,34 @@ def test_unusable_parameters_and_rows_are_refused():
 def test_readings_without_any_noise_keep_a_sigma():
     found = Friction().process(swipe(0.5, 0.5, seconds=20.0, scatter=0.0))
     assert np.isfinite(found.mu_kinetic[1000:]).all() and (found.mu_kinetic_sigma[1000:] > 1e-4).all()
+
+
+def strokes(noise_mm_s, speed, seed=0):
+    """Rests of 1 s and strokes of 3 s both ways, mu 0.4, the static peak 0.5; noise of the velocity alone."""
+    time = np.arange(0, 16, 0.002)
+    moving = (time % 4.0) > 1.0
+    velocity = np.where(moving, np.where(time % 8 < 4, speed, -speed), 0.0)
+    start = moving & ((time % 4.0) < 1.05)
+    tangential = 0.05 + np.sign(velocity) * np.where(start, 0.25, 0.2)
+    measured = velocity + noise_mm_s * np.random.default_rng(seed).normal(size=len(time))
+    return np.column_stack([tangential, np.full(len(time), 0.5), measured])
+
+
+@pytest.mark.parametrize("noise_mm_s, speed", [(0.0, 0.5), (0.02, 0.8), (3.0, 60.0)])
+def test_rests_are_recognised_by_the_noise_of_the_velocity(noise_mm_s, speed):
+    """Slower than 1 mm/s it slides too, and noise far above 1 mm/s is not sliding."""
+    samples = strokes(noise_mm_s, speed)
+    answer = Friction(sample_rate_Hz=500.0).process(samples)
+    assert answer.mu_kinetic[-1] == pytest.approx(0.4, abs=0.02)
+    assert answer.mu_static[-1] == pytest.approx(0.5, abs=0.03)
+    if speed < 1:
+        assert np.isnan(Friction(sample_rate_Hz=500.0, rest_mm_s=1.0).process(samples).mu_kinetic[-1])
+
+
+def test_a_static_below_the_kinetic_is_remarked_on_one_way_too():
+    time = np.arange(3000) / 1000
+    velocity = np.where((time % 1.0) > 0.3, 30.0, 0.0)
+    tangential = np.where((time % 1.0) > 0.5, 0.3, 0.1) * (velocity > 0)
+    answer = Friction(offset_sigma_N=1e-3).process(np.column_stack([tangential, np.full(3000, 0.5), velocity]))
+    assert answer.mu_static[-1] < answer.mu_kinetic[-1]
+    assert answer.status[-1] == FrictionStatus.STATIC_BELOW_KINETIC

@@ -190,8 +190,8 @@ class BlindPart(Part):
 class FrictionPart(Part):
     """mu_kinetic, mu_static."""
 
-    def __init__(self, rate_Hz: float, low_pass_Hz: float):
-        self.estimator = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz)
+    def __init__(self, rate_Hz: float, low_pass_Hz: float, memory_mm: float):
+        self.estimator = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz, memory_mm=memory_mm)
 
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""

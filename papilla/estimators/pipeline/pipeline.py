@@ -12,6 +12,7 @@ from papilla import checks
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.estimators import health
+from papilla.estimators.friction import MEMORY_MM
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
@@ -75,6 +76,7 @@ class Pipeline:
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
     doubts : what else of finger, sensors and specimen is not known exactly, see `papilla.estimators.Doubts`.
+    friction_memory_mm : slid path after which what was learnt of a direction's friction has faded to 1 / e.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
 
@@ -97,10 +99,11 @@ class Pipeline:
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
         doubts: Doubts | None = None,
+        friction_memory_mm: float = MEMORY_MM,
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
-        if not named:
-            raise InputError(f"gauges must be at least 1, got {gauges}")
+        if not named and "tangential_N" not in columns:
+            raise InputError(f"gauges must be at least 1, or there is friction alone from tangential_N, got {gauges}")
         if calibration is not None and len(calibration.gauges) != len(named):
             raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {len(named)}")
         if unknown := [name for name in columns if name not in OPTIONAL]:
@@ -121,7 +124,7 @@ class Pipeline:
         self._add_modulus(calibration, rate, position_sigma_mm, noise)
         path = {"scale_sigma": scale_sigma, "latency_s": latency_s, "resonances_Hz": resonances_Hz}
         self._add_wavelength(rate, wavelength_range_mm, path)
-        self._add_friction(rate)
+        self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(maxsize=1024)(self._sentence)
 
     def _add_modulus(self, calibration, rate, position_sigma_mm, noise) -> None:
@@ -143,6 +146,9 @@ class Pipeline:
         self._parts["modulus"] = SdPart(calibration, rate, **noise)
 
     def _add_wavelength(self, rate, wavelengths, path) -> None:
+        if not self._gauges:
+            self.off["wavelength"] = "no gauges"
+            return
         wavelength = WavelengthPart(self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate, **path)
         if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
             self._parts["wavelength"] = wavelength
@@ -165,7 +171,7 @@ class Pipeline:
         self._parts["frequency"] = blind
         self._notes.append(f"frequency: without a velocity, that of {blind.lag_s:.3g} s before")
 
-    def _add_friction(self, rate) -> None:
+    def _add_friction(self, rate, memory_mm) -> None:
         lacking = [name for name in ("tangential_N", "force_N") if name not in self.columns]
         if "velocity_mm_s" not in self.columns and "position_mm" not in self.columns:
             lacking.append("velocity_mm_s or position_mm")
@@ -173,7 +179,7 @@ class Pipeline:
             self.off["friction"] = f"no column {', '.join(lacking)}"
             return
         low_pass = min(LOW_PASS_HZ, LOW_PASS_SHARE * rate)
-        self._parts["friction"] = FrictionPart(rate, low_pass)
+        self._parts["friction"] = FrictionPart(rate, low_pass, memory_mm)
         if low_pass < LOW_PASS_HZ:
             self._notes.append(
                 f"friction: forces behind a low-pass of {low_pass:.3g} Hz, {LOW_PASS_SHARE:g} of the sampling rate, "
