@@ -106,7 +106,8 @@ class Gauge:
     x_mm : site by its x instead (any shape); exactly one of `angle_deg` and `x_mm` is given.
     y_mm : site along the finger.
     direction_deg : grid direction in the tangent plane, from the interface's x-z tangent towards y.
-    length_mm : grid length; strain is the elongation between two interface points that far apart.
+    length_mm, width_mm : of the grid, over which strain is the mean: the elongation between interface points a length
+        apart, averaged over the width.
     backing_mm : length and width of the foil over which the curvature is fitted.
     membrane_gain, lever_mm : reading = membrane_gain * strain + lever_mm * curvature change (1/mm).
     """
@@ -117,6 +118,7 @@ class Gauge:
     y_mm: float = 0.0
     direction_deg: float = 0.0
     length_mm: float = 2.4
+    width_mm: float = 2.0
     backing_mm: tuple[float, float] = (4.8, 2.0)
     membrane_gain: float = 1.0
     lever_mm: float = 0.0
@@ -133,7 +135,8 @@ class Gauge:
             checks.finite(f"{where} x_mm", self.x_mm)
         for key in ("y_mm", "direction_deg", "membrane_gain", "lever_mm"):
             checks.finite(f"{where} {key}", getattr(self, key))
-        checks.positive(f"{where} length_mm", self.length_mm)
+        for key in ("length_mm", "width_mm"):
+            checks.positive(f"{where} {key}", getattr(self, key))
         for side in self.backing_mm:
             checks.positive(f"{where} backing_mm", side)
 
@@ -213,8 +216,10 @@ class Finger:
 
     @cached_property
     def geometry_sha256(self) -> str:
-        """Content hash of what a mesh depends on: the shape, the patch radius, and whether the bone is meshed."""
-        return _digest({"shape": self._shape_content(), "patch": self.patch_radius, "bone": self.bone is not None})
+        """Content hash of what a mesh depends on: shape, patch radius, gauge sites, and whether the bone is meshed."""
+        sites = [[gauge.angle_deg, gauge.x_mm, gauge.y_mm] for gauge in self.gauges]
+        bone = self.bone is not None
+        return _digest({"shape": self._shape_content(), "patch": self.patch_radius, "sites": sites, "bone": bone})
 
     @cached_property
     def strain_sha256(self) -> str:

@@ -132,7 +132,8 @@ def test_fingers_are_values_and_describe_themselves_in_json(load):
         ("modulus_MPa = 0.136", "modulus_MPa = 0.137", False),
         ("\nnu = 0.4999", "\nnu = 0.5", False),
         ('name = "g1"', 'name = "first"', False),
-        ("angle_deg = -40.0", "angle_deg = -41.0", False),
+        ("angle_deg = -40.0", "angle_deg = -41.0", True),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nlever_mm = 1", False),
         ("height_mm = 0.3", "height_mm = 0.4", False),
         ("interface_mm = [21.0", "interface_mm = [20.5", True),
         ("patch_radius_mm = 15.0", "patch_radius_mm = 14.0", True),
@@ -192,7 +193,7 @@ def test_a_card_gives_its_layer_the_small_strain_modulus(load, text, card):
 
 def test_a_card_changes_the_hash_and_only_then(load):
     default = Finger.default()
-    assert default.sha256 == "6805f8ba7854cd3a4185836baee161ef7c6d1d11da25d2799322eadfc78eb9f6"
+    assert default.sha256 == "98d8b640589cd966138d3ac70b4c98fec2d990f15938ce0ffcd9cf65aa5d170e"
     assert "material" not in json.dumps(default.describe())
     cards = [load(with_card("", text)) for text in CARDS]
     assert len({default.sha256, *(finger.sha256 for finger in cards)}) == 4

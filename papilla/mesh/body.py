@@ -7,7 +7,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Slab
-from papilla.mesh.soup import Triangulation, quarter_cylinder, quarter_ellipsoid
+from papilla.mesh.soup import Triangulation, quarter_cylinder, quarter_ellipsoid, scattered
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, surfaces_of
 
 FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
@@ -55,8 +55,11 @@ class Body:
         return np.array([0.0, 0.0, z])
 
 
-def body_of(finger: Finger, size_mm: float) -> Body:
-    """The body to mesh of a finger with elements of `size_mm`; raises what `surfaces_of` raises."""
+def body_of(finger: Finger, size_mm: float, variant: int = 0) -> Body:
+    """The body to mesh of a finger with elements of `size_mm`; raises what `surfaces_of` raises.
+
+    Each variant has its own triangulation of exact surfaces; those read from files are what they are.
+    """
     if isinstance(finger.shape, Dome | Slab):
         longest = max(2 * max(finger.shape.outer), getattr(finger.shape, "depth", 0.0))
         checks.within("longest side of the finger (mm)", longest, SMALLEST_MM, LARGEST_MM)
@@ -66,7 +69,8 @@ def body_of(finger: Finger, size_mm: float) -> Body:
         if isinstance(finger.shape, Slab):
             planes.append(Plane(1, finger.shape.depth / 2, 1, "end"))
         facet = max(max(finger.shape.outer) / FACETS_PER_RADIUS, FACET_SIZES * size_mm)
-        parts = tuple(_quarter(surface, facet) for surface in surfaces.values())
+        random = np.random.default_rng(variant)
+        parts = tuple(_quarter(surface, facet, random if variant else None) for surface in surfaces.values())
         return Body(surfaces, tuple(planes), ("x", "y"), parts)
     from papilla.mesh.triangle_surface import TriangleSurface
 
@@ -75,9 +79,9 @@ def body_of(finger: Finger, size_mm: float) -> Body:
     return Body(surfaces, (base,), (), tuple((surface.vertices, surface.triangles) for surface in whole))
 
 
-def _quarter(surface: Surface, facet: float) -> Triangulation:
+def _quarter(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
     assert isinstance(surface, Ellipsoid)
     divisions = max(6, round(np.pi / 2 * max(surface.axes) / facet))
-    if isinstance(surface, EllipticCylinder):
-        return quarter_cylinder(surface, divisions)
-    return quarter_ellipsoid(surface, divisions)
+    quarter = quarter_cylinder if isinstance(surface, EllipticCylinder) else quarter_ellipsoid
+    vertices, triangles = quarter(surface, divisions)
+    return (vertices if random is None else scattered(vertices, triangles, surface, random)), triangles

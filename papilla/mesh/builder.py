@@ -12,9 +12,11 @@ from papilla.finger import DEFAULT_FINGER, Finger
 from papilla.memory import least_bytes, refuse_size
 from papilla.mesh.body import Body, body_of
 from papilla.mesh.child import Progress, tetrahedralise
+from papilla.mesh.curving import bent_edges
 from papilla.mesh.layered import LayeredMesh, mirrored, pack, unpack
 from papilla.mesh.sizing import Sizing, grid_over, positively_oriented
 from papilla.mesh.snapping import snap
+from papilla.mesh.surfaces import gauge_site
 from papilla.mesh.tagging import TaggedCells, tag
 from papilla.mesh.topology import components, paired_faces, volumes
 
@@ -84,10 +86,10 @@ def reference(finger: Finger, size_mm: float, variant: int) -> LayeredMesh | Non
 
 def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
     """A new mesh of a finger: the same as `build`, past all stored meshes."""
-    body = body_of(finger, size_mm)
+    body = body_of(finger, size_mm, variant)
     tall = float(body.high[2] - body.low[2])
     checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
-    sizing = Sizing(body.apex, size_mm, finger.patch_radius)
+    sizing = Sizing(body.apex, size_mm, finger.patch_radius, _sites(finger, body))
     keep_bone = finger.bone is not None
     refuse_too_fine(body, sizing, keep_bone)
     diagonal = float(np.linalg.norm(body.high - body.low))
@@ -95,9 +97,22 @@ def mesh_finger(finger: Finger, size_mm: float, *, variant: int = 0, progress: P
     points, tets = tetrahedralise(_soup(body, sizing, envelope, variant), progress)
     cells = tag(body, points, positively_oriented(points, tets), keep_bone, REACH * envelope * diagonal)
     points = snap(body, cells)
-    cell = LayeredMesh(points, cells.tets, cells.layer, _boundaries(body, cells, keep_bone), size_mm)
-    refuse_unusable(cell)
+    boundaries = _boundaries(body, cells, keep_bone)
+    refuse_unusable(LayeredMesh(points, cells.tets, cells.layer, boundaries, size_mm))
+    faces = [(surface, cells.on_surface[name]) for name, surface in body.surfaces.items()]
+    edges, middles, straight = bent_edges(points, cells.tets, faces)
+    if straight and progress is not None:
+        progress(f"{straight} edges stay straight: bent to the surface, their cells would turn over")
+    cell = LayeredMesh(points, cells.tets, cells.layer, boundaries, size_mm, (), edges, middles)
     return mirrored(cell, body.mirrors) if body.mirrors else cell
+
+
+def _sites(finger: Finger, body: Body) -> np.ndarray:
+    """Where the gauges sit (k, 3), each in the part of the finger that is meshed."""
+    sites = np.array([gauge_site(finger, gauge, body.surfaces["interface"]) for gauge in finger.gauges]).reshape(-1, 3)
+    for axis in ("xyz".index(name) for name in body.mirrors):
+        sites[:, axis] = np.abs(sites[:, axis])
+    return np.unique(np.round(sites, 9), axis=0)
 
 
 def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
@@ -119,15 +134,14 @@ def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
 
 
 def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:
-    """The mesher's input; a variant shuffles the triangles and shifts the sizing grid, which gives another mesh."""
-    random = np.random.default_rng(variant)
+    """The mesher's input; a variant has triangles of its own and a sizing grid that is shifted."""
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in body.triangulations])
     triangles = np.vstack([faces + k for (_, faces), k in zip(body.triangulations, offsets, strict=False)])
-    shift = random.uniform(-0.5, 0.5, 3) if variant else np.zeros(3)
+    shift = np.random.default_rng(variant).uniform(-0.5, 0.5, 3) if variant else np.zeros(3)
     grid_points, grid_tets = grid_over(body.low, body.high, sizing.grid_mm, shift)
     return {
         "vertices": np.vstack([vertices for vertices, _ in body.triangulations]),
-        "triangles": random.permutation(triangles) if variant else triangles,
+        "triangles": triangles,
         "far_mm": np.array(sizing.far_mm),
         "envelope": np.array(envelope),
         "grid_points": grid_points,

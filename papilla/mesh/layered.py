@@ -5,7 +5,7 @@ Of a finger with mirror planes a quarter is meshed: `mirrored` makes the whole o
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -28,6 +28,8 @@ class LayeredMesh:
     boundaries : name -> (k, 3) int triangles, for each name of `BOUNDARIES`.
     size_mm : element size at the contact that was asked for.
     mirrors : axes ("x", "y") in whose zero plane the mesh is its own exact mirror image.
+    edges, middles : (k, 2) int and (k, 3) mm, the edges that are bent and where their middles lie: a quadratic element
+        has its nodes there, and so follows the exact surface (`papilla.mesh.curving`). Other edges are straight.
     """
 
     points: np.ndarray
@@ -36,9 +38,12 @@ class LayeredMesh:
     boundaries: Mapping[str, np.ndarray]
     size_mm: float
     mirrors: tuple[str, ...] = ()
+    edges: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    middles: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
 
     def __post_init__(self) -> None:
-        for name, kind in (("points", float), ("tets", np.int64), ("layer", np.int8)):
+        kinds = {"points": float, "tets": np.int64, "layer": np.int8, "edges": np.int64, "middles": float}
+        for name, kind in kinds.items():
             object.__setattr__(self, name, _frozen(getattr(self, name), kind))
         boundaries = {name: _frozen(self.boundaries[name], np.int64) for name in BOUNDARIES}
         object.__setattr__(self, "boundaries", MappingProxyType(boundaries))
@@ -49,9 +54,10 @@ class LayeredMesh:
 
     @cached_property
     def sha256(self) -> str:
-        """Content hash of points, cells, layers and boundaries."""
+        """Content hash of points, cells, layers, boundaries and bent edges."""
         digest = hashlib.sha256(repr((self.size_mm, self.mirrors)).encode())
-        for array in (self.points, self.tets, self.layer, *(self.boundaries[name] for name in BOUNDARIES)):
+        arrays = (self.points, self.tets, self.layer, *(self.boundaries[name] for name in BOUNDARIES))
+        for array in (*arrays, self.edges, self.middles):
             digest.update(array.tobytes())
         return digest.hexdigest()
 
@@ -67,7 +73,25 @@ class LayeredMesh:
         inside = kept(self.tets)
         used, tets = np.unique(self.tets[inside], return_inverse=True)
         boundaries = {name: np.searchsorted(used, faces[kept(faces)]) for name, faces in self.boundaries.items()}
-        return LayeredMesh(self.points[used], tets.reshape(-1, 4), self.layer[inside], boundaries, self.size_mm)
+        bent = np.all(self.middles[:, axes] >= 0, axis=1)
+        return LayeredMesh(
+            self.points[used],
+            tets.reshape(-1, 4),
+            self.layer[inside],
+            boundaries,
+            self.size_mm,
+            edges=np.searchsorted(used, self.edges[bent]),
+            middles=self.middles[bent],
+        )
+
+    def scaled(self, factor: float) -> "LayeredMesh":
+        """The same mesh with all lengths times `factor`."""
+        lengths = {name: getattr(self, name) * factor for name in ("points", "middles", "size_mm")}
+        return replace(self, **lengths)
+
+    def straight(self) -> "LayeredMesh":
+        """The same mesh with all edges straight, as elements of lower order have it."""
+        return replace(self, edges=self.edges[:0], middles=self.middles[:0])
 
 
 def _frozen(values: np.ndarray, kind: type) -> np.ndarray:
@@ -81,7 +105,7 @@ def mirrored(cell: LayeredMesh, mirrors: tuple[str, ...]) -> LayeredMesh:
 
     The vertices and cells of `cell` come first and unchanged.
     """
-    points, tets, layer = cell.points, cell.tets, cell.layer
+    points, tets, layer, edges, middles = cell.points, cell.tets, cell.layer, cell.edges, cell.middles
     boundaries = {name: cell.boundaries[name] for name in BOUNDARIES}
     for name in mirrors:
         axis = "xyz".index(name)
@@ -94,7 +118,10 @@ def mirrored(cell: LayeredMesh, mirrors: tuple[str, ...]) -> LayeredMesh:
         tets = np.vstack([tets, image[tets][:, [0, 2, 1, 3]]])
         layer = np.concatenate([layer, layer])
         boundaries = {key: np.vstack([faces, image[faces][:, ::-1]]) for key, faces in boundaries.items()}
-    return LayeredMesh(points, tets, layer, boundaries, cell.size_mm, tuple(mirrors))
+        leaving = off_plane[edges].any(axis=1)
+        edges = np.vstack([edges, image[edges[leaving]]])
+        middles = np.vstack([middles, middles[leaving] * np.where(np.arange(3) == axis, -1, 1)])
+    return LayeredMesh(points, tets, layer, boundaries, cell.size_mm, tuple(mirrors), edges, middles)
 
 
 def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
@@ -107,12 +134,15 @@ def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
         **{name: cell.boundaries[name].astype(np.int32) for name in BOUNDARIES},
         "size_mm": np.array(mesh.size_mm),
         "mirrors": np.array("".join(mesh.mirrors)),
+        "edges": cell.edges.astype(np.int32),
+        "middles": cell.middles,
     }
 
 
 def unpack(arrays: Mapping[str, np.ndarray]) -> LayeredMesh:
     """The mesh that was packed, bit for bit where `mirrored` made it."""
     boundaries = {name: arrays[name] for name in BOUNDARIES}
-    cell = LayeredMesh(arrays["points"], arrays["tets"], arrays["layer"], boundaries, float(arrays["size_mm"]))
+    bent = {name: arrays[name] for name in ("edges", "middles")}
+    cell = LayeredMesh(arrays["points"], arrays["tets"], arrays["layer"], boundaries, float(arrays["size_mm"]), **bent)
     mirrors = tuple(str(arrays["mirrors"]))
     return mirrored(cell, mirrors) if mirrors else cell

@@ -4,12 +4,13 @@ With d the distance from the apex, depth stretched because stress decays faster 
 
     size(d) = size_mm * min(1 + GROWTH (d - FINE_ZONE R) / R, FAR), R the patch radius,
 
-and size_mm inside the fine zone. The field is proportional to `size_mm`, so that half of it gives a mesh that is twice
-as fine everywhere: at the contact, at the interface, under the outer gauges and at the bone. The constants are the
-cheapest that do so with the default finger at 0.7 and 0.35 mm (about 7,700 and 41,000 tetrahedra a quarter).
+and size_mm inside the fine zone. It is smaller at the touch-down point, where a light press has all of its contact, and
+grows from SITE sizes at each gauge, whose grid is short against the elements that far out. The field is proportional to
+`size_mm`, so that half of it gives a mesh that is twice as fine everywhere: at the contact, at the interface and at the
+bone.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import permutations
 
 import numpy as np
@@ -20,22 +21,28 @@ FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""
 
 GROWTH = 5.4  # Growth of the size over one patch radius, in sizes at the apex
-FAR = 5.0  # Largest size, in sizes at the apex
+TIP, TIP_ZONE = 0.6, 0.13
+"""Size at the touch-down point, in those of the fine zone, and the radius (in patch radii) of the zone of that size;
+over as much again it grows to that of the fine zone."""
+
+SITE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and the radius of the zone of that size, as above
+FAR = 5.0  # Largest size, in sizes of the fine zone
 FAR_LIMIT_MM = 5.0  # Largest size whatever was asked for: coarser elements do not follow the default finger's surfaces
 DEPTH_STRETCH = 1.4
 
-CELLS_PER_VOLUME, FEWEST_CELLS = 9.5, 2500
-"""Tetrahedra in a volume of size^3, and those that the surfaces take whatever the size: with them the six meshes of the
-default finger from 2 to 0.35 mm (2632 to 40,157 tetrahedra) are predicted within 20 %."""
+CELLS_PER_VOLUME, FEWEST_CELLS = 9.3, 2400
+"""Tetrahedra in a volume of size^3, and those that the surfaces take whatever the size: with them the seven meshes
+of the default finger from 2 to 0.25 mm (2618 to 146,068 tetrahedra) are predicted within 22 %."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """Wanted edge length as a function of the distance from `apex` (3,); lengths in mm."""
+    """Wanted edge length as a function of the distance from `apex` (3,) and gauges' sites (k, 3); lengths in mm."""
 
     apex: np.ndarray
     near_mm: float
     patch_radius: float
+    sites: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
 
     @property
     def far_mm(self) -> float:
@@ -50,7 +57,12 @@ class Sizing:
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Size (n,) in mm at points (n, 3)."""
         distance = np.linalg.norm((points - self.apex) * [1, 1, DEPTH_STRETCH], axis=1) / self.patch_radius
-        return np.clip(self.near_mm * (1 + GROWTH * (distance - FINE_ZONE)), self.near_mm, self.far_mm)
+        tip = TIP + (1 - TIP) * np.clip(distance / TIP_ZONE - 1, 0, 1)
+        ratio = np.maximum(1 + GROWTH * (distance - FINE_ZONE), tip)
+        for site in self.sites:
+            apart = np.linalg.norm(points - site, axis=1) / self.patch_radius
+            ratio = np.minimum(ratio, SITE + GROWTH * np.maximum(apart - SITE_ZONE, 0))
+        return np.minimum(self.near_mm * ratio, self.far_mm)
 
     def cell_count(self, points: np.ndarray, volume: float) -> float:
         """Expected number of tetrahedra of a body sampled at points (n, 3), each standing for `volume` mm3."""

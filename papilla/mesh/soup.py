@@ -8,6 +8,8 @@ import numpy as np
 
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
+SCATTER = 0.3  # Share of an edge by which `scattered` moves its ends, at most, along each axis
+
 Triangulation = tuple[np.ndarray, np.ndarray]
 """Vertices (n, 3) in mm and triangles (m, 3)."""
 
@@ -33,6 +35,22 @@ def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation
     _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
     wall = _wall(section[edges[first[count == 1]]], end, layers)
     return merge([(section, faces), (section + [0, end, 0], faces[:, ::-1]), wall])
+
+
+def scattered(
+    vertices: np.ndarray, triangles: np.ndarray, surface: Ellipsoid, random: np.random.Generator
+) -> np.ndarray:
+    """The vertices (n, 3) moved by up to `SCATTER` of the shortest edge that meets there, in the flat faces that they
+    lie in and along the curved one: another triangulation of the same body."""
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    shortest = np.full(len(vertices), np.inf)
+    np.minimum.at(shortest, edges, np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[:, None])
+    moved = vertices + SCATTER * shortest[:, None] * random.uniform(-1, 1, vertices.shape)
+    on_plane = (vertices == 0) | ((vertices == vertices.max(axis=0)) & ~np.isfinite(surface.semi_axes))
+    moved = np.where(on_plane, vertices, moved)
+    curved = np.abs(surface.level(vertices)) < 1e-9
+    moved[curved] = surface.project(moved[curved])
+    return moved
 
 
 def merge(parts: list[Triangulation]) -> Triangulation:

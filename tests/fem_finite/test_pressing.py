@@ -13,7 +13,6 @@ from papilla.fem.finite.pressing import Scene, press_path
 from papilla.fem.reduction.gauges import PointFunctional, elongation
 from papilla.finger import Dome, Finger, Layer
 from papilla.materials import NeoHookean, Ogden, Yeoh
-from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Block, Grating, HalfSpace, Sphere
 
 SPECIMENS = [HalfSpace(0.51), Block(0.51, 10), Sphere(0.51, 20)]
@@ -107,7 +106,10 @@ def _rescaled(finger: Finger, mesh, stress, length):
     axes = {key: tuple(length * v for v in value) for key, value in dataclasses.asdict(finger.shape).items()}
     gauges = tuple(
         dataclasses.replace(
-            gauge, length_mm=gauge.length_mm * length, backing_mm=tuple(length * v for v in gauge.backing_mm)
+            gauge,
+            length_mm=gauge.length_mm * length,
+            width_mm=gauge.width_mm * length,
+            backing_mm=tuple(length * v for v in gauge.backing_mm),
         )
         for gauge in finger.gauges
     )
@@ -119,8 +121,7 @@ def _rescaled(finger: Finger, mesh, stress, length):
         gauges=gauges,
         patch_radius=finger.patch_radius * length,
     )
-    points = mesh.points * length
-    return scaled, LayeredMesh(points, mesh.tets, mesh.layer, mesh.boundaries, mesh.size_mm * length, mesh.mirrors)
+    return scaled, mesh.scaled(length)
 
 
 def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
@@ -219,15 +220,15 @@ def test_the_card_of_a_layer_is_used_unless_another_is_given(coarse):
     named = press_finite(finger, mesh, HalfSpace(10), force=1.0, materials={"outer": card}).sd
     again = press_finite(carded, mesh, HalfSpace(10), force=1.0, materials={"outer": NeoHookean(card.mu)}).sd
     assert own == pytest.approx(named, rel=1e-12) and again == pytest.approx(plain, rel=1e-9)
-    assert abs(own / plain - 1) > 1e-3
+    assert abs(own / plain - 1) > 5e-4
 
 
 def test_elongation_keeps_the_digits_of_a_small_change():
     chord = np.array([2.0, 1.0, 0.0])
-    functional = PointFunctional(np.array([np.zeros(3), chord]), np.zeros((2, 3)))
+    functional = PointFunctional(np.array(3 * [np.zeros(3), chord]), np.zeros((6, 3)))
 
     def longer(change):
-        return elongation(functional, np.array([np.zeros(3), change]))
+        return elongation(functional, np.array(3 * [np.zeros(3), change]))
 
     assert longer(1e-13 * chord) == pytest.approx(1e-13, rel=1e-9)
     assert longer(0.5 * chord) == pytest.approx(0.5)

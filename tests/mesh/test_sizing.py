@@ -16,13 +16,19 @@ APEX = np.array([0.0, 0.0, 20.0])
 
 
 def test_size_grows_with_the_distance_from_the_apex():
-    """size_mm up to 0.37 patch radii, then 5.4 sizes more a radius, 1.4 times as fast downwards, up to 5 sizes."""
+    """size_mm up to 0.37 patch radii, then 5.4 sizes more a radius, 1.4 times as fast downwards, up to 5 sizes; 0.6 of
+    it in the middle, and 1.6 at a gauge."""
     sizing = Sizing(APEX, 0.7, 15.0)
-    away = np.array([[0, 0, 0], [5.5, 0, 0], [0, 10, 0], [0, 0, -10], [3, 4, -5], [60, 0, 0]])
-    distance = np.array([0, 5.5, 10, 14, np.sqrt(25 + 49), 60]) / 15
+    away = np.array([[5.5, 0, 0], [0, 10, 0], [0, 0, -10], [3, 4, -5], [60, 0, 0]])
+    distance = np.array([5.5, 10, 14, np.sqrt(25 + 49), 60]) / 15
     expected = 0.7 * np.minimum(5.0, np.maximum(1.0, 1 + 5.4 * (distance - 0.37)))
     assert sizing(APEX + away) == pytest.approx(expected, rel=1e-12)
-    assert sizing(APEX[None])[0] == 0.7 and sizing(APEX + away)[-1] == sizing.far_mm == 3.5
+    middle = APEX + np.array([[0, 0, 0], [1.9, 0, 0], [0, 1.5 * 0.13 * 15, 0]])
+    assert sizing(middle) == pytest.approx([0.42, 0.42, 0.56])
+    assert sizing(APEX + away)[-1] == sizing.far_mm == 3.5
+    at_a_gauge = Sizing(APEX, 0.7, 15.0, sites=APEX + away[1:2])(APEX + away)
+    assert at_a_gauge[1] == pytest.approx(1.6 * 0.7) and np.all(at_a_gauge <= expected)
+    assert at_a_gauge[[0, 4]] == pytest.approx(expected[[0, 4]], rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -35,9 +41,9 @@ def test_largest_size_and_spacing_of_the_grid(near, far, grid):
 
 def test_cells_are_counted_by_the_volume_of_their_size():
     sizing = Sizing(APEX, 0.5, 15.0)
-    at_apex = np.repeat(APEX[None], 40, axis=0)
-    assert sizing.cell_count(at_apex, 2.0) == pytest.approx(2500 + 9.5 * 40 * 2.0 / 0.125)
-    assert sizing.cell_count(at_apex + 1000, 2.0) == pytest.approx(2500 + 9.5 * 40 * 2.0 / 2.5**3)
+    at_apex = np.repeat(APEX[None] + [4, 0, 0], 40, axis=0)
+    assert sizing.cell_count(at_apex, 2.0) == pytest.approx(2400 + 9.3 * 40 * 2.0 / 0.125)
+    assert sizing.cell_count(at_apex + 1000, 2.0) == pytest.approx(2400 + 9.3 * 40 * 2.0 / 2.5**3)
 
 
 @pytest.mark.parametrize("shift", [(0, 0, 0), (0.5, 0.5, 0.5), (-0.5, -0.5, -0.5), (0.3, -0.2, 0.0)])
@@ -97,19 +103,36 @@ def test_the_soup_of_the_default_finger(given):
     assert soup["envelope"] == pytest.approx(0.05 * 2.0 / diagonal)
     assert given(Finger.default(), 0.5)["envelope"] == 1e-3, "never less"
     assert soup["grid_points"].min(axis=0).tolist() == [-2, -2, -2]
-    assert soup["grid_sizes"] == pytest.approx(Sizing(APEX, 2.0, 15.0)(soup["grid_points"]))
+    angles = np.radians([0, 20, 40])
+    sites = np.column_stack([21 * np.sin(angles), np.zeros(3), 17 * np.cos(angles)])
+    assert soup["grid_sizes"] == pytest.approx(Sizing(APEX, 2.0, 15.0, sites)(soup["grid_points"]))
 
 
-def test_a_variant_shuffles_the_triangles_and_shifts_the_grid(given):
-    plain, one, again, two = (given(Finger.default(), 2.0, variant=variant) for variant in (0, 1, 1, 2))
-    assert np.array_equal(one["triangles"], again["triangles"])
-    for other in (one, two):
-        assert not np.array_equal(other["triangles"], plain["triangles"])
-        assert np.array_equal(*(soup["triangles"][np.lexsort(soup["triangles"].T)] for soup in (other, plain)))
-        shift = (other["grid_points"] - plain["grid_points"]) / 2.0
-        assert np.ptp(shift, axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
-        assert np.all(np.abs(shift[0]) <= 0.5) and np.all(np.abs(shift[0]) > 1e-3)
-    assert not np.array_equal(one["triangles"], two["triangles"])
+def test_a_variant_has_triangles_of_its_own_and_shifts_the_grid(given, finger_of, slab_shape):
+    for finger in (Finger.default(), finger_of(slab_shape)):
+        plain, one, again, two = (given(finger, 2.0, variant=variant) for variant in (0, 1, 1, 2))
+        assert np.array_equal(one["vertices"], again["vertices"])
+        for other in (one, two):
+            shift = (other["grid_points"] - plain["grid_points"]) / 2.0
+            assert np.ptp(shift, axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
+            assert np.all(np.abs(shift[0]) <= 0.5) and np.all(np.abs(shift[0]) > 1e-3)
+        assert np.abs(one["vertices"] - two["vertices"]).max() > 0.1
+
+
+@pytest.mark.parametrize("variant", [1, 2])
+def test_a_variant_triangulates_the_same_body(variant, finger_of, slab_shape):
+    for finger in (Finger.default(), finger_of(slab_shape)):
+        bodies = [body_of(finger, 2.0, number) for number in (0, variant)]
+        for surface, (vertices, triangles), (moved, same) in zip(
+            bodies[0].surfaces.values(), *(body.triangulations for body in bodies), strict=True
+        ):
+            assert np.array_equal(triangles, same)
+            curved = np.abs(surface.level(vertices)) < 1e-9
+            assert np.abs(surface.level(moved[curved])).max() < 1e-9
+            assert np.array_equal(moved == 0, vertices == 0)
+            assert moved.max(axis=0) == pytest.approx(vertices.max(axis=0), rel=1e-12)
+            area = [np.cross(*(v[triangles[:, k]] - v[triangles[:, 0]] for k in (1, 2))) for v in (vertices, moved)]
+            assert np.all((area[0] * area[1]).sum(axis=1) > 0), "no triangle turns over"
 
 
 @pytest.mark.parametrize("size, accepted", [(0.101, True), (0.099, False), (4.99, True), (5.01, False)])
@@ -150,6 +173,6 @@ def test_a_bone_with_a_modulus_is_counted_as_volume(monkeypatch):
     for finger in (Finger.default(), replace(Finger.default(), bone=Layer(3000.0, 0.35))):
         body = body_of(finger, 0.5)
         builder.refuse_too_fine(body, Sizing(np.array([0, 0, 0.0]), 0.5, 1e3), finger.bone is not None)
-    cells = [int("".join(filter(str.isdigit, job.split("tetrahedra")[0]))) - 2500 for job in told]
+    cells = [int("".join(filter(str.isdigit, job.split("tetrahedra")[0]))) - 2400 for job in told]
     quarter = np.pi / 6 * np.array([24 * 30 * 20 - 10 * 16 * 6, 24 * 30 * 20])
-    assert cells == pytest.approx(9.5 * quarter / 0.125, rel=0.01)
+    assert cells == pytest.approx(9.3 * quarter / 0.3**3, rel=0.01)

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
-from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet
+from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet, MeshTet2
 
 from papilla.errors import InputError
 from papilla.fem.discrete.assembly import Couplings, Layout, lame, shear_blocks, volumetric_blocks
@@ -27,6 +27,9 @@ SYMMETRIC = (1, 1)
 
 CANDIDATES = 80
 """Cells looked at for each point, nearest centroids first."""
+
+LIKELY, STEPS = 6, 12
+"""Of these, how many are looked at with their bent edges, and steps of the inversion there."""
 
 TOLERANCE = 0.25
 """How negative the smallest barycentric coordinate may be before a point counts as outside the mesh."""
@@ -86,8 +89,18 @@ class Space(ABC):
 
     @cached_property
     def skmesh(self) -> MeshTet:
-        """The same tetrahedra as scikit-fem sees them (vertex numbers are kept)."""
-        return MeshTet(self.mesh.points.T.copy(), self.mesh.tets.T.copy(), sort_t=False)
+        """The same tetrahedra as scikit-fem sees them (vertex numbers are kept), bent edges included."""
+        mesh = self.mesh
+        straight = MeshTet(mesh.points.T.copy(), mesh.tets.T.copy(), sort_t=False)
+        if not len(mesh.edges):
+            return straight
+        curved = MeshTet2.from_mesh(straight)
+        weights = [len(mesh.points), 1]
+        known = weights @ np.sort(straight.edges, axis=0)
+        order = np.argsort(known)
+        place = order[np.searchsorted(known[order], np.sort(mesh.edges, axis=1) @ weights)]
+        curved.doflocs[:, len(mesh.points) + place] = mesh.middles.T
+        return curved
 
     @cached_property
     def displacement(self) -> Basis:
@@ -374,13 +387,30 @@ def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     inverse = np.linalg.inv(edges)
     local = np.einsum("kcij,kcj->kci", inverse[candidates], points[:, None] - corners[candidates, 0])
     margin = np.minimum(local.min(axis=2), 1 - local.sum(axis=2))
-    best = margin.argmax(axis=1)
-    pick = np.arange(len(points))
+    pick = np.arange(len(points))[:, None]
+    near = np.argsort(-margin, axis=1)[:, :LIKELY]
+    candidates, local = candidates[pick, near], _bent_local(space, inverse, points, candidates[pick, near])
+    margin = np.minimum(local.min(axis=2), 1 - local.sum(axis=2))
+    best, pick = margin.argmax(axis=1), pick[:, 0]
     worst = margin[pick, best]
     if worst.min() < -TOLERANCE:
         x, y, z = points[worst.argmin()]
         raise InputError(f"point ({x:.3g}, {y:.3g}, {z:.3g}) mm lies outside the mesh")
     return candidates[pick, best], local[pick, best]
+
+
+def _bent_local(space: Space, inverse: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Reference coordinates (k, c, 3) of points (k, 3) in cells (k, c), by the maps `inverse` (m, 3, 3) of straight ones.
+
+    The straight map turns what is missing of the way into the next step: edges bend little, so few steps do.
+    """
+    nodes = space.skmesh.doflocs.T[space.skmesh.dofs.element_dofs.T[cells]]
+    local = np.full((*cells.shape, 3), 0.25)
+    for _ in range(STEPS if space.mesh.edges.size else 1):
+        shapes = [space.skmesh.elem().lbasis(local.reshape(-1, 3).T, i)[0] for i in range(nodes.shape[2])]
+        there = np.einsum("ikc,kcij->kcj", np.reshape(shapes, (-1, *cells.shape)), nodes)
+        local = local + np.einsum("kcij,kcj->kci", inverse[cells], points[:, None] - there)
+    return local
 
 
 def evaluated(

@@ -1,9 +1,10 @@
 """What a gauge reads, as linear functionals of the displacement.
 
-Strain is the elongation between two points of the interface a grid length apart: a point gradient at the interface
-scatters by 12 % from mesh to mesh, the elongation by less than 1 %. Curvature change is that of a paraboloid fitted to
-the outward displacement over the foil's backing. A reading mixes them: membrane_gain * strain + lever_mm * curvature
-change. Another quantity is one entry of `QUANTITIES`: all that follows are arrays (quantities, gauges, ...).
+Strain is the mean over the grid: along it the elongation between two points of the interface a grid length apart,
+across it by Gauss' rule (a point gradient at the interface scatters by 12 % from mesh to mesh). Curvature change is
+that of a paraboloid fitted to the outward displacement over the foil's backing. A reading mixes them: membrane_gain *
+strain + lever_mm * curvature change. Another quantity is one entry of `QUANTITIES`: all that follows are arrays
+(quantities, gauges, ...).
 """
 
 import math
@@ -12,12 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Gauge, Slab
-from papilla.mesh.surfaces import Surface
+from papilla.finger import Finger, Gauge
+from papilla.mesh.surfaces import Surface, gauge_site
 
 BACKING_GRID = (9, 5)
 """Points of the paraboloid fit along and across the grid direction."""
+
+LINES, SHARES = np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18
+"""Gauss' rule of three lines across the grid, in its widths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,15 +41,6 @@ class GaugeFrame:
     normal: np.ndarray
 
 
-def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
-    """Point (3,) of the interface where the gauge sits, in mm; raises `InputError` where there is none."""
-    x = gauge.x_mm if gauge.x_mm is not None else _x_of_angle(finger, gauge)
-    z = float(interface.height(np.array([[x, gauge.y_mm]]))[0])
-    if not math.isfinite(z):
-        raise InputError(f"gauge {gauge.name} lies outside the interface: nothing at x {x:g}, y {gauge.y_mm:g} mm")
-    return np.array([x, gauge.y_mm, z])
-
-
 def gauge_frame(finger: Finger, gauge: Gauge, interface: Surface) -> GaugeFrame:
     """Site and directions of a gauge; the grid lies along the interface's x-z tangent, turned by `direction_deg`."""
     site = gauge_site(finger, gauge, interface)
@@ -60,12 +54,14 @@ def gauge_frame(finger: Finger, gauge: Gauge, interface: Surface) -> GaugeFrame:
 
 
 def strain_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) -> PointFunctional:
-    """Elongation between the two interface points half a grid length either way along the grid, over their distance."""
+    """Mean elongation of the grid's `LINES`: each between two interface points half a grid length either way."""
     half = gauge.length_mm / 2 * frame.along
-    ends = _onto(interface, np.stack([frame.site - half, frame.site + half]), frame.normal)
-    chord = ends[1] - ends[0]
-    weight = chord / (chord @ chord)
-    return PointFunctional(ends, np.stack([-weight, weight]))
+    middles = frame.site + gauge.width_mm * LINES[:, None] * frame.across
+    flat = np.stack([middles - half, middles + half], axis=1)
+    ends = _onto(interface, flat.reshape(-1, 3), frame.normal).reshape(flat.shape)
+    chord = ends[:, 1] - ends[:, 0]
+    weight = (SHARES / (chord**2).sum(axis=1))[:, None] * chord
+    return PointFunctional(ends.reshape(-1, 3), np.stack([-weight, weight], axis=1).reshape(-1, 3))
 
 
 def curvature_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) -> PointFunctional:
@@ -80,10 +76,10 @@ def curvature_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) ->
 
 
 def elongation(functional: PointFunctional, moved: np.ndarray) -> float:
-    """(l - L)/L of a chord whose ends are displaced by `moved` (2, 3), without cancellation for small changes."""
-    chord, change = np.diff(functional.points, axis=0)[0], np.diff(moved, axis=0)[0]
-    length, longer = float(np.linalg.norm(chord)), float(np.linalg.norm(chord + change))
-    return float(2 * chord @ change + change @ change) / (length * (longer + length))
+    """Mean (l - L)/L of the grid's lines, ends displaced by `moved` (k, 3), without cancellation for small changes."""
+    chord, change = (np.diff(ends.reshape(-1, 2, 3), axis=1)[:, 0] for ends in (functional.points, moved))
+    length, longer = (np.linalg.norm(line, axis=1) for line in (chord, chord + change))
+    return float(SHARES @ (((2 * chord + change) * change).sum(axis=1) / (length * (longer + length))))
 
 
 def linear_value(functional: PointFunctional, moved: np.ndarray) -> float:
@@ -119,16 +115,6 @@ def gauge_functionals(finger: Finger, interface: Surface) -> list[PointFunctiona
 def gauge_weights(finger: Finger) -> np.ndarray:
     """Weights (q, g) of the quantities in the readings of a finger's gauges."""
     return np.array([[getattr(g, quantity.weight) for g in finger.gauges] for quantity in QUANTITIES.values()], float)
-
-
-def _x_of_angle(finger: Finger, gauge: Gauge) -> float:
-    """x (mm) of an ellipse parameter in the interface's section at the gauge's y."""
-    shape = finger.shape
-    assert isinstance(shape, Dome | Slab) and gauge.angle_deg is not None
-    half_width = shape.interface[0]
-    if isinstance(shape, Dome):
-        half_width *= math.sqrt(1 - (gauge.y_mm / shape.interface[1]) ** 2)
-    return half_width * math.sin(math.radians(gauge.angle_deg))
 
 
 def _onto(surface: Surface, points: np.ndarray, direction: np.ndarray) -> np.ndarray:

@@ -54,10 +54,10 @@ class FlatModel(FingerModel):
     ):
         size = 10 * float(np.abs(mesh.points).max())
         shape = Dome((size,) * 3, (size / 2,) * 3, (size / 4,) * 3)
+        # Closed forms are asked for one line of the grid
+        sizes = {"length_mm": gauge_length, "width_mm": 1e-6 * gauge_length}
         backing = (2 * gauge_length, gauge_length)
-        gauges = tuple(
-            Gauge(f"g{k}", x_mm=x, length_mm=gauge_length, backing_mm=backing) for k, x in enumerate(gauge_sites)
-        )
+        gauges = tuple(Gauge(f"g{k}", x_mm=x, backing_mm=backing, **sizes) for k, x in enumerate(gauge_sites))
         super().__init__(Finger("flat body", shape, outer, inner, gauges, patch_radius=patch_radius), mesh)
         bottom = float(mesh.points[:, 2].min())
         self.surfaces = {"skin": Flat(0.0), "interface": Flat(-interface), "bone": Flat(bottom)}

@@ -188,7 +188,7 @@ def _rescaled(stress: float, length: float) -> ReducedFinger:
         gauges=tuple(replace(gauge, **_sizes(gauge, length)) for gauge in finger.gauges),
         patch_radius=finger.patch_radius * length,
     )
-    return FingerModel(scaled, replace(base.mesh, points=base.mesh.points * length)).reduce()
+    return FingerModel(scaled, base.mesh.scaled(length)).reduce()
 
 
 def _times(factor: float, axes: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -197,4 +197,4 @@ def _times(factor: float, axes: tuple[float, float, float]) -> tuple[float, floa
 
 def _sizes(gauge: Gauge, factor: float) -> dict[str, Any]:
     backing = (gauge.backing_mm[0] * factor, gauge.backing_mm[1] * factor)
-    return {"y_mm": gauge.y_mm * factor, "length_mm": gauge.length_mm * factor, "backing_mm": backing}
+    return {name: getattr(gauge, name) * factor for name in ("y_mm", "length_mm", "width_mm")} | {"backing_mm": backing}
