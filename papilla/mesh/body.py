@@ -82,6 +82,8 @@ def body_of(finger: Finger, size_mm: float, variant: int = 0) -> Body:
 def _quarter(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
     assert isinstance(surface, Ellipsoid)
     divisions = max(6, round(np.pi / 2 * max(surface.axes) / facet))
-    quarter = quarter_cylinder if isinstance(surface, EllipticCylinder) else quarter_ellipsoid
-    vertices, triangles = quarter(surface, divisions)
+    if isinstance(surface, EllipticCylinder):
+        vertices, triangles = quarter_cylinder(surface, divisions)
+    else:
+        vertices, triangles = quarter_ellipsoid(surface, divisions)
     return (vertices if random is None else scattered(vertices, triangles, surface, random)), triangles

@@ -142,7 +142,7 @@ def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
 def unpack(arrays: Mapping[str, np.ndarray]) -> LayeredMesh:
     """The mesh that was packed, bit for bit where `mirrored` made it."""
     boundaries = {name: arrays[name] for name in BOUNDARIES}
-    bent = {name: arrays[name] for name in ("edges", "middles")}
-    cell = LayeredMesh(arrays["points"], arrays["tets"], arrays["layer"], boundaries, float(arrays["size_mm"]), **bent)
+    points, tets, layer, edges, middles = (arrays[name] for name in ("points", "tets", "layer", "edges", "middles"))
+    cell = LayeredMesh(points, tets, layer, boundaries, float(arrays["size_mm"]), (), edges, middles)
     mirrors = tuple(str(arrays["mirrors"]))
     return mirrored(cell, mirrors) if mirrors else cell

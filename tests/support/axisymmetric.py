@@ -5,7 +5,7 @@ product it shares the stress of a point alone, whose derivatives and closed form
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,9 @@ from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
 
 from papilla.fem.finite.body import Card
 from papilla.fem.finite.constitutive import Kinematics, response
+from papilla.fem.reduction.gauges import elongation, gauge_frame, linear_value, strain_functional
+from papilla.finger import Dome, Finger
+from papilla.mesh.surfaces import Ellipsoid
 
 OUTER, INNER, SPECIMEN = 0, 1, 2
 QUADRATURE_ORDER = 5
@@ -36,6 +39,11 @@ class Shape:
     thickness: float = 10.0
     width: float = 45.0
     cells: tuple[int, int, int, int] = (40, 5, 6, 9)
+
+    @property
+    def finger(self) -> Finger:
+        """The default finger in this shape."""
+        return replace(Finger.default(), shape=Dome(*((a, a, c) for a, c in (self.outer, self.interface, self.bone))))
 
     def mapped(self, parameters: np.ndarray) -> np.ndarray:
         """(r, z) in mm (2, n) of parameters (2, n): along the skin 0-1; from bone 0 over interface 1 to skin 2."""
@@ -132,34 +140,23 @@ class Bodies:
         matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.unknowns,) * 2)
         return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), sp.tril(matrix).tocsc()
 
-    def chord(self, unknowns: np.ndarray, angle_deg: float, length: float) -> float:
-        """Elongation of a grid of `length` mm at an ellipse parameter of the interface, between its two ends."""
-        ends, moved = [], []
-        for angle in self._grid_angles(np.radians(angle_deg), length):
-            mirror = np.array([np.sign(angle) or 1.0, 1.0])
-            a, c = self.shape.interface
-            ends.append(np.array([a * np.sin(angle), c * np.cos(angle)]))
-            moved.append(ends[-1] + mirror * self._on_interface(unknowns, abs(angle)))
-        before, after = (np.linalg.norm(pair[1] - pair[0]) for pair in (ends, moved))
-        if self.linear:
-            along = (ends[1] - ends[0]) / before
-            return float(along @ (moved[1] - moved[0] - ends[1] + ends[0]) / before)
-        return float(after / before - 1)
-
-    def _grid_angles(self, angle: float, length: float) -> list[float]:
-        """Ellipse parameters of the ends: half a length along the tangent, then along the normal onto the interface."""
-        a, c = self.shape.interface
-        tangent = np.array([a * np.cos(angle), -c * np.sin(angle)])
-        tangent /= np.linalg.norm(tangent)
-        normal, site = np.array([-tangent[1], tangent[0]]), np.array([a * np.sin(angle), c * np.cos(angle)])
+    def strain(self, unknowns: np.ndarray) -> np.ndarray:
+        """(g,) of the default gauges at ellipse parameters of 0 and more."""
         found = []
-        for side in (-1, 1):
-            point, scale = site + side * length / 2 * tangent, np.array([a, c])
-            quadratic = [((normal / scale) ** 2).sum(), 2 * (normal * point / scale**2).sum()]
-            roots = np.roots([*quadratic, ((point / scale) ** 2).sum() - 1])
-            r, z = point + normal * roots[np.argmin(np.abs(roots))]
-            found.append(float(np.arctan2(r / a, z / c)))
-        return found
+        for gauge in self.shape.finger.gauges[2:]:
+            surface = Ellipsoid((self.shape.interface[0],) * 2 + (self.shape.interface[1],))
+            functional = strain_functional(gauge, gauge_frame(self.shape.finger, gauge, surface), surface)
+            moved = self.at(unknowns, functional.points)
+            found.append((linear_value if self.linear else elongation)(functional, moved))
+        return np.array(found)
+
+    def at(self, unknowns: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Displacement (k, 3) at points (k, 3) of the interface in the finger turned about its axis."""
+        radius = np.hypot(points[:, 0], points[:, 1])
+        angles = np.arctan2(radius / self.shape.interface[0], points[:, 2] / self.shape.interface[1])
+        moved = np.array([self._on_interface(unknowns, float(angle)) for angle in angles])
+        outwards = points[:, :2] / np.maximum(radius, 1e-300)[:, None]
+        return np.column_stack([moved[:, :1] * outwards, moved[:, 1]])
 
     def _on_interface(self, unknowns: np.ndarray, angle: float) -> np.ndarray:
         edges, x = self.edges(1.0), angle / (np.pi / 2)

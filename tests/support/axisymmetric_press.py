@@ -123,16 +123,11 @@ class Contact:
         return spread, (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, 12)
 
 
-def press_path(
-    bodies: Bodies,
-    indentation: float,
-    steps: int,
-    stick: bool = False,
-    gauges: tuple[float, ...] = (0.0, 20.0, 40.0),
-    length: float = 2.4,
-) -> Path:
-    """Press to an indentation (mm) in `steps` that grow; gauges of `length` mm at ellipse parameters (degrees) of the
-    interface. Raises `SolverError` where steps of an eighth do not converge."""
+def press_path(bodies: Bodies, indentation: float, steps: int, stick: bool = False) -> Path:
+    """Press to an indentation (mm) in `steps` that grow.
+
+    Raises `SolverError` where steps of an eighth do not converge.
+    """
     contact, state, rows = Contact(bodies, stick), np.zeros(bodies.unknowns), []
     depths = list(indentation * (np.arange(1, steps + 1) / steps) ** 1.5)
     before, reached = state, np.zeros(2)
@@ -150,7 +145,7 @@ def press_path(
         contact.commit()
         total = 2 * np.pi * abs(force[1 : 2 * bodies.nodes : 2][np.unique(contact.slave)].sum())
         radius = contact.reference[touches, 0].max(initial=0.0)
-        rows.append((reached[1], total, radius, *(bodies.chord(state, angle, length) for angle in gauges)))
+        rows.append((reached[1], total, radius, *bodies.strain(state)))
     table = np.array(rows)
     return Path(table[:, 0], table[:, 1], table[:, 2], table[:, 3:])
 

@@ -400,7 +400,7 @@ def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _bent_local(space: Space, inverse: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Reference coordinates (k, c, 3) of points (k, 3) in cells (k, c), by the maps `inverse` (m, 3, 3) of straight ones.
+    """Reference coordinates (k, c, 3) of points (k, 3) in cells (k, c), by maps `inverse` (m, 3, 3) of straight ones.
 
     The straight map turns what is missing of the way into the next step: edges bend little, so few steps do.
     """
