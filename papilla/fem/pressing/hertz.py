@@ -29,8 +29,8 @@ from papilla.specimen import Specimen
 
 Array = TypeVar("Array", float, np.ndarray)
 
-SECOND, FOURTH, SIXTH = (2 / 5, 2 / 7), (8 / 35, 8 / 63), (16 / 105, 16 / 231)
-"""Moments of u, u^2 and u^3 under the two terms, per unit force."""
+SECOND, SIXTH = (2 / 5, 2 / 7), (16 / 105, 16 / 231)
+"""Moments of u and u^3 under the two terms, per unit force."""
 HALF_SPACE_ENERGY = (1.0, 15 / 14, 25 / 21)
 """Energy of the pairs of terms (Hertz with itself, with the other, the other with itself) on a half-space, in Hertz's:
 integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""

@@ -1,0 +1,73 @@
+"""Edges bent onto exact surfaces: where they lie, what they gain, and which stay straight."""
+
+import numpy as np
+import pytest
+
+from papilla.fem.discrete.elements import TaylorHood, interpolation
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.mesh.curving import bent_edges
+from papilla.mesh.layered import mirrored, pack, unpack
+from papilla.mesh.surfaces import Ellipsoid, surfaces_of
+
+BALL = Ellipsoid((1.0, 1.0, 1.0))
+OCTANT = np.vstack([np.zeros(3), np.eye(3)])
+CELL, FACE = np.array([[0, 1, 2, 3]]), np.array([[1, 2, 3]])
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return build(Finger.default()).cell()
+
+
+def test_middles_lie_on_the_surfaces_and_in_the_mirror_planes(shipped):
+    level = np.min(
+        [np.abs(surface.level(shipped.middles)) for surface in surfaces_of(Finger.default()).values()], axis=0
+    )
+    assert level.max() < 1e-12 and len(shipped.edges) > 1000
+    straight = shipped.points[shipped.edges].mean(axis=1)
+    assert np.array_equal(straight[:, :2] == 0, shipped.middles[:, :2] == 0)
+    assert 0.01 < np.linalg.norm(straight - shipped.middles, axis=1).max() < 0.5
+
+
+def test_bent_cells_have_the_volume_of_the_body(shipped):
+    exact = np.pi / 6 * (24 * 30 * 20 - 10 * 16 * 6)
+    bent, straight = (TaylorHood(mesh).displacement.dx.sum() for mesh in (shipped, shipped.straight()))
+    assert bent == pytest.approx(exact, rel=2e-5)
+    assert abs(straight / exact - 1) > 50 * abs(bent / exact - 1)
+
+
+def test_points_of_an_exact_surface_are_found_in_bent_cells(shipped):
+    """The element's own geometry is its interpolation: where a point is found, its coordinates come out."""
+    random = np.random.default_rng(3)
+    directions = np.abs(random.standard_normal((200, 3)))
+    points = Ellipsoid((21.0, 27.0, 17.0)).project(directions * [21.0, 27.0, 17.0])
+    space = TaylorHood(shipped)
+    found = interpolation(space, points) @ space.displacement.doflocs.T
+    assert found == pytest.approx(points, abs=1e-9)
+
+
+def test_mirrored_and_packed_meshes_keep_their_bent_edges(shipped):
+    whole = mirrored(shipped, ("x", "y"))
+    assert np.array_equal(whole.cell().edges, shipped.edges) and np.array_equal(whole.cell().middles, shipped.middles)
+    assert unpack(pack(whole)).sha256 == whole.sha256 != whole.straight().sha256
+    on_planes = (shipped.middles[:, :2] == 0).sum(axis=1)
+    assert len(whole.edges) == (4 / 2.0**on_planes).sum()
+
+
+def test_a_cell_that_would_turn_over_keeps_its_straight_edges():
+    edges, middles, straight = bent_edges(OCTANT, CELL, [(BALL, FACE)])
+    assert (len(edges), straight) == (3, 0) and np.linalg.norm(middles, axis=1) == pytest.approx(np.ones(3))
+    # Under the cap of the ball, and flatter than it is high: the bowed face would pass the corner outside of it
+    flat = OCTANT.copy()
+    flat[0] = [0.4, 0.4, 0.4]
+    edges, middles, straight = bent_edges(flat, np.array([[0, 1, 3, 2]]), [(BALL, FACE)])
+    assert (len(edges), len(middles), straight) == (0, 0, 3)
+
+
+def test_surfaces_from_files_stay_straight():
+    class Facets:
+        """As a triangulated surface: exact only as far as its facets."""
+
+    edges, _, straight = bent_edges(OCTANT, CELL, [(Facets(), FACE)])
+    assert (len(edges), straight) == (0, 0)
