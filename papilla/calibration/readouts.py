@@ -168,10 +168,11 @@ class SdSurface:
         low, high, first, last = self._limits[self.point.force_cell(ln_force)]
         if low >= high or first <= ln_sd <= last:
             return math.nan, SoftnessStatus.NOT_IDENTIFIABLE
-        bottom, top = self.point.node_value(ln_force, low), self.point.node_value(ln_force, high)
+        curve = self.point.curve(ln_force)
+        bottom, top = curve.values[low], curve.values[high]
         if not inside(ln_sd, bottom, top):
             return math.nan, SoftnessStatus.SOFTER if ln_sd < bottom else SoftnessStatus.HARDER
-        return self.point.solve(ln_force, ln_sd, low, high), SoftnessStatus.OK
+        return curve.solve(ln_sd, low, high)[0], SoftnessStatus.OK
 
 
 @dataclass(frozen=True, eq=False)

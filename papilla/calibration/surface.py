@@ -8,7 +8,7 @@ cell of a point is one division, and every cell is a plain polynomial of 4 x 4 p
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,12 +69,6 @@ class Surface:
         """(m, n, 4, 4) power coefficients of each cell: value = sum_ab P[i, j, a, b] t^a u^b, t and u from 0 to 1."""
         windows = np.lib.stride_tricks.sliding_window_view(self.coefficients, (4, 4))
         return np.einsum("ka,ijkl,lb->ijab", POWERS, windows, POWERS)
-
-    @cached_property
-    def node_lines(self) -> np.ndarray:
-        """(m, n + 1, 4) powers of t of the value along each modulus node, per force cell."""
-        last = self.polynomials[:, -1:].sum(axis=3)
-        return np.concatenate([self.polynomials[..., 0], last], axis=1)
 
     def __call__(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """Value at forces (N) and moduli (MPa) that broadcast; NaN outside the domain."""
@@ -147,7 +141,7 @@ NEWTON_STEPS = 60
 
 @dataclass(frozen=True, eq=False)
 class PointSurface:
-    """Evaluates and inverts a surface at single points, in logarithms of force (N) and modulus (MPa)."""
+    """Evaluates a surface at single points, in logarithms of force (N) and modulus (MPa)."""
 
     surface: Surface
 
@@ -155,14 +149,12 @@ class PointSurface:
     def _tables(self) -> tuple:
         surface = self.surface
         force, modulus = surface.force_axis, surface.modulus_axis
-        flat = surface.polynomials.reshape(*surface.cells, 16).tolist()
-        cells = tuple(tuple(map(tuple, row)) for row in flat)
-        lines = tuple(tuple(map(tuple, row)) for row in surface.node_lines.tolist())
-        return cells, lines, force.start, 1 / force.step, force.cells, modulus.start, 1 / modulus.step, modulus.cells
+        cells = tuple(tuple(map(tuple, row)) for row in surface.polynomials.reshape(*surface.cells, 16).tolist())
+        return cells, force.start, 1 / force.step, force.cells, modulus.start, 1 / modulus.step, modulus.cells
 
     def evaluate(self, ln_force: float, ln_modulus: float) -> tuple[float, float, float]:
         """Value, d/d ln force and d/d ln modulus at a point of the domain (a point outside is not checked)."""
-        cells, _, _, per_x, _, y0, per_y, n = self._tables
+        cells, _, per_x, _, y0, per_y, n = self._tables
         i, t = self._place(ln_force)
         u = (ln_modulus - y0) * per_y
         j = min(max(int(u), 0), n - 1)
@@ -178,41 +170,24 @@ class PointSurface:
         """Number of the force cell of a point of the domain."""
         return self._place(ln_force)[0]
 
-    def node_value(self, ln_force: float, node: int) -> float:
-        """Value at a modulus node."""
-        i, t = self._place(ln_force)
-        p, q, r, s = self._tables[1][i][node]
-        return p + t * (q + t * (r + t * s))
-
-    def solve(self, ln_force: float, value: float, low: int, high: int) -> float:
-        """ln modulus where the surface has `value`, between modulus nodes `low` and `high`, where it must rise.
-
-        The value must lie between those of the two nodes; the answer is then exact to rounding.
-        """
-        cells, lines, *_, y0, per_y, _ = self._tables
-        i, t = self._place(ln_force)
-        while high - low > 1:
-            middle = (low + high) >> 1
-            p, q, r, s = lines[i][middle]
-            if p + t * (q + t * (r + t * s)) <= value:
-                low = middle
-            else:
-                high = middle
-        return y0 + (low + solve_cubic(_cubic(cells[i][low], t), value)) / per_y
-
     def curve(self, ln_force: float) -> "Curve":
         """The surface along one force, over ln modulus."""
-        cells, *_, y0, per_y, n = self._tables
-        i, t = self._place(ln_force)
-        values = tuple(self.node_value(ln_force, node) for node in range(n + 1))
-        return Curve(tuple(_cubic(cell, t) for cell in cells[i]), values, y0, per_y)
+        return _curve(self, ln_force)
 
     def _place(self, ln_force: float) -> tuple[int, float]:
         """Number of the force cell, and the place in it (0 to 1)."""
-        _, _, x0, per_x, m, *_ = self._tables
+        _, x0, per_x, m, *_ = self._tables
         t = (ln_force - x0) * per_x
         i = min(max(int(t), 0), m - 1)
         return i, t - i
+
+
+@lru_cache(maxsize=16)
+def _curve(point: PointSurface, ln_force: float) -> "Curve":
+    cells, *_, y0, per_y, _ = point._tables
+    i, t = point._place(ln_force)
+    cubics = tuple(_cubic(cell, t) for cell in cells[i])
+    return Curve(cubics, (*(cubic[0] for cubic in cubics), sum(cubics[-1])), y0, per_y)
 
 
 def _cubic(cell: tuple[float, ...], t: float) -> tuple[float, float, float, float]:

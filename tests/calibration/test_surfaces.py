@@ -71,24 +71,20 @@ def test_nodes_lines_and_curves(surface):
     for x in np.linspace(*np.log(FORCE), 7).tolist():
         curve, nodes = point.curve(x), np.log(surface.modulus_axis.nodes)
         exact = expected(surface, np.full(len(nodes), x), nodes)
-        np.testing.assert_allclose([point.node_value(x, k) for k in range(len(nodes))], exact, rtol=1e-12)
         np.testing.assert_allclose(curve.values, exact, rtol=1e-12)
         for y in np.linspace(*np.log(MODULUS), 13).tolist():
             value, _, slope = point.evaluate(x, y)
             assert curve.evaluate(y) == pytest.approx((value, slope), rel=1e-11)
             assert slope > 0
-            assert point.solve(x, value, 0, CELLS[1]) == pytest.approx(y, abs=1e-11)
             assert curve.solve(value, 0, CELLS[1]) == pytest.approx((y, slope), rel=1e-10, abs=1e-11)
 
 
 def test_a_curve_is_solved_between_the_nodes_it_is_told(surface):
-    point, x = PointSurface(surface), math.log(0.3)
-    curve = point.curve(x)
+    curve = PointSurface(surface).curve(math.log(0.3))
     for low, high in ((0, 2), (1, 4), (3, 5)):
         for value, end in ((curve.values[low], low), (curve.values[high], high)):
             node = math.log(surface.modulus_axis.nodes[end])
             assert curve.solve(value, low, high)[0] == pytest.approx(node, abs=1e-12)
-            assert point.solve(x, value, low, high) == pytest.approx(node, abs=1e-12)
 
 
 def test_outside_the_domain_there_is_nothing(surface):
@@ -148,16 +144,16 @@ def test_usable_part_and_its_sides(surface):
     twofold = np.full((4, 2), np.nan)
     point = PointSurface(surface)
     centres = math.log(FORCE[0]) + math.log(FORCE[1] / FORCE[0]) / 4 * (np.arange(4) + 0.5)
-    twofold[3] = point.node_value(float(centres[3]), 1), point.node_value(float(centres[3]), 2)
+    twofold[3] = point.curve(float(centres[3])).values[1], point.curve(float(centres[3])).values[2]
     sd = SdSurface(surface, usable, twofold, known)
     assert [sd.usable_nodes(x) for x in centres.tolist()] == [(1, 4), (0, 5), (2, 2), (0, 5)]
-    first, middle = float(centres[0]), point.node_value(float(centres[0]), 2)
+    first, middle = float(centres[0]), point.curve(float(centres[0])).values[2]
     assert sd.ln_modulus(first, middle) == (pytest.approx(math.log(surface.modulus_axis.nodes[2])), SoftnessStatus.OK)
-    assert sd.ln_modulus(first, point.node_value(first, 0))[1] is SoftnessStatus.SOFTER
-    assert sd.ln_modulus(first, point.node_value(first, 5))[1] is SoftnessStatus.HARDER
+    assert sd.ln_modulus(first, point.curve(first).values[0])[1] is SoftnessStatus.SOFTER
+    assert sd.ln_modulus(first, point.curve(first).values[5])[1] is SoftnessStatus.HARDER
     assert sd.ln_modulus(float(centres[2]), middle)[1] is SoftnessStatus.NOT_IDENTIFIABLE
     for node, status in ((1, "NOT_IDENTIFIABLE"), (2, "NOT_IDENTIFIABLE"), (3, "OK")):
-        value = point.node_value(float(centres[3]), node)
+        value = point.curve(float(centres[3])).values[node]
         assert sd.ln_modulus(float(centres[3]), value)[1] is SoftnessStatus[status]
 
 
