@@ -275,3 +275,16 @@ def test_samples_of_another_width_are_refused(calibration):
     with pytest.raises(InputError, match="n x 6 \\(gauges, then force_N\\), got 3 x 5"):
         estimator.process(np.zeros((3, 5)))
     assert estimator.process(np.zeros((0, 6))).modulus_MPa.shape == (0,)
+
+
+def test_friction_that_is_not_known_widens_sigma(calibration, touch):
+    """S_d larger by 4 % without friction: sigma of ln E takes half of that over the slope."""
+    friction = replace(calibration.surface.surface, coefficients=np.full((4, 4), 0.04))
+    doubtful = replace(calibration.surface.uncertainty, friction=friction)
+    unknown = replace(calibration, surface=replace(calibration.surface, uncertainty=doubtful))
+    samples, sigmas = touch(0.2, np.full(200, 0.5), 5.0), []
+    for one in (calibration, unknown):
+        found = Softness(one, gauge_sigma=5.0, force_sigma_N=1e-4, doubts=Doubts.NONE).process(samples)
+        sigmas.append(found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1])
+    slope = float(calibration.surface.surface.slopes(0.5, 0.2)[1])
+    assert sigmas[1] == pytest.approx(0.02 / slope, rel=0.15) and sigmas[1] > 5 * sigmas[0]

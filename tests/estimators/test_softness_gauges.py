@@ -311,3 +311,24 @@ def test_what_cannot_be_explained_is_not_searched_again_at_once(exact):
     for sample in np.tile(samples, (5, 1)):
         assert own.update(sample).status == SoftnessStatus.MISFIT
     assert len(searched) == 1
+
+
+def test_friction_that_is_not_known_is_a_doubt_of_its_own(exact):
+    """Touches without friction, by a calibration of presses that stick: five gauges tell friction and modulus apart."""
+    shares = (0.01, -0.03, 0.04, -0.03, 0.01)
+
+    def open_to(gauge, share):
+        friction = replace(gauge.surface, coefficients=share * gauge.surface.coefficients)
+        return replace(gauge, uncertainty=replace(gauge.uncertainty, friction=friction))
+
+    unknown = replace(exact, gauges=tuple(map(open_to, exact.gauges, shares)))
+    z, samples = {}, touched(exact, 0.2, PRESS)
+    samples[:, :5] *= 1 + np.array(shares)
+    for name, calibration in (("known", exact), ("not known", unknown)):
+        one = estimator(calibration)
+        answer = one.process(samples)
+        z[name] = (answer.modulus_MPa[-1] - 0.2) / answer.modulus_sigma_MPa[-1]
+    assert not abs(z["known"]) < 3 and abs(z["not known"]) < 2.5
+    assert answer.modulus_MPa[-1] == pytest.approx(0.2, rel=0.02)
+    stuck = estimator(unknown).process(touched(exact, 0.2, PRESS))
+    assert abs(stuck.modulus_MPa[-1] - 0.2) < 2 * stuck.modulus_sigma_MPa[-1]

@@ -154,6 +154,7 @@ class Fitter:
             "the gain of the gauges": c,
             "the calibration": 3 * groups,
             "the calibration beside the apex": c if self.anywhere else 0,
+            "friction": 0 if self.surfaces.friction_known else 1,
             "creep": 1,
             "the place across the row of gauges (y)": 1,
             "the thickness of the specimen": 2,
@@ -207,7 +208,8 @@ class Fitter:
         thin = force**SHIFT_POWER
         moved = (self._shift + self._shift_sigma * thickness) * thin
         low, high = surfaces.ln_nodes[0], surfaces.ln_nodes[-1]
-        r, a, b, d = surfaces.at(ln_force, min(max(ln_modulus + moved, low), high), place)
+        apparent = min(max(ln_modulus + moved, low), high)
+        r, a, b, d = surfaces.at(ln_force, apparent, place)
         w = self.whiten
         H = self._template.copy()
         white, a = r * w[:-1], a * w[:-1]
@@ -219,6 +221,9 @@ class Fitter:
         if self.anywhere:
             H[self._beside] = surfaces.place_error(place) * (force * w[:-1])
         k, effect = self._creep, a * (self._shift_sigma * thin)
+        if not surfaces.friction_known:
+            # Two standard deviations reach from the calibration's friction to none
+            H[:-1, k - 1] = surfaces.without_friction(ln_force, apparent) * (0.5 * w[:-1])
         H[:-1, k] = white * doubts.creep
         H[:-1, k + 1] = white * (-BESIDE_SHARE * doubts.beside_mm**2)
         H[:-1, k + 2] = effect

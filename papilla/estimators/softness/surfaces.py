@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.calibration import Calibration
-from papilla.calibration.surface import Curve
+from papilla.calibration.surface import Curve, Surface
 from papilla.errors import InputError
 from papilla.estimators.softness.spline import TensorSpline
 
@@ -45,9 +45,8 @@ class GaugeSurfaces:
         self.channels = len(surfaces)
         self.force_N, self.modulus_MPa = first.force_N, first.modulus_MPa
         self._calibration = calibration
-        axes = first.force_axis, first.modulus_axis
         table = np.array([surface.coefficients for surface in surfaces])
-        self._apex = TensorSpline(table, [axis.start for axis in axes], [axis.step for axis in axes])
+        self._apex = _spline(surfaces)
         self.ln_nodes = np.log(first.modulus_axis.nodes)
         self._moved, self.reach = None, 0.0
         if anywhere:
@@ -60,6 +59,8 @@ class GaugeSurfaces:
             self._place_nodes = np.linspace(-terms.reach_mm, terms.reach_mm, terms.error.shape[1])
             self._place_errors = terms.error
         self.groups = _groups(table)
+        changes = [gauge.uncertainty.friction for gauge in calibration.gauges]
+        self._friction = None if None in changes else _spline(changes)
         self.error = lru_cache(maxsize=256)(self._error)
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
@@ -73,10 +74,18 @@ class GaugeSurfaces:
         return Expected(force * value, force * a, value + slope, force * moved[0, 0, 1])
 
     def _error(self, level: int) -> np.ndarray:
-        """(c,) one sigma of the calibration, fit and mesh, microstrain / N, at a force of so many percent."""
+        """(c,) one sigma of the calibration, friction apart, microstrain / N, at a force of so many percent."""
         force = math.exp(level / 100)
-        known = [gauge.uncertainty for gauge in self._calibration.gauges]
-        return np.array([math.hypot(own.fit_rms, own.scatter_at(force)) for own in known])
+        return np.array([gauge.uncertainty.sigma_at(force) for gauge in self._calibration.gauges])
+
+    @property
+    def friction_known(self) -> bool:
+        """Whether presses have the friction of the calibration."""
+        return self._friction is None
+
+    def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
+        """(c,) what readings change in microstrain where there is no friction, if it is not known."""
+        return math.exp(ln_force) * self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
         """(c,) one sigma of each gauge's change at a place, microstrain / N."""
@@ -95,8 +104,7 @@ class SdSurface:
         self._surface = surface
         own = surface.surface
         self.force_N, self.modulus_MPa = own.force_N, own.modulus_MPa
-        axes = own.force_axis, own.modulus_axis
-        self._spline = TensorSpline(own.coefficients[None], [axis.start for axis in axes], [axis.step for axis in axes])
+        self._spline = _spline([own])
         middle = 0.5 * (math.log(own.force_N[0]) + math.log(own.force_N[1]))
         low, high = surface.usable_nodes(middle)
         if low >= high:
@@ -116,16 +124,33 @@ class SdSurface:
         return Expected(sd, sd * a, sd * slope * math.exp(-ln_force), np.zeros(1))
 
     def error(self, level: int) -> np.ndarray:
-        """(1,) one sigma of the calibration, microstrain / N, at a force of so many percent."""
+        """(1,) one sigma of the calibration, friction apart, microstrain / N, at a force of so many percent."""
         force, known = math.exp(level / 100), self._surface.uncertainty
         middle = float(self.ln_nodes[len(self.ln_nodes) // 2])
         low, high = self.force_N
         there = self.at(math.log(min(max(force, low), high)), middle, 0.0).reading
-        return math.hypot(known.fit_rms, known.scatter_at(force)) * there / force
+        return known.sigma_at(force) * there / force
+
+    @property
+    def friction_known(self) -> bool:
+        """Whether presses have the friction of the calibration."""
+        return self._surface.uncertainty.friction is None
+
+    def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
+        """(1,) what S_d changes in microstrain where there is no friction, if it is not known."""
+        share = self._surface.uncertainty.friction_at(ln_force, ln_modulus)
+        return self.at(ln_force, ln_modulus, 0.0).reading * share
 
     def place_error(self, x: float) -> np.ndarray:
         """(1,) zero: S_d is for touches at the apex."""
         return np.zeros(1)
+
+
+def _spline(surfaces: list[Surface]) -> TensorSpline:
+    """Surfaces that share their cells as one spline."""
+    axes = surfaces[0].force_axis, surfaces[0].modulus_axis
+    table = np.array([surface.coefficients for surface in surfaces])
+    return TensorSpline(table, [axis.start for axis in axes], [axis.step for axis in axes])
 
 
 def _groups(tables: np.ndarray) -> tuple[int, ...]:
