@@ -60,7 +60,8 @@ class GaugeSurfaces:
             self._place_errors = terms.error
         self.groups = _groups(table)
         changes = [gauge.uncertainty.friction for gauge in calibration.gauges]
-        self._friction = None if None in changes else _spline(changes)
+        known = [change for change in changes if change is not None]
+        self._friction = _spline(known) if len(known) == self.channels else None
         self.error = lru_cache(maxsize=256)(self._error)
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
@@ -85,6 +86,8 @@ class GaugeSurfaces:
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
         """(c,) what readings change in microstrain where there is no friction, if it is not known."""
+        if self._friction is None:
+            return np.zeros(self.channels)
         return math.exp(ln_force) * self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
