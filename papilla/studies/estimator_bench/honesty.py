@@ -99,7 +99,9 @@ def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
         for name in ("error", "over_sigma", "ok", "settled", "counted")
     )
     squares = [run.bound_square for run in runs if run.bound_square == run.bound_square]
-    found = error[counted] if SCENES[scene].lined else np.zeros(0)
+    # Without a line no answer has an error: every one is false
+    lined = SCENES[scene].lined
+    found, told = error[counted & lined], ok & lined
     return Row(
         scene,
         method,
@@ -110,9 +112,9 @@ def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
         false_settled=_share(error > WRONG, ok & settled),
         median=float(np.quantile(found, 0.5, method="lower")) if found.size else math.nan,
         over_5=float(np.mean(found > WRONG)) if found.size else math.nan,
-        rms=math.sqrt(np.mean(np.minimum(error[ok], 1) ** 2)) if ok.any() else math.nan,
-        covered=_share(over_sigma <= 2, ok),
-        over_sigma=math.sqrt(np.mean(over_sigma[ok] ** 2)) if ok.any() else math.nan,
+        rms=math.sqrt(np.mean(np.minimum(error[told], 1) ** 2)) if told.any() else math.nan,
+        covered=_share(over_sigma <= 2, told),
+        over_sigma=math.sqrt(np.mean(over_sigma[told] ** 2)) if told.any() else math.nan,
         over_bound=math.sqrt(np.mean(squares)) if squares else math.nan,
         first_right_s=float(np.quantile([run.first_right_s for run in runs], 0.5, method="lower")),
         us=float(np.median([run.us for run in runs])),

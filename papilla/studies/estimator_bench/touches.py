@@ -16,7 +16,7 @@ import numpy as np
 from papilla.calibrate import sweep
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
-from papilla.estimators import GaugeSoftness, Pipeline, Softness
+from papilla.estimators import Doubts, GaugeSoftness, Pipeline, Softness
 from papilla.fem import prepare
 from papilla.finger import Finger
 from papilla.references.bounds import modulus_bound
@@ -58,7 +58,7 @@ def force_gain(rng, readings, force, sigma: float = 0.02):
 class Touch(NamedTuple):
     """Where a touch is (mm), the specimen's thickness in mm, the number of the mesh, and what is not as calibrated.
 
-    exact : readings are the calibration's own, which is then taken as exact: the bound is the noise's.
+    exact : readings are the calibration's own, and it and the lab are taken as exact: the bound is the noise's.
     """
 
     at: tuple[float, float] = (0.0, 0.0)
@@ -108,18 +108,19 @@ class TouchRow:
     trials: int
 
 
-def _by_pipeline(calibration: Calibration, block) -> tuple[float, float, bool]:
+def _by_pipeline(calibration: Calibration, block, doubts: Doubts) -> tuple[float, float, bool]:
     gauges = [gauge.name for gauge in calibration.gauges]
     columns, time = ("force_N", "velocity_mm_s"), np.arange(len(block)) / RATE_HZ
-    pipeline = Pipeline(calibration, gauges=gauges, columns=columns, sample_rate_Hz=RATE_HZ, **NOISE)
+    pipeline = Pipeline(calibration, gauges=gauges, columns=columns, sample_rate_Hz=RATE_HZ, doubts=doubts, **NOISE)
     found = pipeline.process(np.column_stack([time, block, 0 * time]))
     modulus, sigma = np.asarray(found.modulus_MPa)[-1], np.asarray(found.modulus_sigma_MPa)[-1]
     return modulus, sigma, bool(np.isfinite(modulus))
 
 
-def _by_estimator(kind, calibration: Calibration, block) -> tuple[float, float, bool]:
-    found = kind(calibration, **NOISE).process(block)
-    return found.modulus_MPa[-1], found.modulus_sigma_MPa[-1], int(found.status[-1]) == SoftnessStatus.OK
+def _by_estimator(kind, calibration: Calibration, block, doubts: Doubts) -> tuple[float, float, bool]:
+    found = kind(calibration, doubts=doubts, **NOISE).process(block)
+    ok = SoftnessStatus(int(found.status[-1])).sentence.startswith("ok")
+    return found.modulus_MPa[-1], found.modulus_sigma_MPa[-1], ok
 
 
 METHODS: Mapping[str, Callable] = MappingProxyType(
@@ -129,8 +130,8 @@ METHODS: Mapping[str, Callable] = MappingProxyType(
         "S_d alone": partial(_by_estimator, Softness),
     }
 )
-"""Name -> (calibration, block (n, g + 1)) -> modulus and sigma in MPa at the end, and whether they may be used: the
-pipeline tells no modulus that may not."""
+"""Name -> (calibration, block (n, g + 1), doubts) -> modulus and sigma in MPa at the end, and whether they may be used:
+the pipeline tells no modulus that may not."""
 
 
 def forces() -> np.ndarray:
@@ -183,13 +184,14 @@ def feel(
         progress("softness", number, len(touches))
         touch = TOUCHES[name]
         known = taken_as_exact(calibration) if touch.exact else calibration
+        doubts = Doubts.NONE if touch.exact else Doubts()
         if touch.exact:
             readings = np.array([known.predict_readings(force, modulus) for modulus in moduli])
         else:
             readings = pressed(finger, touch, moduli.tolist(), force)
         blocks = [_block(touch, *trial) for trial in zip(readings, seeds, strict=True)]
         for method in methods:
-            found = np.array([METHODS[method](known, block) for block in blocks], float)
+            found = np.array([METHODS[method](known, block, doubts) for block in blocks], float)
             bounds = np.full(len(moduli), math.nan)
             if touch.exact:
                 bounds = np.array([bound(known, modulus, force, method == "S_d alone") for modulus in moduli])
