@@ -28,6 +28,8 @@ HOP = 24
 """Cells between two looks: a look has up to nine parts, one a sample."""
 STEADY, SPARE = 4, 50
 """After so many looks that agree there are so many samples at least between two."""
+HUMMING = 30
+"""Looks for which a line of time is taken out before it is looked for again."""
 STILL_S = 0.2
 """Without movement for so long the finger stands."""
 FEWEST_STEPS = 2.2
@@ -89,7 +91,8 @@ class Memory:
     waited : samples since; look :
     (begin, end, breaks, parts done, trial) of the one under way. finding : of the last; known : wavenumber and sigma
     that are told, guessed : before a look was
-    sure of them; agreed : looks that agree. late_s, late_variance, sharper : of the path, and of each trial.
+    sure of them; agreed : looks that agree; hums_Hz : lines of time,
+    hummed : looks since they were found. late_s, late_variance, sharper : of the path, and of each trial.
     """
 
     rows: np.ndarray
@@ -116,6 +119,8 @@ class Memory:
     agreed: int = 0
     changed: bool = False
     guessed: bool = False
+    hums_Hz: tuple[float, ...] = ()
+    hummed: int = 0
     late_s: float = 0.0
     late_variance: float = 0.0
     trial: int = 0
@@ -205,7 +210,7 @@ class Follower:
         if verdict == Verdict.INCOHERENT:
             return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
-        if verdict == Verdict.NOTHING or memory.agreed < 2 or wavenumber <= 0:
+        if verdict == Verdict.NOTHING or memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
             return TrackingStatus.VAGUE
@@ -305,13 +310,16 @@ class Follower:
         return Task(
             rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
             self._size, memory.late_s, memory.late_variance, trial, memory.known[0] if memory.agreed else 0.0,
-            options.hums_Hz, options.rate_Hz,
+            options.hums_Hz, memory.hums_Hz, options.rate_Hz,
         )  # fmt: skip
 
     def _conclude(self, look: Look, end: int) -> None:
         """What a look that is done adds."""
         memory, found = self.memory, look.finding
         before, memory.finding = memory.known[0], found
+        memory.hummed += 1
+        if found.hums_Hz or memory.hummed > HUMMING:
+            memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         good = found.verdict in (Verdict.FOUND, Verdict.UNDECIDED)
         if good:
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before

@@ -60,7 +60,7 @@ class Finding:
 
     lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
     path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown.
-    kept : share of the amplitude that the newest periods still have, and its sigma.
+    kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's.
     """
 
     verdict: Verdict = Verdict.NOTHING
@@ -75,6 +75,7 @@ class Finding:
     kept: float = 1.0
     kept_sigma: float = 0.0
     score: float = 0.0
+    hums_Hz: tuple[float, ...] = ()
 
 
 class Look:
@@ -104,6 +105,12 @@ class Look:
         self._time, self._place, self._count, self._stroke, begin, readings = window
         self._strokes = strokes_of(self._place, readings, begin)
         self._begin = begin
+        if task.known_hums_Hz:
+            self._cleaned = True
+            self._strokes = silenced(self._strokes, self._time, self._known_hums(), task.before)
+
+    def _known_hums(self) -> list[Line]:
+        return [Line(hum, 1.0, 1.0, 0.0, 0) for hum in self._task.known_hums_Hz]
 
     def _transform(self) -> None:
         self._spectrum = spectrum_of(self._strokes, self._task.step, self._task.size)
@@ -153,14 +160,14 @@ class Look:
         self._bend = max(bends)
         fastest = float(np.quantile(speed, 0.95))
         step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
-        self._time_lines: list[Line] = []
+        self._time_lines = self._known_hums()
         if min(spans) <= 0:
             return
         size = 1 << max(int(np.ceil(np.log2(1.5 * max(spans) / step))), 4)
         if size <= 4096:
             strokes = strokes_of(time, np.where(self._strokes.seen, self._strokes.readings, np.nan), self._begin, 1)
             spectrum = spectrum_of(strokes, step, size)
-            self._time_lines = spectrum.lines(2 / min(spans), fastest / task.low, TIME_LINES)
+            self._time_lines += spectrum.lines(2 / min(spans), fastest / task.low, TIME_LINES)
 
     def _decide(self) -> None:
         """The strongest line that is the surface's, and its fundamental."""
@@ -174,6 +181,9 @@ class Look:
                 # What is left without it is looked at anew.
                 self._cleaned = True
                 self._strokes = silenced(self._strokes, self._time, self._time_lines)
+                most = max(hum.amplitude for hum in self._time_lines)
+                loud = tuple(hum.wavenumber for hum in self._time_lines if hum.amplitude > 0.2 * most)
+                self.finding = replace(self.finding, hums_Hz=loud)
                 self._parts += [self._transform, self._detect, self._decide]
                 return
             if origin == Verdict.TIME_LOCKED or self._hidden(line, hums):
@@ -270,7 +280,13 @@ class Look:
         """The strokes without lines of time, and without the lines over the path of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
-            strokes = silenced(strokes, self._time, self._time_lines, wavenumber)
+            known, near = (*self._task.known_hums_Hz, *self.finding.hums_Hz), 1 / max(np.ptp(self._time), 1e-9)
+            hums = [
+                line
+                for line in self._time_lines
+                if any(abs(line.wavenumber - hum) < 2 * near for hum in (*known, *self._task.hums_Hz))
+            ]
+            strokes = silenced(strokes, self._time, hums, wavenumber)
         near = 2 / strokes.extent
         foreign = [
             line

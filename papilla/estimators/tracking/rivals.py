@@ -21,7 +21,7 @@ class Task(NamedTuple):
 
     low, high : wavelengths in mm; step, size : the grid; late_s : of the path, and its variance (0: known);
     trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none.
-    hums_Hz : frequencies that time may be locked to; rate_Hz : of the samples.
+    hums_Hz : frequencies that time may be locked to, known_hums_Hz : that it was of late; rate_Hz : of the samples.
     """
 
     rows: np.ndarray
@@ -35,6 +35,7 @@ class Task(NamedTuple):
     trial_s: float
     before: float
     hums_Hz: tuple[float, ...]
+    known_hums_Hz: tuple[float, ...]
     rate_Hz: float
 
 
