@@ -24,10 +24,10 @@ SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
 """Path that is remembered, in longest wavelengths; the least of it where the samples are dense; and what the grid of a
 spectrum is padded for."""
 MOST_CELLS = 1024
-HOP = 24
-"""Cells between two looks: a look has up to nine parts, one a sample."""
-STEADY, SPARE = 4, 50
-"""After so many looks that agree there are so many samples at least between two."""
+HOP, FEWEST_HOP, PARTS_HZ = 24, 8, 300.0
+"""Cells between two looks at 1 kHz, as a look has up to ten parts; the fewest; and parts in a second at slow rates."""
+STEADY, SPARE_S = 4, 0.05
+"""After so many looks that agree there is so much time at least between two."""
 HUMMING = 30
 """Looks for which a line of time is taken out before it is looked for again."""
 STILL_S = 0.2
@@ -140,6 +140,8 @@ class Follower:
         self._grid = options.low / GRID
         self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
         self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
+        self._parts = max(round(PARTS_HZ / options.rate_Hz), 1)
+        self._hop = min(max(round(HOP * options.rate_Hz / 1000), FEWEST_HOP), HOP)
         self._look: Look | None = None
 
     def fresh(self) -> Memory:
@@ -271,16 +273,19 @@ class Follower:
         """Do the next part of a look, or begin one."""
         memory = self.memory
         if self._look is not None and memory.look is not None:
-            done = self._look.advance()
             begin, end, breaks, parts, trial = memory.look
-            memory.look = (begin, end, breaks, parts + 1, trial)
-            if done:
-                self._conclude(self._look, end)
-                self._look, memory.look = None, None
+            for done in range(parts + 1, parts + 1 + self._parts):
+                memory.look = (begin, end, breaks, done, trial)
+                if self._look.advance():
+                    self._conclude(self._look, end)
+                    self._look, memory.look = None, None
+                    break
             return
         end = memory.first + memory.count
         memory.waited += 1
-        if end - memory.looked < HOP or (memory.agreed > STEADY and memory.waited < SPARE):
+        if end - memory.looked < self._hop or (
+            memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
+        ):
             return
         memory.looked, memory.waited = end, 0
         begin = self._window_begin(end)

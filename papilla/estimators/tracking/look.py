@@ -220,7 +220,7 @@ class Look:
         """Lines in the range, strongest first; the one that is known comes first while nothing is much stronger."""
         before, most = self._task.before, self._inside[0].amplitude
         near = 1 / self._strokes.extent
-        known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.7 * most]
+        known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most]
         return known[:1] + [line for line in self._inside if line not in known[:1]]
 
     def _origin(self, line: Line) -> Verdict:
