@@ -51,7 +51,6 @@ class MaterialTests:
     stretch: np.ndarray
     stress: np.ndarray
     mode: np.ndarray
-
     __repr__ = short_repr
 
     def __post_init__(self):
@@ -97,7 +96,6 @@ class MaterialFit:
     stretch_range: tuple[float, float]
     modes: tuple[str, ...]
     notes: tuple[str, ...]
-
     __repr__ = short_repr
 
 

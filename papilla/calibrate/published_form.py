@@ -167,7 +167,6 @@ class Comparison:
     force_gf: np.ndarray
     published: np.ndarray
     scaled: np.ndarray
-
     __repr__ = short_repr
 
 

@@ -73,7 +73,6 @@ class Uncertainty:
     meshes: int
     strain: float = 0.0
     friction: Surface | None = None
-
     __repr__ = short_repr
 
     def __post_init__(self):
@@ -145,7 +144,6 @@ class SdSurface:
     usable: np.ndarray
     twofold: np.ndarray
     uncertainty: Uncertainty
-
     __repr__ = short_repr
 
     @cached_property
@@ -182,7 +180,6 @@ class GaugeSurface:
     name: str
     surface: Surface
     uncertainty: Uncertainty
-
     __repr__ = short_repr
 
     def reading(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
@@ -211,7 +208,6 @@ class PositionTerms:
     reach_mm: float
     coefficients: np.ndarray
     error: np.ndarray
-
     __repr__ = short_repr
 
     def __post_init__(self):

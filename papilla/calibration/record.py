@@ -57,7 +57,6 @@ class Quadratic:
     modulus_MPa: tuple[float, float]
     condition: float
     notes: tuple[str, ...] = ()
-
     __repr__ = short_repr
 
     def __call__(self, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
@@ -82,7 +81,6 @@ class QuadraticInverse:
     shift: float
     branch: int
     modulus_MPa: tuple[float, float] | None
-
     __repr__ = short_repr
 
     def __call__(self, sd_microstrain: ArrayLike, force_gf: ArrayLike) -> np.ndarray:
@@ -141,7 +139,6 @@ class Inversion:
     upper_MPa: float | np.ndarray
     status: SoftnessStatus | np.ndarray
     dominant: str | np.ndarray = ""
-
     __repr__ = short_repr
 
     @property

@@ -36,7 +36,6 @@ class Surface:
     force_N: tuple[float, float]
     modulus_MPa: tuple[float, float]
     coefficients: np.ndarray
-
     __repr__ = short_repr
 
     def __post_init__(self):

@@ -38,7 +38,6 @@ class PressLog:
     x_mm: np.ndarray | None = None
     y_mm: np.ndarray | None = None
     notes: tuple[str, ...] = ()
-
     __repr__ = short_repr
 
     def __len__(self) -> int:

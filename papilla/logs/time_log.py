@@ -62,7 +62,6 @@ class TimeLog:
     tangential_N: np.ndarray | None
     sample_rate_Hz: float
     report: LogReport
-
     __repr__ = short_repr
 
     def __len__(self) -> int:

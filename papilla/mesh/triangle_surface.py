@@ -30,7 +30,6 @@ class TriangleSurface:
     triangles: np.ndarray
     base_z: float
     tolerance: float
-
     __repr__ = short_repr
 
     @cached_property
