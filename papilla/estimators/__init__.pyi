@@ -21,6 +21,7 @@ from .softness import GaugeSoftness as GaugeSoftness
 from .softness import Softness as Softness
 from .softness import SoftnessEstimate as SoftnessEstimate
 from .softness import TouchState as TouchState
+from .texture import TextureModel as TextureModel
 from .tracking import FusedEstimate as FusedEstimate
 from .tracking import FusedTracker as FusedTracker
 from .tracking import LineTracker as LineTracker

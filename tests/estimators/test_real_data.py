@@ -14,6 +14,7 @@ import pytest
 from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, travelled
 from papilla.estimators.published.texture import log_band_features, split_by_repetition, windows
+from papilla.estimators.texture import Features, train
 
 DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
 BOARDS = sorted((DATA / "fabricslide_board").glob("*.csv"))
@@ -95,3 +96,16 @@ def test_fabrics_are_told_apart_on_a_repetition_that_was_not_trained_on():
         found = split_by_repetition(features, labels, repetitions, neighbours=3)
         assert len(found.labels) == 7
         assert found.accuracy > 0.7 and found.low > 0.6, "chance is 0.14"
+
+
+@fabrics
+def test_fabrics_are_told_apart_at_a_speed_that_was_not_trained_on():
+    """Over the path; bands in Hz get half of them right."""
+    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+    runs = []
+    for path in FABRICS:
+        about, channels, position = recorded(path)
+        if about["press"] == "120":
+            runs.append((about["what"], about["speed"], position, channels))
+    model = train(runs, features=Features(window_mm=100.0, shortest_mm=3.0, longest_mm=50.0, bands=8))
+    assert len(model.labels) == 7 and model.accuracy["linear discriminant"] > 0.9

@@ -1,0 +1,105 @@
+"""`papilla texture train | classify`: textures told apart over the path, whatever the speed."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from papilla.cli.options import keep_inputs
+from papilla.cli.output import print_json, print_table, tell
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+texture = typer.Typer(help="Tell textures apart: train on logs of known ones, classify others.", no_args_is_help=True)
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+@texture.command()
+def train(
+    logs: Annotated[list[str], typer.Argument(metavar="LABEL=LOG.csv ...", help="Logs and what they are of.")],
+    out: Annotated[Path, typer.Option(help="Model file to write (JSON).")],
+    window: Annotated[float, typer.Option(help="Path (mm) that one answer takes.")] = 100.0,
+    wavelengths: Annotated[tuple[float, float], typer.Option(metavar="LO HI", help="Wavelengths (mm) that count.")] = (
+        1.0,
+        50.0,
+    ),
+    bands: Annotated[int, typer.Option(help="Bands of wavelength.")] = 8,
+    as_json: JsonOption = False,
+) -> None:
+    """Train on logs with velocity or position, at least two of each label: at two speeds, or else twice."""
+    from papilla.estimators.texture import Features, train
+
+    named = [_named(text) for text in logs]
+    keep_inputs([path for _, path in named], [out])
+    how = Features(window_mm=window, shortest_mm=wavelengths[0], longest_mm=wavelengths[1], bands=bands)
+    runs = [(label, *_run(path)) for label, path in named]
+    groups, left_out = _groups([(label, speed) for label, speed, *_ in runs])
+    model = train([(run[0], group, *run[2:]) for run, group in zip(runs, groups, strict=True)], features=how)
+    model.save(out)
+    found = {"model": str(out), "labels": list(model.labels), "left_out": left_out, "accuracy": model.accuracy}
+    if as_json:
+        print_json(found)
+        return
+    print_table([(f"{name}, {left_out} left out", f"{share:.3f}", "right") for name, share in model.accuracy.items()])
+    tell(f"Wrote {out}")
+
+
+@texture.command()
+def classify(
+    log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="Log with velocity or position.")],
+    model: Annotated[Path, typer.Option(help="Model file of `papilla texture train`.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Say what a log is of, window by window and as a whole; unknown where it is like nothing that was trained."""
+    from papilla.estimators.texture import TextureModel
+
+    known = TextureModel.load(model)
+    labels, distances = known.classify(*_run(log)[1:])
+    most = max(sorted(set(labels)), key=labels.count)
+    found = {"label": most, "share": labels.count(most) / len(labels), "windows": labels}
+    found |= {"squared_distance": distances.min(axis=1).tolist(), "limit": known.limit}
+    if as_json:
+        print_json(found)
+    else:
+        print_table([("texture", most, ""), ("share of windows", f"{found['share']:.2f}", f"of {len(labels)}")])
+
+
+def _named(text: str) -> tuple[str, Path]:
+    label, _, path = text.partition("=")
+    if not (label and path):
+        raise InputError(f"logs must be LABEL=LOG.csv, got {text!r}")
+    return label, Path(path)
+
+
+def _run(path: Path) -> tuple[float, "np.ndarray", "np.ndarray"]:
+    """Median speed in mm/s, position (n,) and readings (n, channels) of a log."""
+    import numpy as np
+
+    from papilla.estimators.lines import travelled
+    from papilla.logs import read_time_log
+
+    log = read_time_log(path)
+    place = log.position_mm
+    if place is None and log.velocity_mm_s is not None:
+        place = travelled(log.t_s, np.nan_to_num(log.velocity_mm_s))
+    if place is None or not log.gauge_names:
+        raise InputError(f"{path}: textures need gauges, and position_mm or velocity_mm_s")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speeds = np.abs(np.diff(place) / np.diff(log.t_s))
+    speeds = speeds[np.isfinite(speeds) & (speeds > 0)]
+    if not len(speeds):
+        raise InputError(f"{path}: the finger does not move")
+    return float(np.median(speeds)), place, log.readings
+
+
+def _groups(runs: list[tuple[str, float]]) -> tuple[list[str], str]:
+    """What is left out in turn: a speed (within a tenth) where every label was slid at two, else a repetition."""
+    import math
+
+    speeds = [f"{math.exp(round(math.log(speed) / 0.2) * 0.2):.3g} mm/s" for _, speed in runs]
+    if all(len({own for (name, _), own in zip(runs, speeds, strict=True) if name == label}) > 1 for label, _ in runs):
+        return speeds, "a speed"
+    labels = [label for label, _ in runs]
+    return [str(labels[:number].count(label)) for number, label in enumerate(labels)], "a repetition"

@@ -1,0 +1,237 @@
+"""Telling textures apart by what they are over the path, whatever the speed; what is like none of them is unknown.
+
+A window is cut by path, resampled in even steps of it, and each channel less the mean of all (hum, supply and net force
+reach every gauge alike, a texture does not) gives the logarithm of its power in bands of wavelength. A linear
+discriminant is trained with scikit-learn; a trained model is numbers that classify without it.
+"""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import FileAccessError, FileFormatError, InputError, MissingExtraError
+from papilla.files import reason, write_text
+
+SCHEMA = "papilla.texture/1"
+UNKNOWN = "unknown"
+LEVEL = 0.98
+"""Share of windows of known textures, from runs that were not trained on, that must not be called unknown."""
+MARGIN = 1.1
+"""What the limit of the distance lies above that share, for there are few windows."""
+NEIGHBOURS = 3
+
+
+@dataclass(frozen=True)
+class Features:
+    """How windows become features: window_mm of path; bands, evenly spaced in the logarithm of the wavelength from
+    shortest_mm to longest_mm, of each channel; levels: whether the overall level counts too, or the shape alone.
+
+    Raises `InputError` for wavelengths that do not rise or do not fit the window twice, and fewer than two bands.
+    """
+
+    window_mm: float = 100.0
+    shortest_mm: float = 1.0
+    longest_mm: float = 50.0
+    bands: int = 8
+    levels: bool = True
+
+    def __post_init__(self):
+        for name in ("window_mm", "shortest_mm", "longest_mm"):
+            checks.positive(name, getattr(self, name))
+        if not self.shortest_mm < self.longest_mm <= self.window_mm / 2:
+            raise InputError(
+                f"wavelengths must rise, the longest at most half of the window of {self.window_mm:g} mm, got "
+                f"{self.shortest_mm:g} to {self.longest_mm:g} mm"
+            )
+        if self.bands < 2:
+            raise InputError(f"bands must be at least 2, got {self.bands}")
+
+    def of(self, position_mm, readings) -> np.ndarray:
+        """(windows, bands x channels) features of a run: position (n,) and readings (n, channels); rows that are not
+        finite, and rests, are left out.
+
+        Raises `InputError` for a run without a whole window, and for steps too long for the shortest wavelength.
+        """
+        place, rows = np.asarray(position_mm, float), np.asarray(readings, float)
+        if rows.ndim != 2 or place.shape != rows.shape[:1]:
+            raise InputError(f"readings (n, channels) must fit position (n,), got {rows.shape} and {place.shape}")
+        good = np.isfinite(place) & np.isfinite(rows).all(axis=1)
+        found = [own for part in _strokes(place[good]) for own in self._windows(place[good][part], rows[good][part])]
+        if not found:
+            raise InputError(f"the run has no stroke of {self.window_mm:g} mm")
+        return np.array(found)
+
+    def _windows(self, place: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
+        step = self.shortest_mm / 4
+        length = round(self.window_mm / step)
+        even = np.arange(place[0], place[-1], step)
+        if len(even) < length:
+            return []
+        widest = float(np.median(np.diff(place)))
+        if widest > self.shortest_mm / 2:
+            raise InputError(
+                f"samples are {widest:.3g} mm apart: wavelengths of {self.shortest_mm:g} mm need half of that at most"
+            )
+        if rows.shape[1] > 2:
+            rows = rows - rows.mean(axis=1, keepdims=True)
+        spaced = np.column_stack([np.interp(even, place, column) for column in rows.T])
+        starts = range(0, len(even) - length + 1, length)
+        return [self._levels(spaced[start : start + length], step) for start in starts]
+
+    def _levels(self, window: np.ndarray, step: float) -> np.ndarray:
+        """(bands x channels,) ln of the power per band, channel by channel."""
+        count = len(window)
+        ramp = np.column_stack([np.ones(count), np.linspace(-1, 1, count)])
+        window = (window - ramp @ np.linalg.lstsq(ramp, window, rcond=None)[0]) * np.hanning(count)[:, None]
+        power = np.abs(np.fft.rfft(window, axis=0)) ** 2
+        edges = np.geomspace(1 / self.longest_mm, 1 / self.shortest_mm, self.bands + 1) * count * step
+        at = np.arange(len(power) + 1) - 0.5
+        sums = np.concatenate([np.zeros((1, power.shape[1])), np.cumsum(power, axis=0)])
+        whole = np.column_stack([np.interp(edges, at, column) for column in sums.T])
+        levels = np.log(np.maximum(np.diff(whole, axis=0) / np.diff(edges)[:, None], np.finfo(float).tiny))
+        return (levels if self.levels else levels - levels.mean()).T.ravel()
+
+
+def _strokes(place: np.ndarray) -> list[np.ndarray]:
+    """Indices of the samples of each movement one way, made to rise; samples without progress are left out."""
+    steps = np.sign(np.diff(place))
+    moving = np.flatnonzero(steps)
+    parts = np.split(moving, np.flatnonzero(np.diff(steps[moving])) + 1)
+    return [part if steps[part[0]] > 0 else part[::-1] for part in parts if len(part)]
+
+
+@dataclass(frozen=True, eq=False)
+class TextureModel:
+    """A trained classifier: features, labels (k,), channels; centre and scale (d,) of the features, means (k, d) of the
+    scaled ones and the precision (d, d) that they share; limit: squared distance beyond which a window is unknown.
+
+    accuracy : of windows of runs that were left out of training, by this classifier and by nearest neighbours.
+    """
+
+    features: Features
+    labels: tuple[str, ...]
+    channels: int
+    centre: np.ndarray
+    scale: np.ndarray
+    means: np.ndarray
+    precision: np.ndarray
+    limit: float
+    accuracy: dict[str, float]
+
+    def classify(self, position_mm, readings) -> tuple[list[str], np.ndarray]:
+        """A label for each window of a run, or "unknown", and squared distances (windows, k) from the labels' means.
+
+        Raises `InputError` for another number of channels and as `Features.of` does.
+        """
+        rows = np.asarray(readings, float)
+        if rows.ndim != 2 or rows.shape[1] != self.channels:
+            raise InputError(f"the model is of {self.channels} channels, got readings {rows.shape}")
+        distances = self.distances(self.features.of(position_mm, rows))
+        nearest = distances.argmin(axis=1)
+        known = distances.min(axis=1) <= self.limit
+        return [self.labels[own] if ok else UNKNOWN for own, ok in zip(nearest, known, strict=True)], distances
+
+    def distances(self, features: np.ndarray) -> np.ndarray:
+        """(windows, k) squared distances of features (windows, d)."""
+        rest = ((features - self.centre) / self.scale)[:, None] - self.means
+        return np.einsum("wkd,de,wke->wk", rest, self.precision, rest)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as JSON with a checksum, whole or not at all; raises `FileAccessError`."""
+        from papilla.calibration.document import checksum
+
+        values = {name: np.asarray(getattr(self, name)).tolist() for name in _ARRAYS}
+        plain = {"labels": list(self.labels), "channels": self.channels, "limit": self.limit}
+        document = {"schema": SCHEMA, "features": asdict(self.features), "accuracy": self.accuracy} | plain | values
+        write_text(Path(path), json.dumps(document | {"content_sha256": checksum(document)}, indent=1))
+
+    @classmethod
+    def load(cls, path: str | Path) -> "TextureModel":
+        """Read a model; raises `FileAccessError`, and `FileFormatError` for what is no model or was changed since."""
+        from papilla.calibration.document import checksum
+
+        try:
+            document = json.loads(Path(path).read_text(encoding="utf-8"))
+            stated = dict(document).get("content_sha256")
+        except OSError as error:
+            raise FileAccessError(f"{path}: cannot be read: {reason(error)}") from error
+        except (ValueError, TypeError) as error:
+            raise FileFormatError(f"{path}: no texture model in JSON: {error}") from error
+        document.pop("content_sha256", None)
+        if document.get("schema") != SCHEMA:
+            raise FileFormatError(f"{path}: schema must be {SCHEMA}, got {document.get('schema')!r}")
+        if stated != checksum(document):
+            raise FileFormatError(f"{path}: the model was changed after papilla wrote it: its checksum does not match")
+        document.pop("schema")
+        arrays = {name: np.array(document.pop(name), float) for name in _ARRAYS}
+        features = Features(**document.pop("features"))
+        return cls(features=features, labels=tuple(document.pop("labels")), **arrays, **document)
+
+
+_ARRAYS = ("centre", "scale", "means", "precision")
+
+
+def train(runs: Sequence[tuple], *, features: Features | None = None) -> TextureModel:
+    """A model from runs (label, group, position (n,), readings (n, channels)).
+
+    group : what a run has in common with others beside the texture, such as its speed or its repetition; accuracy and
+    limit come from leaving out each group in turn, so there must be two groups with every label at least.
+    Raises `InputError` for runs that do not fit, `MissingExtraError` without scikit-learn.
+    """
+    how = features or Features()
+    if not runs:
+        raise InputError("there are no runs to train on")
+    tables = [how.of(position, readings) for _, _, position, readings in runs]
+    table = np.concatenate(tables) if len({own.shape[1] for own in tables}) == 1 else None
+    if table is None:
+        raise InputError("all runs must have the same number of channels")
+    labels = np.repeat([str(run[0]) for run in runs], [len(own) for own in tables])
+    groups = np.repeat([str(run[1]) for run in runs], [len(own) for own in tables])
+    names = tuple(np.unique(labels).tolist())
+    if len(names) < 2 or UNKNOWN in names:
+        raise InputError(f"two labels at least, none of them {UNKNOWN!r}, got {', '.join(names)}")
+    for group in np.unique(groups):
+        if len(np.unique(labels[groups != group])) < len(names):
+            raise InputError(f"without group {group} some label has no run: every label needs two groups at least")
+    right: dict[str, list] = {"linear discriminant": [], "nearest neighbours": []}
+    nearest = []
+    for group in np.unique(groups):
+        out = groups == group
+        model = _fitted(how, names, table[~out], labels[~out])
+        distances = model.distances(table[out])
+        own = np.searchsorted(names, labels[out])
+        right["linear discriminant"] += (distances.argmin(axis=1) == own).tolist()
+        neighbours = _neighbours(model, table[~out], labels[~out], table[out])
+        right["nearest neighbours"] += (neighbours == labels[out]).tolist()
+        nearest += distances.min(axis=1).tolist()
+    accuracy = {name: float(np.mean(values)) for name, values in right.items()}
+    whole = _fitted(how, names, table, labels)
+    channels = np.asarray(runs[0][3]).shape[1]
+    return replace(whole, channels=channels, limit=MARGIN * float(np.quantile(nearest, LEVEL)), accuracy=accuracy)
+
+
+def _fitted(how: Features, names: tuple[str, ...], table: np.ndarray, labels: np.ndarray) -> TextureModel:
+    """Means and a shrunk common covariance (Ledoit and Wolf 2004, doi:10.1016/S0047-259X(03)00096-4)."""
+    try:
+        from sklearn.covariance import ledoit_wolf
+    except ImportError as error:
+        raise MissingExtraError(
+            "a texture model needs scikit-learn; install it with: pip install 'papilla[texture]'"
+        ) from error
+    centre, scale = table.mean(axis=0), np.maximum(table.std(axis=0), 1e-9)
+    scaled = (table - centre) / scale
+    means = np.array([scaled[labels == name].mean(axis=0) for name in names])
+    covariance, _ = ledoit_wolf(scaled - means[np.searchsorted(names, labels)], assume_centered=True)
+    return TextureModel(how, names, 0, centre, scale, means, np.linalg.inv(covariance), math.inf, {})
+
+
+def _neighbours(model: TextureModel, table: np.ndarray, labels: np.ndarray, asked: np.ndarray) -> np.ndarray:
+    from sklearn.neighbors import KNeighborsClassifier
+
+    scaled, other = ((own - model.centre) / model.scale for own in (table, asked))
+    return KNeighborsClassifier(min(NEIGHBOURS, len(scaled))).fit(scaled, labels).predict(other)

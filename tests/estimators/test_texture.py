@@ -1,0 +1,110 @@
+"""Textures over the path: speed and common modes do not matter, another texture is unknown; the model file."""
+
+import json
+
+import numpy as np
+import pytest
+
+from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.estimators.texture import UNKNOWN, Features, TextureModel, train
+
+pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
+HOW = Features(window_mm=30.0, shortest_mm=0.8, longest_mm=10.0, bands=6)
+GAUGES_MM = np.array([0.0, 2.0, 5.0])
+KINDS = {"fine": 1.2, "middle": 2.5, "coarse": 5.0}
+
+
+def run(wavelength, speed, seed, hum=0.0, seconds=6.0):
+    """Position (n,) and readings (n, 3) of a line with some roughness of its own, at 1 kHz."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(1000 * seconds)) / 1000
+    place = speed * time
+    profile = sum(
+        size * np.sin(2 * np.pi * (place[:, None] - GAUGES_MM) / own + rng.uniform(0, 6.28))
+        for own, size in ((wavelength, 1.0), (wavelength / 1.7, 0.3), (9.0, 0.4))
+    )
+    common = hum * np.sin(2 * np.pi * 50 * time + rng.uniform(0, 6.28))
+    return place, 50 * profile + common[:, None] + rng.normal(0, 2, profile.shape)
+
+
+def runs(speeds, seed=0, **options):
+    return [
+        (name, f"{speed}", *run(wavelength, speed, seed + 10 * number + count, **options))
+        for number, (name, wavelength) in enumerate(KINDS.items())
+        for count, speed in enumerate(speeds)
+    ]
+
+
+@pytest.fixture(scope="module")
+def model():
+    return train(runs((30.0, 60.0)), features=HOW)
+
+
+def test_a_speed_that_was_never_trained_on_is_classified(model):
+    assert model.accuracy["linear discriminant"] > 0.95 and model.labels == ("coarse", "fine", "middle")
+    for name, wavelength in KINDS.items():
+        labels, distances = model.classify(*run(wavelength, 95.0, 77))
+        assert labels.count(name) >= 0.9 * len(labels) and distances.shape == (len(labels), 3)
+
+
+def test_back_and_forth_is_the_same_texture(model):
+    place, readings = run(2.5, 60.0, 5)
+    labels, _ = model.classify(np.concatenate([place, place[::-1]]), np.concatenate([readings, readings[::-1]]))
+    assert labels.count("middle") >= 0.9 * len(labels)
+
+
+def test_hum_that_all_gauges_share_does_not_matter(model):
+    """Twice the texture at 50 Hz; at 60 mm/s it is as long as the fine one."""
+    labels, _ = model.classify(*run(5.0, 60.0, 8, hum=100.0))
+    assert labels.count("coarse") >= 0.9 * len(labels)
+
+
+def test_a_texture_like_none_is_unknown(model):
+    labels, distances = model.classify(*run(0.9, 60.0, 9))
+    assert labels.count(UNKNOWN) >= 0.9 * len(labels)
+    assert distances.min() > model.limit
+    rng = np.random.default_rng(0)
+    place = 60 * np.arange(6000) / 1000
+    assert set(model.classify(place, rng.normal(0, 50, (6000, 3)))[0]) == {UNKNOWN}
+
+
+def test_a_saved_model_answers_alike_and_a_changed_one_is_refused(model, tmp_path):
+    path = tmp_path / "model.json"
+    model.save(path)
+    place, readings = run(1.2, 50.0, 3)
+    again = TextureModel.load(path)
+    np.testing.assert_array_equal(again.classify(place, readings)[1], model.classify(place, readings)[1])
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps(document | {"limit": 1.0}))
+    with pytest.raises(FileFormatError, match=r"model\.json: the model was changed after papilla wrote it"):
+        TextureModel.load(path)
+    path.write_text(json.dumps({"schema": "other"}))
+    with pytest.raises(FileFormatError, match="schema must be papilla.texture/1, got 'other'"):
+        TextureModel.load(path)
+    path.write_text("[1]")
+    with pytest.raises(FileFormatError, match="no texture model in JSON"):
+        TextureModel.load(path)
+    with pytest.raises(FileAccessError, match="cannot be read"):
+        TextureModel.load(tmp_path / "none.json")
+
+
+def test_what_cannot_be_trained_or_classified_is_refused(model):
+    good = runs((30.0, 60.0))
+    for bad, message in (
+        ([], "there are no runs"),
+        (good[:2], "two labels at least"),
+        ([(name, "same", *rest) for name, _, *rest in good], "needs two groups at least"),
+        ([*good, ("fine", "1", good[0][2], good[0][3][:, :2])], "the same number of channels"),
+        ([("unknown", *rest) for _, *rest in good], "none of them 'unknown'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            train(bad, features=HOW)
+    place, readings = run(1.2, 50.0, 3)
+    with pytest.raises(InputError, match="the model is of 3 channels"):
+        model.classify(place, readings[:, :2])
+    with pytest.raises(InputError, match="no stroke of 30 mm"):
+        model.classify(place[:100], readings[:100])
+    with pytest.raises(InputError, match="samples are 0.5 mm apart"):
+        model.classify(place[::10], readings[::10])
+    with pytest.raises(InputError, match="wavelengths must rise, the longest at most half of the window"):
+        Features(window_mm=30.0, longest_mm=20.0)
