@@ -168,9 +168,9 @@ class TextureModel:
         if stated != checksum(document):
             raise FileFormatError(f"{path}: the model was changed after papilla wrote it: its checksum does not match")
         document.pop("schema")
-        arrays = {name: np.array(document.pop(name), float) for name in _ARRAYS}
-        features = Features(**document.pop("features"))
-        return cls(features=features, labels=tuple(document.pop("labels")), **arrays, **document)
+        document |= {name: np.array(document[name], float) for name in _ARRAYS}
+        document |= {"features": Features(**document["features"]), "labels": tuple(document["labels"])}
+        return cls(**document)
 
 
 _ARRAYS = ("centre", "scale", "means", "precision")
