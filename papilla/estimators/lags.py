@@ -10,6 +10,9 @@ from papilla.estimators.lines import TREND, usable
 
 NEIGHBOURS = range(3, 9)
 """Distances from the line, in resolutions, at which the noise of its phase is taken."""
+PART_WAVES, MOST_PARTS, INDEPENDENT = 2.0, 8, 2.0
+"""Wavelengths in a part of the path whose lags are compared, at least; how many parts at most; and how many of them,
+which wander together, tell as much as one."""
 _MEDIAN_TO_SIGMA = 1 / np.sqrt(2 * np.log(2))
 
 
@@ -48,7 +51,7 @@ def channel_lags(position_mm, readings, wavelength_mm: float) -> ChannelLags:
     reference = int(np.argmax(amplitude / np.maximum(noise, 1e-12 * amplitude.max())))
     turns = np.angle(at_line[reference] * np.conj(at_line)) / (2 * np.pi)
     own = noise / np.maximum(amplitude, 1e-300)
-    sigma = np.hypot(own, own[reference]) / (2 * np.pi)
+    sigma = np.maximum(np.hypot(own, own[reference]) / (2 * np.pi), _scatter(position, channels, wavelength, reference))
     sigma[reference] = 0.0
     # A phase that is not known at all is spread evenly over one wavelength.
     return ChannelLags(turns * wavelength, np.minimum(sigma, 1 / np.sqrt(12)) * wavelength, reference, amplitude)
@@ -65,6 +68,24 @@ def phasors(position: np.ndarray, channels: np.ndarray, wavelength_mm: float) ->
     root = np.sqrt(np.hanning(len(position) + 2)[1:-1] * np.abs(np.gradient(position)))[:, None]
     solved = np.linalg.lstsq(basis * root, channels * root, rcond=None)[0]
     return solved[0] - 1j * solved[1]
+
+
+def _scatter(position: np.ndarray, channels: np.ndarray, wavelength_mm: float, reference: int) -> np.ndarray:
+    """(c,) standard deviation, in turns, of the mean lag, from how the lags of parts of the path differ.
+
+    Noise beside the line does not show a lag that wanders along the path, as it does where the skin shifts.
+    """
+    parts = max(min(int(np.ptp(position) / (PART_WAVES * wavelength_mm)), MOST_PARTS), 1)
+    label = np.minimum(((position - position.min()) / np.ptp(position) * parts).astype(int), parts - 1)
+    rows = [label == part for part in range(parts)]
+    told = np.array([phasors(position[own], channels[own], wavelength_mm) for own in rows if own.sum() > 8])
+    if len(told) < 3:
+        return np.zeros(channels.shape[1])
+    turned = told[:, [reference]] * np.conj(told)
+    weight = np.abs(turned)
+    off = np.angle(turned * np.conj(turned.sum(axis=0))) / (2 * np.pi)
+    total = np.maximum(weight.sum(axis=0), 1e-300)
+    return np.sqrt((INDEPENDENT * weight**2 * off**2).sum(axis=0) * len(told) / (len(told) - 1)) / total
 
 
 def _noise(position: np.ndarray, channels: np.ndarray, wavenumber: float, resolution: float) -> np.ndarray:

@@ -188,6 +188,19 @@ def test_lags_are_lengths_at_every_speed(speed):
     np.testing.assert_allclose(lags.amplitude, [1, 2, 0.5, 1], atol=0.1)
 
 
+def test_a_lag_that_wanders_along_the_path_is_known_less():
+    position, ratios = np.arange(1500) * 0.1, []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        wander = np.interp(position, np.linspace(0, 150, 12), rng.normal(0, 0.08, 12))
+        phase = 2 * np.pi * position / 4.0
+        readings = np.column_stack([np.sin(phase), np.sin(phase + 2 * np.pi * wander)])
+        lags = channel_lags(position, readings + rng.normal(0, 0.05, readings.shape), 4.0)
+        other = 1 - lags.reference
+        ratios.append(lags.lag_mm[other] / lags.sigma_mm[other])
+    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.6
+
+
 def test_lags_refuse_what_has_none():
     position = np.arange(400) * 0.1
     with pytest.raises(InputError, match="two or more channels"):
