@@ -190,6 +190,16 @@ def test_a_skin_thinner_than_an_element_is_not_trusted(dome):
         assert not found.resolved and "elements are too coarse for a skin of 0.5 mm" in found.status
 
 
+def test_the_shape_of_a_contact_that_is_wide_against_its_skin_is_doubted(reference):
+    thin = dataclasses.replace(reference, layers=reference.layers * [[1 / 3, 1], [1, 1]])
+    said = "area and peak pressure within 8 %: 5.7 mm of contact on 1 mm of skin"
+    assert said in press(thin, BLOCK, force=gf_to_newton(60), fidelity="contact").status
+    assert "8 %" not in press(thin, BLOCK, force=gf_to_newton(5), fidelity="contact").status
+    alike = dataclasses.replace(thin, layers=np.column_stack([thin.layers[:, 0], np.ones(2)]))
+    for finger in (reference, alike):
+        assert "8 %" not in press(finger, BLOCK, force=gf_to_newton(60), fidelity="contact").status
+
+
 def test_facets_of_a_skin_are_told(reference):
     plain = press(reference, BLOCK, force=gf_to_newton(5), fidelity="contact")
     facetted = dataclasses.replace(reference, facets=0.012)
