@@ -16,6 +16,10 @@ from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 
 LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
+CONTRADICTED_SIGMAS = 3.0
+"""By which the wavelengths over the path and between the gauges differ, where one of them is wrong."""
+_BY_PHASE = 32
+"""Added to the status of a wavelength where they do."""
 _NONE = math.nan
 _BY_SD, _STATUSES = 32, 64
 """A status, whether it is that of S_d, and the faults of all channels make one number: faults x 64 + 32 + status."""
@@ -135,9 +139,13 @@ class SdPart(Part):
 
 
 class WavelengthPart(Part):
-    """frequency_Hz, wavelength_mm, wavelength_sigma_mm of all gauges, over the path and the time of the clock."""
+    """frequency_Hz, wavelength_mm, wavelength_sigma_mm of all gauges, over the path and the time of the clock.
 
-    def __init__(self, gauges: int, **options):
+    gauges : their number, or their places along the movement in mm: the phases between them know no velocity, and a
+    status says where they tell another wavelength.
+    """
+
+    def __init__(self, gauges, **options):
         self.estimator = FusedTracker(gauges, **options)
 
     def advance(self, rows):
@@ -146,12 +154,17 @@ class WavelengthPart(Part):
         for row in rows:
             tick = row.tick
             found = self.estimator.follow(row.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
-            answers.append((found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, found.status))
+            spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
+            other = abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread
+            status = found.status + _BY_PHASE * other
+            answers.append((found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, status))
         return answers
 
     def sentence(self, status):
         """The status in words."""
-        return TrackingStatus(status).sentence
+        text = TrackingStatus(status % _BY_PHASE).sentence
+        remark = "the phases between the gauges tell another wavelength: the velocity may be wrong"
+        return f"{text}, but {remark}" if status >= _BY_PHASE else text
 
 
 class BlindPart(Part):

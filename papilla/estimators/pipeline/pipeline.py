@@ -71,6 +71,7 @@ class Pipeline:
     gauges : number of gauges, g, or their g names, by which every status calls them (else g1, g2 ...).
     columns : which of force_N, velocity_mm_s, position_mm, tangential_N a sample has, in this order.
     sample_rate_Hz : nominal rate.
+    gauge_positions_mm : places (g,) of the gauges along the movement, where they are known.
     wavelength_range_mm : (shortest, longest) wavelength that is looked for.
     scale_sigma, latency_s, resonances_Hz : of the path, see `FusedTracker`; the scale's error is in every wavelength.
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
@@ -100,6 +101,7 @@ class Pipeline:
         resonances_Hz: tuple[float, ...] = (),
         doubts: Doubts | None = None,
         friction_memory_mm: float = MEMORY_MM,
+        gauge_positions_mm: Sequence[float] | None = None,
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
         if not named and "tangential_N" not in columns:
@@ -110,6 +112,9 @@ class Pipeline:
             raise InputError(f"columns must be among {', '.join(OPTIONAL)}, got {', '.join(map(str, unknown))}")
         if len(set(columns)) < len(columns):
             raise InputError(f"columns must differ, got {', '.join(columns)}")
+        if gauge_positions_mm is not None and len(gauge_positions_mm) != len(named):
+            raise InputError(f"gauge_positions_mm must be {len(named)} places, got {len(gauge_positions_mm)}")
+        self._places = gauge_positions_mm
         rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
         limit = checks.positive("saturation", saturation)
         if position_sigma_mm is not None and not position_sigma_mm > 0:
@@ -149,7 +154,9 @@ class Pipeline:
         if not self._gauges:
             self.off["wavelength"] = "no gauges"
             return
-        wavelength = WavelengthPart(self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate, **path)
+        wavelength = WavelengthPart(
+            self._places or self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate, **path
+        )
         if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
             self._parts["wavelength"] = wavelength
             if rate < SLOW_HZ:

@@ -171,3 +171,15 @@ def test_credits_are_the_same_whichever_way_the_finger_goes():
         line = max(spectrum.lines(0.2, 1.5, 3), key=lambda found: found.amplitude)
         path, time_locked = credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)])
         assert time_locked > 10 * path
+
+
+@pytest.mark.parametrize("gain, told", [(1.0, False), (1.08, True)])
+def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
+    places = (0.0, 2.3, 5.9, 7.1)
+    made = scene("const", 1.3, seed=2, seconds=1.2, gauge_positions_mm=places)
+    pipeline = Pipeline(None, gauges=4, gauge_positions_mm=places, columns=("velocity_mm_s",))
+    found = pipeline.process(np.column_stack([made.time_s, made.block(gain=gain)]))
+    assert found.wavelength_status[-1].startswith("ok")
+    assert ("phases between the gauges" in found.wavelength_status[-1]) == told
+    with pytest.raises(InputError, match="gauge_positions_mm must be 4 places"):
+        Pipeline(None, gauges=4, gauge_positions_mm=(0.0, 1.0), columns=("velocity_mm_s",))
