@@ -96,18 +96,22 @@ class Doubts:
     friction_known: bool
     strain: float
 
-    def of_surface(self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float) -> Uncertainty:
+    def of_surface(
+        self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float, *, one_site: bool = False
+    ) -> Uncertainty:
         """How far a surface, fitted to a `value` (n,) of the sweep, may be off; strain is relative to `unit`."""
         others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
         if self.frictionless is None:
-            return replace(uncertainty(fitted, others), strain=self.strain * unit)
+            return replace(uncertainty(fitted, others, one_site=one_site), strain=self.strain * unit)
         change = value(self.frictionless) - value(self.sweep)
         known = np.isfinite(change)
         solver = SurfaceFit(self.sweep.force_N[known], self.sweep.modulus_MPa[known], FRICTION_CELLS)
         friction = solver.surface(change[known]).surface
         others = [(force, modulus, found - friction(force, modulus)) for force, modulus, found in others]
         return replace(
-            uncertainty(fitted, others), strain=self.strain * unit, friction=None if self.friction_known else friction
+            uncertainty(fitted, others, one_site=one_site),
+            strain=self.strain * unit,
+            friction=None if self.friction_known else friction,
         )
 
 
@@ -121,7 +125,7 @@ def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: Doubts) -> tuple[Ga
 
         values = per_force(sweep)[valid]
         fitted, size = solver.surface(values), float(np.sqrt(np.mean(values**2)))
-        surfaces.append(GaugeSurface(name, fitted.surface, doubts.of_surface(fitted, per_force, size)))
+        surfaces.append(GaugeSurface(name, fitted.surface, doubts.of_surface(fitted, per_force, size, one_site=True)))
     return tuple(surfaces)
 
 

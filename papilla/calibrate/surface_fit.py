@@ -208,12 +208,15 @@ def usable_part(
     return usable, twofold
 
 
-def uncertainty(fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]] = ()) -> Uncertainty:
+def uncertainty(
+    fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]] = (), *, one_site: bool = False
+) -> Uncertainty:
     """The residuals of a fit, and what independent meshes differ from it.
 
     others : per mesh (force_N, modulus_MPa, value), values in the units of the surface. The scatter is the rms of the
     differences over meshes and moduli, in bins of force; a mesh's difference is systematic, so it does not average out.
-    Contacts of different bins feel different elements, so the interval takes Student's t of meshes x bins.
+    Contacts of different bins feel different elements, so the interval takes Student's t of meshes x bins; what is read
+    at `one_site` feels the same elements at every force, and takes it of the meshes alone.
     """
     surface, residuals = fitted.surface, (fitted.rms, fitted.factor, fitted.largest)
     if not others:
@@ -229,7 +232,7 @@ def uncertainty(fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, n
     squares = np.bincount(number, weights=difference[known] ** 2, minlength=SCATTER_BINS)
     filled = counts > 0
     middles = np.exp(bins.start + bins.step * (np.arange(SCATTER_BINS) + 0.5))
-    factor = float(stdtrit(len(others) * filled.sum(), 0.5 + LEVEL / 2))
+    factor = float(stdtrit(len(others) * (1 if one_site else filled.sum()), 0.5 + LEVEL / 2))
     return Uncertainty(*residuals, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
 
 

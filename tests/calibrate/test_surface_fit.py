@@ -99,6 +99,9 @@ def test_scatter_is_what_other_meshes_differ_by():
     # Eight bins, each known at its middle
     np.testing.assert_allclose(np.log10(known.scatter_force_N), -1 + (np.arange(8) + 0.5) / 8, atol=1e-12)
     assert known.meshes == 3 and 1.96 < known.scatter_factor < 2.2
+    here = uncertainty(Fitted(surface, 0.001, 2.0, np.full(3, 0.002)), others, one_site=True)
+    assert here.scatter_factor == pytest.approx(3.182, rel=1e-3)
+    assert here.sigma_at(0.12) == pytest.approx(np.hypot(0.001, 0.03 * 3.182 / 1.96), rel=1e-3)
     assert known.scatter_at(0.12) == pytest.approx(0.03, rel=1e-6)
     assert known.scatter_at(0.9) == pytest.approx(0.01, rel=1e-6)
     with pytest.raises(InputError, match="share no force and modulus"):
