@@ -8,7 +8,7 @@ from papilla.errors import InputError
 from papilla.specimen import THICKNESS_MM
 
 THIN_MM = 3.0
-"""Thickness that an unknown one may have at two standard deviations."""
+"""Thickness that an unknown one may have at 1.7 standard deviations."""
 SHIFT_PER_FORCE, SHIFT_POWER = 10.2, 0.72
 """A bonded block h mm thick instead of h0 presses like one whose ln E is higher by 10.2 f^0.72 (h^-1.5 - h0^-1.5), f in
 N: presses of the default finger, 0.05-0.72 MPa, 3 to 20 mm, within 0.1 or a tenth of it."""
@@ -21,7 +21,7 @@ class Doubts:
     gauge_gain : relative, of each gauge; creep : relative, of all gauges alike. zero_microstrain : of each gauge, half
     of that once it was seen in the air. force_gain : relative; force_offset_N. beside_mm : how far beside the apex
     across the row of gauges (y) it touches, which the row cannot see; x is an unknown of its own. thickness_mm : of the
-    specimen, None where it is not known (then 3 mm are two standard deviations from the calibrated thickness);
+    specimen, None where it is not known (then 3 mm are 1.7 standard deviations from the calibrated thickness);
     thickness_error : relative, of a stated one. The defaults are what a careful lab has; `Doubts.NONE` has none.
 
     Raises `InputError` for values below 0, or a thickness that is not above 0.
@@ -53,7 +53,7 @@ class Doubts:
             return SHIFT_PER_FORCE * (thickness**-1.5 - calibrated_mm**-1.5)
 
         if self.thickness_mm is None:
-            return 0.0, abs(shift(min(THIN_MM, calibrated_mm / 2))) / 2
+            return 0.0, abs(shift(min(THIN_MM, calibrated_mm / 2))) / 1.7
         along = 1.5 * SHIFT_PER_FORCE * self.thickness_mm**-1.5 * self.thickness_error
         mean = shift(self.thickness_mm)
         return mean, math.hypot(along, 0.1 * mean)
