@@ -381,15 +381,20 @@ class Look:
         of as many periods as it takes to miss the line, if it is missing."""
         first = int(self._begin[-2])
         cycles = self._wavenumber * np.abs(self._place[first:] - self._place[-1])
-        wanted, weight = self._phases.amplitude[-1], 1 / self._level[0]
-        size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
+        wanted = self._phases.amplitude[-1]
         kept, sigma = 1.0, 1.0
         for periods in (2, 4, 8, 12, 16):
             if cycles.max() < periods + 1:
                 break
             rows = first + np.flatnonzero(cycles <= periods)
-            used = self._strokes.seen[rows] * self._path_weight()[rows, None]
+            path = self._path_weight()[rows, None]
+            used = self._strokes.seen[rows] * path
             total = np.maximum(used.sum(axis=0), 1e-150)
+            # A gauge that is lost has not lost the line.
+            weight = np.where(total > 0.5 * path.sum(), 1 / self._level[0], 0.0)
+            if not weight.any():
+                continue
+            size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
             values = self._strokes.readings[rows]
             values = values - (used * values).sum(axis=0) / total
             wave = np.exp(-2j * np.pi * self._wavenumber * self._place[rows])[:, None]

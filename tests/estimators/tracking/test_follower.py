@@ -183,3 +183,11 @@ def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
     assert ("phases between the gauges" in found.wavelength_status[-1]) == told
     with pytest.raises(InputError, match="gauge_positions_mm must be 4 places"):
         Pipeline(None, gauges=4, gauge_positions_mm=(0.0, 1.0), columns=("velocity_mm_s",))
+
+
+def test_a_gauge_that_is_lost_has_not_lost_the_line():
+    made = scene("const", 1.3, seed=2, seconds=1.6, gauge_positions_mm=(0.0, 2.3))
+    block = made.block()
+    block[1000:, 1] = np.nan
+    found = FusedTracker(2).process(block)
+    assert good(found)[800:].all() and np.abs(found.wavelength_mm[800:] / 1.3 - 1).max() < 1e-3
