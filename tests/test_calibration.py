@@ -112,7 +112,8 @@ def test_sigma_is_that_of_the_inputs_over_the_slope():
     )
     expected = modulus * by_force * 0.01 / slope
     assert calibration.invert(sd, force, force_sigma=0.01 * force).sigma_MPa == pytest.approx(expected, rel=1e-3)
-    assert record(0.0, scatter=0.01).invert(sd, force).sigma_MPa == pytest.approx(modulus * 0.01 / slope, rel=1e-3)
+    of_mesh = record(0.0, scatter=0.01).invert(sd, force).sigma_MPa
+    assert of_mesh == pytest.approx(modulus * 0.01 * 2.04 / 1.96 / slope, rel=1e-3)
     assert record(0.01).invert(sd, force).sigma_MPa == pytest.approx(modulus * 0.01 / slope, rel=1e-3)
     with pytest.raises(InputError, match="must not be negative"):
         calibration.invert(sd, force, sd_sigma=-1.0)
@@ -152,7 +153,9 @@ def test_two_likely_truths_are_missed_in_one_of_twenty_cases():
 def test_what_dominates_is_what_sigma_comes_from():
     plain, open_to = record(fit_rms=1e-4, scatter=0.002), with_friction(record(fit_rms=1e-4, scatter=0.002))
     assert (plain.dominant, open_to.dominant) == ("mesh", "friction")
-    assert open_to.sigmas == pytest.approx({"fit": 1e-4, "mesh": 0.002, "large strain": 0.001, "friction": 0.015})
+    assert open_to.sigmas == pytest.approx(
+        {"fit": 1e-4, "mesh": 0.002 * 2.04 / 1.96, "large strain": 0.001, "friction": 0.015}, rel=1e-4
+    )
     sd = open_to.predict(0.4, 0.1)
     assert open_to.invert(sd, 0.4, force_sigma=0.05).dominant == "measurement"
 

@@ -87,12 +87,12 @@ class Uncertainty:
         return float(np.interp(math.log(force_N), self._ln_force, self.scatter))
 
     def sigma_at(self, force_N: float) -> float:
-        """One sigma of the value at a force, friction apart: fit, mesh and large strain.
+        """One sigma of the value at a force, friction apart: fit, mesh and large strain."""
+        return math.hypot(self.fit_rms, self.mesh_sigma_at(force_N), self.strain)
 
-        That of the mesh is larger than the scatter by what few meshes leave open.
-        """
-        scatter = self.scatter_at(force_N) * max(self.scatter_factor / NORMAL_FACTOR, 1.0)
-        return math.hypot(self.fit_rms, scatter, self.strain)
+    def mesh_sigma_at(self, force_N: float) -> float:
+        """One sigma of the mesh at a force: its scatter, and what few meshes leave open of that."""
+        return self.scatter_at(force_N) * max(self.scatter_factor / NORMAL_FACTOR, 1.0)
 
     def friction_at(self, ln_force: float, ln_modulus: float) -> float:
         """What the value changes without friction at a point of the domain (N, MPa); 0 where friction is known."""
@@ -105,7 +105,7 @@ class Uncertainty:
         """
         return {
             "fit": self.fit_rms,
-            "mesh": self.scatter_at(math.exp(ln_force)),
+            "mesh": self.mesh_sigma_at(math.exp(ln_force)),
             "large strain": self.strain,
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
         }

@@ -283,7 +283,7 @@ class Calibration:
         known = self.surface.uncertainty
         sigmas = {"measurement": math.hypot(sd_sigma / sd, along_force * force_sigma / force)}
         sigmas |= known.sigmas(ln_force, at)
-        factors = {"fit": known.fit_factor, "mesh": known.scatter_factor, "friction": 0.0}
+        factors = {"fit": known.fit_factor, "friction": 0.0}
         half = math.hypot(*(factors.get(name, NORMAL_FACTOR) * sigma for name, sigma in sigmas.items()))
         lower, upper = self._end(ln_force, ln_sd, -half, at), self._end(ln_force, ln_sd, half, at)
         if status is not SoftnessStatus.OK:
