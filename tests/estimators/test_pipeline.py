@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators import Pipeline
+from papilla.estimators import Doubts, Pipeline
 
 PLACES = np.array([0.0, 3.0, 7.1])
 """Where three gauges are along the sliding direction, mm."""
@@ -174,9 +174,12 @@ def test_softness_uses_every_gauge_or_s_d(calibration, touch):
     force[600:] = 0.0
     rows = touch(0.3, force[:600], 2.0, 1e-3, rng)
     rows = np.vstack([rows, np.column_stack([rng.normal(0, 2, (200, 5)), rng.normal(0, 1e-3, 200)])])
-    pipeline = Pipeline(calibration, columns=("force_N",), gauge_sigma=2.0)
-    answer = pipeline.process(np.column_stack([np.arange(800) / 1000, rows]))
+    sure, stream = {"columns": ("force_N",), "gauge_sigma": 2.0}, np.column_stack([np.arange(800) / 1000, rows])
+    answer = Pipeline(calibration, doubts=Doubts.NONE, **sure).process(stream)
     assert abs(answer.modulus_MPa[599] / 0.3 - 1) < 4 * answer.modulus_sigma_MPa[599] / 0.3 < 0.1
+    doubting = Pipeline(calibration, **sure)
+    assert doubting.process(stream).modulus_sigma_MPa[599] > 10 * answer.modulus_sigma_MPa[599]
+    assert any(told.startswith("modulus: most of its standard deviation is the") for told in doubting.messages)
     assert "modulus: no contact" in answer.status[-1]
     assert np.isnan(answer.modulus_MPa[-1])
 

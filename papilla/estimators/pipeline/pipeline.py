@@ -68,7 +68,8 @@ class Pipeline:
     Parameters
     ----------
     calibration : of the same gauges in the same order; without it there is no modulus.
-    gauges : number of gauges, g, or their g names, by which every status calls them (else g1, g2 ...).
+    gauges : number of gauges, g, or their g names, by which every status calls them (else g1, g2 ...);
+        no names where there is friction alone.
     columns : which of force_N, velocity_mm_s, position_mm, tangential_N a sample has, in this order.
     sample_rate_Hz : nominal rate.
     gauge_positions_mm : places (g,) of the gauges along the movement, where they are known.
@@ -104,8 +105,8 @@ class Pipeline:
         gauge_positions_mm: Sequence[float] | None = None,
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
-        if not named and "tangential_N" not in columns:
-            raise InputError(f"gauges must be at least 1, or there is friction alone from tangential_N, got {gauges}")
+        if gauges == 0 or not (named or "tangential_N" in columns):
+            raise InputError(f"gauges must be at least 1, got {gauges}")
         if calibration is not None and len(calibration.gauges) != len(named):
             raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {len(named)}")
         if unknown := [name for name in columns if name not in OPTIONAL]:
