@@ -24,8 +24,8 @@ SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
 """Path that is remembered, in longest wavelengths; the least of it where the samples are dense; and what the grid of a
 spectrum is padded for."""
 MOST_CELLS = 1024
-HOP, FEWEST_HOP, PARTS_HZ = 24, 8, 300.0
-"""Cells between two looks at 1 kHz, as a look has up to ten parts; the fewest; and parts in a second at slow rates."""
+HOP, PARTS_HZ = 24, 300.0
+"""Cells between two looks, as a look has up to ten parts; and parts in a second at slow rates."""
 STEADY, SPARE_S = 4, 0.05
 """After so many looks that agree there is so much time at least between two."""
 HUMMING = 30
@@ -141,7 +141,6 @@ class Follower:
         self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
         self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
         self._parts = max(round(PARTS_HZ / options.rate_Hz), 1)
-        self._hop = min(max(round(HOP * options.rate_Hz / 1000), FEWEST_HOP), HOP)
         self._look: Look | None = None
 
     def fresh(self) -> Memory:
@@ -283,9 +282,7 @@ class Follower:
             return
         end = memory.first + memory.count
         memory.waited += 1
-        if end - memory.looked < self._hop or (
-            memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
-        ):
+        if end - memory.looked < HOP or (memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz):
             return
         memory.looked, memory.waited = end, 0
         begin = self._window_begin(end)
