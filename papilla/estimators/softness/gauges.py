@@ -259,7 +259,7 @@ class GaugeSoftness(Touch):
 
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, Fault]:
         """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
-        rows = np.arange(self._gauges + 1)[: self._gauges + self._sensed]
+        rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
         rest, variance = self._fitter.fit(y, rows, belief, _there(belief)).first.expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
         expected, limit = y[list(blamed)] - rest * scale, FITS * variance * scale**2
