@@ -63,10 +63,14 @@ def main() -> None:
     error = np.asarray(plain.modulus_MPa) / E[..., 0] - 1
     for k, name in enumerate(FRICTIONS):
         parts = [error[:, k][(E[:, k, ..., 0] >= low) & (E[:, k, ..., 0] <= high)] for low, high in BANDS]
-        told = ", ".join(
-            f"{100 * np.sqrt(np.nanmean(part**2)):.1f} % ({np.isnan(part).mean():.0%} none)" for part in parts
-        )
+        told = ", ".join(_rms(part) for part in parts)
         print(f"without noise, friction {name}: rms error of E by band {told}")
+
+
+def _rms(error: np.ndarray) -> str:
+    told = error[~np.isnan(error)]
+    rms = f"{100 * np.sqrt(np.mean(told**2)):.1f} %" if told.size else "-"
+    return f"{rms} ({1 - told.size / error.size:.0%} none)"
 
 
 def _share(inside: np.ndarray, modulus: np.ndarray, band: tuple[float, float]) -> float:

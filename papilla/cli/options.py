@@ -62,7 +62,7 @@ def describe(specimen: "Specimen") -> dict:
 
     units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
     kind = {"HalfSpace": "half-space"}.get(type(specimen).__name__, type(specimen).__name__.lower())
-    return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items()}}
+    return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items() if key != "bonded"}}
 
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:

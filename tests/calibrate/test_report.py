@@ -278,7 +278,7 @@ def test_the_report_of_the_default_finger_shows_its_field_and_mesh(read):
     presses = sweep(reduced, np.geomspace(0.02, 5, 14), np.geomspace(0.05, 1, 12))
     calibration = fit(presses)
     lines: list[str] = []
-    done = Calibrated(calibration, presses, recover(calibration, reduced), reduced)
+    done = Calibrated(calibration, presses, recover(calibration, reduced, "stick"), reduced)
     found = read(done, finger=finger, progress=lines.append)
     assert any(source.startswith("data:image/png") for source in found.images)
     assert "tetrahedra" in found.text and "No independent mesh" in found.text

@@ -35,11 +35,10 @@ def test_a_sphere_on_a_half_space_is_jkr(sphere, work, force):
     found = adhesive_press(sphere, specimen, work, force_N=force)
     energy = 3 * np.pi * work * 1e-3 * RADIUS
     held = force + energy + np.sqrt(2 * energy * force + energy**2)
-    plain = press(sphere, specimen, force=held, fidelity="contact")
     radius = (3 * held * RADIUS / (4 * E_STAR)) ** (1 / 3)
     pulled = np.sqrt(2 * np.pi * work * 1e-3 * radius / E_STAR)
-    assert found.contact_area == pytest.approx(plain.contact_area, rel=0.02), "of the press that holds as much"
-    assert plain.indentation - found.indentation == pytest.approx(pulled, rel=0.04)
+    assert found.contact_area == pytest.approx(np.pi * radius**2, rel=0.08), "nodes of 0.7 mm"
+    assert found.indentation == pytest.approx(radius**2 / RADIUS - pulled, abs=0.06 * radius**2 / RADIUS)
     assert found.strain[0] == pytest.approx(force / 3, rel=1e-3), "what a gauge feels of the force alone is the force"
 
 

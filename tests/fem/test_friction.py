@@ -301,15 +301,6 @@ def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
     assert path.at(indentation=-1.0) is None and path.at(force=0.0) is None
 
 
-@pytest.mark.slow
-def test_shorter_steps_change_little(disc):
-    problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
-    one, four, eight = (FrictionPath(problem, 0.1, cuts).at(force=0.5) for cuts in (1, 4, 8))
-    assert one.indentation == pytest.approx(eight.indentation, rel=1e-4)
-    errors = [np.abs(state.traction - eight.traction).max() / eight.traction.max() for state in (one, four)]
-    assert errors[1] < errors[0] < 0.01
-
-
 def test_other_units_give_the_same_answer(disc):
     patch = disc(3.0, 6, paraboloid)
     problem = bodies_on(patch, HalfSpace(1.0, 0.2))

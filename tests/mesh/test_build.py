@@ -198,7 +198,7 @@ def test_separate_parts_and_flat_cells_are_refused():
 def test_half_the_size_is_finer_everywhere():
     default = build(Finger.default()).cell()
     finer = mesh_finger(Finger.default(), 0.35).cell()
-    assert len(finer.tets) < 45_000
+    assert len(finer.tets) < 65_000
     centres = {"contact": (0, 0, 20), "below": (0, 0, 17), "20 deg": (7.2, 0, 16), "40 deg": (13.5, 0, 13)}
     for place, centre in centres.items():
         sizes = []

@@ -25,10 +25,10 @@ def test_a_wide_block_by_finite_elements_is_the_layer_of_the_kernel(bench):
     block = NarrowBlock(0.3, 10.0, width=20.0, pressed=pressed, reduced=reduced)
     wide = _PressedBlock.of(10.0, 10.0, block.nu, True)
     place, sunk = wide.sunk(LinearNDInterpolator(reduced.patch.xy, pressed.pressure, fill_value=0.0))
-    far = np.hypot(*reduced.patch.xy.T) > 5
+    far = np.hypot(*reduced.patch.xy.T) > 6
     near = np.hypot(*reduced.patch.xy.T) < 12
     found = LinearNDInterpolator(place, sunk / 0.3)(reduced.patch.xy[far & near])
-    assert found == pytest.approx(layer[far & near], abs=0.05 * layer.max())
+    assert found == pytest.approx(layer[far & near], abs=0.08 * layer.max())
 
 
 @pytest.mark.slow
