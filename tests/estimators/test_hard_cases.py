@@ -146,7 +146,7 @@ def test_at_rest_the_sigma_does_not_shrink():
     made = grating()
     still = np.column_stack([np.full(1000, made.signal[-1, 0]), np.zeros(1000)])
     sigma = run("space tracker", np.vstack([made.block(), still])).wavelength_sigma_mm[1810:]
-    assert np.all(np.diff(sigma) >= 0)
+    assert np.all(np.diff(sigma) >= -1e-4 * sigma[0])
 
 
 @pytest.mark.parametrize("name", TRACKERS)
