@@ -5,7 +5,7 @@ import pytest
 
 from papilla.errors import ContactRangeError
 from papilla.fem import press
-from papilla.fem.pressing.hertz import hertz_table
+from papilla.fem.pressing.hertz import _stretch, hertz_table
 from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
 from papilla.specimen import Block, HalfSpace, Sphere
 
@@ -95,6 +95,14 @@ def test_tables_rise(reference):
         for column in (table.force, table.a, table.b, table.indentation):
             assert column[0] == 0 and (np.diff(column) > 0).all()
         assert np.isfinite(table.influence).all() and np.isfinite(table.layer_term).all()
+
+
+def test_a_parabola_that_is_all_but_straight_has_no_ellipse_of_least_energy():
+    """Its lowest point is so far away that squares of it overflow: no warning may come of what is thrown away."""
+    energy = np.array([[1.1, 1.1], [1.0, 1.0], [1.0, 0.9 + 1e-15]])
+    stretch, vouched = _stretch(energy, np.ones(2))
+    assert vouched.tolist() == [True, False]
+    assert stretch == pytest.approx([0.03, 0.0])
 
 
 @pytest.mark.parametrize("force", [1e-7, 1e-3, 0.03, 0.5])

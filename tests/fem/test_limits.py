@@ -45,10 +45,10 @@ def _of_moduli(outer, inner):
 # ---- Balls
 
 
-@pytest.mark.parametrize("radius, size", [(0.1, 0.073), (0.2, 0.15), (0.4, 0.29)])
+@pytest.mark.parametrize("radius, size", [(0.1, 0.078), (0.2, 0.16), (0.4, 0.31)])
 @pytest.mark.parametrize("fidelity", ["auto", "contact"])
 def test_a_ball_that_the_patch_cannot_see_is_refused_with_the_size_that_could(reference, radius, size, fidelity):
-    message = rf"too coarse for a ball of {radius:g} mm radius: 0.48 mm elements .*; mesh with size_mm <= {size:g}$"
+    message = rf"too coarse for a ball of {radius:g} mm radius: 0.45 mm elements .*; mesh with size_mm <= {size:g}$"
     with pytest.raises(ContactRangeError, match=message):
         press(reference, Sphere(0.5, radius), force=0.1, fidelity=fidelity)
 

@@ -102,7 +102,7 @@ def test_a_skin_of_half_a_millimetre_is_seen_by_larger_elements(monkeypatch):
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
         found, exact = press(reduced, Block(0.51, 10), force=force, fidelity="contact"), rings.press(force)
-        assert found.indentation == pytest.approx(exact.indentation, rel=3e-3)
+        assert found.resolved and found.indentation == pytest.approx(exact.indentation, rel=3e-3)
         assert found.strain.std() == pytest.approx(np.std(exact.strain[[2, 1, 0, 1, 2]]), rel=1.5e-2)
         assert found.contact_area == pytest.approx(exact.contact_area, rel=0.08)
 
@@ -112,7 +112,7 @@ def test_a_skin_of_half_a_millimetre_is_seen_by_larger_elements(monkeypatch):
 def test_presses_on_two_triangulations_are_the_references(modulus, monkeypatch):
     """On six meshes and three moduli S_d was within 0.4 %, indentation 0.7, area and peak 3.3 % at 5 gf, then 1.2 %.
 
-    Every machine makes meshes of its own: bounds are wide, for what a few in a hundred do.
+    Every machine makes meshes of its own: the worst of twelve were 0.28, 0.42, 3.7 and 1.1 %.
     """
     fine(monkeypatch)
     shape = Shape(cells=(220, 12, 10, 16))
@@ -124,9 +124,9 @@ def test_presses_on_two_triangulations_are_the_references(modulus, monkeypatch):
         sd = np.std(exact.strain[[2, 1, 0, 1, 2]])
         for finger in reduced:
             found = press(finger, specimen, force=force, fidelity="contact")
-            assert found.strain.std() == pytest.approx(sd, rel=1.5e-2)
-            assert found.strain[2:] == pytest.approx(exact.strain, rel=2e-2)
-            assert found.indentation == pytest.approx(exact.indentation, rel=1.5e-2)
-            shapes = {"rel": 4e-2 if force_gf > 10 else 0.12}
+            assert found.strain.std() == pytest.approx(sd, rel=5e-3)
+            assert found.strain[2:] == pytest.approx(exact.strain, rel=1e-2)
+            assert found.indentation == pytest.approx(exact.indentation, rel=8e-3)
+            shapes = {"rel": 2e-2 if force_gf > 10 else 6e-2}
             assert found.contact_area == pytest.approx(exact.contact_area, **shapes)
             assert found.peak_pressure == pytest.approx(exact.peak_pressure, **shapes)

@@ -210,10 +210,12 @@ def _layered(logarithm, radius) -> np.ndarray:
 
 def _stretch(energy: np.ndarray, layered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stretch (k,) at which the parabola through the energies (3, k) of the tabulated stretches is lowest, as far as
-    the body is `layered` (k,), and whether the parabola has such a point, near them."""
+    the body is `layered` (k,), and whether the parabola has such a point, near them; 0 where it has not."""
     step, bend = STRETCHES[1] - STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
     stretch = -step / 2 * (energy[2] - energy[0]) / np.where(bend > 0, bend, np.inf) * layered
-    return stretch, ((bend > 0) | (layered < LAYERED)) & (np.abs(stretch) <= STRETCHED)
+    vouched = ((bend > 0) | (layered < LAYERED)) & (np.abs(stretch) <= STRETCHED)
+    # A parabola that is all but straight has its lowest point anywhere, up to where numbers overflow
+    return np.where(vouched, stretch, 0.0), vouched
 
 
 def _quadratic(columns: np.ndarray, stretch: np.ndarray) -> np.ndarray:
@@ -275,7 +277,7 @@ def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float,
     x, y = reduced.patch.xy[reduced.patch.outline].T
     largest = float(np.hypot(x, y / aspects[:, None]).min())
     shorter = largest * min(1.0, aspects.min())
-    edge = float(reduced.patch.edge_length[np.argmin(reduced.patch.node_gap)])
+    edge = reduced.patch.finest_edge
     if shorter < SMALLEST * edge:
         raise ContactRangeError(
             "hertz fidelity needs a patch that holds its ellipse: "

@@ -86,8 +86,9 @@ class Patch:
 
     @cached_property
     def finest_edge(self) -> float:
-        """Mean length (mm) of the triangle edges where the skin is touched first."""
-        return float(self.edge_length[np.argmin(self.node_gap)])
+        """Mean length (mm) of the triangle edges around the node that is touched first: at it alone one may be odd."""
+        touching = (self.triangles == np.argmin(self.node_gap)).any(axis=1)
+        return float(self.edge_length[np.unique(self.triangles[touching])].mean())
 
     @cached_property
     def outline(self) -> np.ndarray:
