@@ -25,7 +25,7 @@ MAY_IMPORT = {
     "view": L0 | {"mesh", "fem", "view"},
     "calibrate": L0 | {"mesh", "fem", "view", "calibrate"},
     "estimators": L0 | {"estimators"},
-    "telepresence": L0 | {"telepresence"},
+    "telepresence": L0 | {"estimators", "telepresence"},
 }
 MAY_IMPORT["studies"] = frozenset().union(*MAY_IMPORT.values()) | {"studies"}
 MAY_IMPORT["cli"] = MAY_IMPORT["studies"] | {"cli"}

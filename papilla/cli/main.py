@@ -15,6 +15,7 @@ from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.output import plain
 from papilla.cli.press import press
+from papilla.cli.telepresence import telepresence
 from papilla.cli.texture import texture
 from papilla.cli.verify import verify
 from papilla.cli.view import view
@@ -34,6 +35,7 @@ app = typer.Typer(
 for command in (calibrate, press, estimate, view, verify, bench):
     app.command()(command)
 app.add_typer(texture, name="texture")
+app.add_typer(telepresence, name="telepresence")
 
 
 def _show_version(wanted: bool) -> None:

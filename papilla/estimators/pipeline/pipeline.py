@@ -200,6 +200,12 @@ class Pipeline:
         return tuple(self._parts)
 
     @property
+    def lines(self) -> tuple[tuple[float, float, float], ...]:
+        """(wavelength_mm, power over the background, chance) of the last look along the path, strongest first."""
+        part = self._parts.get("wavelength")
+        return part.estimator.lines if isinstance(part, WavelengthPart) else ()
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
         doubted = [part.doubted for part in self._parts.values() if part.doubted]

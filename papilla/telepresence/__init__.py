@@ -1,0 +1,8 @@
+"""Telepresence: parameters of a texture travel, and the display makes touch of them and of the hand's own motion.
+
+Every name is imported on first use.
+"""
+
+from papilla._lazy import attach as _attach
+
+__getattr__, __dir__, __all__ = _attach(__name__, __file__)

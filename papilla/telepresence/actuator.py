@@ -1,0 +1,69 @@
+"""What shakes the operator's fingertip: its stroke, its band, its roll-off and the volts it takes."""
+
+import math
+from dataclasses import dataclass
+
+from papilla import checks
+
+FADE = 0.05
+"""Share of the band, at its upper end, over which a component is faded out."""
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A vibrotactile actuator.
+
+    Parameters
+    ----------
+    name : what it is called.
+    stroke_um : greatest displacement, peak to peak, so half of it is the greatest amplitude.
+    band_Hz : frequencies up to here are displayed; components are faded out over the last 5 % before it.
+    corner_Hz : frequency at which the response has fallen by 3 dB; infinite where it is flat.
+    order : of the Butterworth magnitude that stands for the roll-off.
+    drive_V : volts that give the whole stroke (linear), 0 to `drive_V` about half of it; NaN where not known.
+
+    Raises `InputError` for values that are not positive.
+    """
+
+    name: str
+    stroke_um: float
+    band_Hz: float
+    corner_Hz: float = math.inf
+    order: int = 20
+    drive_V: float = math.nan
+
+    def __post_init__(self):
+        checks.positive("stroke_um", self.stroke_um)
+        checks.positive("band_Hz", self.band_Hz)
+
+    @property
+    def amplitude_um(self) -> float:
+        """The greatest amplitude, half of the stroke."""
+        return 0.5 * self.stroke_um
+
+    def response(self, frequency_Hz: float) -> float:
+        """Displacement over what the volts ask for, at this frequency: 1 / sqrt(1 + (f / corner)^(2 order))."""
+        return 1 / math.sqrt(1 + (frequency_Hz / self.corner_Hz) ** (2 * self.order))
+
+    def passed(self, frequency_Hz: float, top_Hz: float) -> float:
+        """Share (0 to 1) of a component that is displayed where the band ends at `top_Hz`: a raised cosine."""
+        end = (frequency_Hz - (1 - FADE) * top_Hz) / (FADE * top_Hz)
+        if end <= 0:
+            return 1.0
+        return 0.0 if end >= 1 else 0.5 * (1 + math.cos(math.pi * end))
+
+    def volts(self, drive_um: float) -> float:
+        """Voltage for a displacement about the middle of the stroke that the roll-off has still to act on."""
+        return self.drive_V * (0.5 + drive_um / self.stroke_um)
+
+
+PIEZO = Actuator("piezo", stroke_um=55.0, band_Hz=300.0, corner_Hz=310.0, order=20, drive_V=150.0)
+"""The stack of Okamoto et al. 2011, section 3.2.1: 55 um peak to peak at 150 V, flat to 300 Hz, -3 dB at 310 Hz.
+
+Two printed numbers fix the order: 20 is 1 dB down at 300 Hz, which is what "relatively flat" can mean.
+"""
+
+
+def icpf(stroke_um: float) -> Actuator:
+    """The ionic polymer display of Okamoto et al. 2007, 0 to 200 Hz; its stroke is not printed and has to be stated."""
+    return Actuator("ICPF", stroke_um=checks.positive("stroke_um", stroke_um), band_Hz=200.0)

@@ -1,0 +1,41 @@
+"""What a display does at one instant, and what a quantity of a message is worth."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from papilla.estimators.stream import Status
+
+
+class Trust(IntEnum):
+    """What may be done with a quantity of a message."""
+
+    OK = 0
+    HELD = 1
+    UNKNOWN = 2
+
+
+class DisplayStatus(Status):
+    """What became of the display; those that begin with "ok" show what was asked for."""
+
+    OK = 0, "ok"
+    NO_MESSAGE = 1, "nothing was heard of a texture yet: the output is zero"
+    STALLED = 2, "no message for too long: the output decays to zero"
+    NO_HAND = 3, "no position of the hand: the output decays to zero"
+    PRESSED = 4, "the finger presses harder than allowed: the output decays to zero"
+    NO_TEXTURE = 5, "no usable texture: the amplitude goes to zero"
+    TOO_FAST = 6, "the hand moves a component out of the band: it is faded out"
+    LIMITED = 7, "the amplitudes are scaled down to the stroke of the actuator"
+    CLIPPED = 8, "the signal is beyond the stroke of the actuator, which cuts it"
+    CLOCK = 9, "the time did not go on: the output is held"
+
+
+class Shown(NamedTuple):
+    """displacement_um of the skin, drive_V of the actuator, frequency_Hz and wavelength_mm of the strongest component
+    (NaN where there is none or it is not known), gain (0 to 1) of the fading, status (a `DisplayStatus` value)."""
+
+    displacement_um: float
+    drive_V: float
+    frequency_Hz: float
+    wavelength_mm: float
+    gain: float
+    status: int

@@ -1,0 +1,59 @@
+"""Direct feedback, the local model's comparison: the sensor's signal itself, displayed when it arrives.
+
+Equations (3) and (9) of Okamoto et al. 2011: y_m(t) = a_d y_s(t - T) = a_d G(x_m(t - 2 T)), late by the round trip.
+"""
+
+import math
+
+from papilla import checks
+from papilla.telepresence.actuator import PIEZO, Actuator
+from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, GAIN_UM_PER_V
+from papilla.telepresence.answer import DisplayStatus, Shown
+from papilla.telepresence.safety import Fader, Safety
+
+
+class DirectFeedback:
+    """A display of readings in the order in which the link gives them out; the last one is held until the next.
+
+    The actuator cuts what its stroke cannot follow, and the status says so; its roll-off is not made good. It decays
+    when readings stop, as the local model does.
+
+    Parameters
+    ----------
+    actuator : that is driven. um_per_microstrain : a_d times the amplifier, 23.8 um/V x 0.01 V as printed.
+    safety : when and how the output fades.
+    """
+
+    def __init__(
+        self,
+        actuator: Actuator = PIEZO,
+        *,
+        um_per_microstrain: float = GAIN_UM_PER_V * AMPLIFIER_V_PER_MICROSTRAIN,
+        safety: Safety | None = None,
+    ):
+        self.actuator, self.safety = actuator, Safety() if safety is None else safety
+        self.um_per_microstrain = checks.positive("um_per_microstrain", um_per_microstrain)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything; the output begins at zero."""
+        self._fader, self._reading = Fader(self.safety), 0.0
+        self._heard_s = self._time_s = math.nan
+
+    def hear(self, time_s: float, reading_microstrain: float) -> None:
+        """Take a reading that arrived at `time_s`; one that is not finite is left out."""
+        if math.isfinite(reading_microstrain):
+            self._reading, self._heard_s = reading_microstrain, time_s
+
+    def update(self, time_s: float) -> Shown:
+        """What the display does now."""
+        dt = min(0.005, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
+        self._time_s = time_s
+        alive = time_s - self._heard_s <= self.safety.hold_s
+        gain = self._fader.step(dt, alive)
+        limit, asked = self.actuator.amplitude_um, gain * self.um_per_microstrain * self._reading
+        shown = max(-limit, min(limit, asked))
+        status = DisplayStatus.CLIPPED if shown != asked else DisplayStatus.OK
+        if not alive:
+            status = DisplayStatus.NO_MESSAGE if math.isnan(self._heard_s) else DisplayStatus.STALLED
+        return Shown(shown, self.actuator.volts(shown), math.nan, math.nan, gain, int(status))

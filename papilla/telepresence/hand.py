@@ -1,0 +1,119 @@
+"""The operator's hand between two readings of its position: continuous, extrapolated, and never far."""
+
+import math
+from dataclasses import dataclass
+
+from papilla import checks
+
+HORIZON_S = 0.012
+"""How long a position is carried on at its last speed: three periods of 250 Hz; then the hand is taken to rest."""
+BLEND_S = 0.002
+"""Time constant with which a wrong extrapolation is made good after the next reading."""
+FASTEST_MM_S = 2000.0
+"""No hand that feels a texture moves faster: a greater step of the position is a new place, not a movement."""
+
+
+@dataclass(eq=False)
+class HandState:
+    """Last reading (time_s, place_mm, velocity_mm_s), and how far what was shown then was off (off_mm)."""
+
+    time_s: float = math.nan
+    place_mm: float = math.nan
+    velocity_mm_s: float = 0.0
+    off_mm: float = 0.0
+
+
+class Hand:
+    """Position of the hand at any time from readings that come at 250 Hz or more.
+
+    Between readings it moves on at the velocity of the last two, carried on from between them by the change since the
+    one before, for `HORIZON_S` at most. A reading that shows it to be elsewhere is approached within `BLEND_S`, so the
+    position never jumps, but for a step that no hand makes: then it begins anew there.
+    """
+
+    def __init__(self):
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.state, self.ignored, self.jumps = HandState(), 0, 0
+        self._before = math.nan
+
+    def read(self, time_s: float, position_mm: float) -> None:
+        """Take a reading; one that is not finite, absurdly far or not later than the last is counted and left out."""
+        known = self.state
+        if not (math.isfinite(time_s) and abs(position_mm) <= checks.LARGEST):
+            self.ignored += 1
+            return
+        if math.isnan(known.time_s):
+            self.state = HandState(time_s, position_mm)
+            return
+        step_s = time_s - known.time_s
+        if -1.0 < step_s <= 0:
+            self.ignored += 1
+            return
+        mean = (position_mm - known.place_mm) / step_s
+        if step_s > 1.0 or step_s < 0 or abs(mean) > FASTEST_MM_S:
+            self.jumps += 1
+            self.state, self._before = HandState(time_s, position_mm), math.nan
+            return
+        velocity = mean
+        if math.isfinite(self._before):
+            # A difference is the velocity half a step ago: its own change carries it to now.
+            velocity += 0.5 * (mean - self._before)
+        self._before = mean
+        self.state = HandState(time_s, position_mm, velocity, self.at(time_s)[0] - position_mm)
+
+    def at(self, time_s: float) -> tuple[float, float]:
+        """(position_mm, velocity_mm_s) at a time not before the last reading; NaN and 0 where there was none."""
+        known = self.state
+        since = max(0.0, time_s - known.time_s)
+        if since > HORIZON_S:
+            moving, velocity = HORIZON_S, 0.0
+        else:
+            moving, velocity = since, known.velocity_mm_s
+        place = known.place_mm + known.velocity_mm_s * moving + known.off_mm * math.exp(-since / BLEND_S)
+        return place, velocity if math.isfinite(place) else 0.0
+
+    def age_s(self, time_s: float) -> float:
+        """Time since the last reading."""
+        return time_s - self.state.time_s
+
+
+SLEW = 0.25
+"""Most by which the playing of a remote hand's movement runs faster or slower than time."""
+CATCH_UP_S = 0.05
+
+
+class RemoteHand:
+    """The hand as it is followed at the other end: readings are played out on the sender's clock, late by the link.
+
+    A delay that falls makes the movement run up to 25 % faster until it is caught up; one that rises makes it slower,
+    or wait where nothing newer is known. It never jumps.
+    """
+
+    def __init__(self):
+        self.hand = Hand()
+        self._ahead_s = self._time_s = math.nan
+        self.playing_s = math.nan
+        """Time on the sender's clock that is played out now."""
+
+    def read(self, time_s: float, sent_s: float, position_mm: float) -> None:
+        """Take a reading that was sent at `sent_s` (sender's clock) and arrived at `time_s` (ours)."""
+        self.hand.read(sent_s, position_mm)
+        if sent_s == self.hand.state.time_s:
+            self._ahead_s = sent_s - time_s
+
+    def at(self, time_s: float) -> tuple[float, float]:
+        """(position_mm, velocity_mm_s) at a time that does not go back; NaN and 0 where nothing was heard."""
+        wanted = time_s + self._ahead_s
+        since, self._time_s = time_s - self._time_s, time_s
+        off = wanted - self.playing_s
+        if not (abs(off) <= 1.0 and since >= 0):
+            self.playing_s, pace = wanted, 1.0
+        else:
+            pace = 1.0 if since == 0 else 1 + max(-SLEW, min(SLEW, (off - since) / CATCH_UP_S))
+            newest = self.hand.state.time_s + HORIZON_S
+            self.playing_s = max(self.playing_s, min(self.playing_s + pace * since, newest))
+        place, velocity = self.hand.at(self.playing_s)
+        return place, velocity * pace

@@ -1,0 +1,196 @@
+"""The local model: what the texture would do to the operator's skin, synthesised from the hand's own motion.
+
+y(t) = sum A_i sin(2 pi x(t) / lambda_i), equations (6), (7) and (10) of Okamoto et al. 2011 (Adv. Robot. 25,
+doi:10.1163/016918611X574713), f = v / lambda of Okamoto et al. 2007. Written out, the printed sine jumps by
+2 pi x (1/lambda - 1/lambda') when a new wavelength arrives; here the phase is the integral of dx / lambda, which is the
+same for a constant wavelength and continuous for any other.
+"""
+
+import math
+from dataclasses import dataclass
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.telepresence.actuator import PIEZO, Actuator
+from papilla.telepresence.amplitude import Measured, Rule
+from papilla.telepresence.answer import DisplayStatus, Shown, Trust
+from papilla.telepresence.components import Component, strongest
+from papilla.telepresence.hand import FASTEST_MM_S, Hand
+from papilla.telepresence.safety import Fader, Safety
+
+RAMP_S = 0.02
+"""Time in which an amplitude may go from zero to the greatest."""
+BELOW_HALF_RATE = 0.4
+"""Frequencies beyond this share of the output rate are not displayed, whatever the actuator can."""
+LONGEST_STEP = 5
+"""Output periods after which an update counts as late: the movement of the hand since then is left out."""
+GREATEST = 8
+"""Components that a model may have."""
+
+
+@dataclass(eq=False)
+class Oscillator:
+    """A component that is displayed: its wavelength_mm, the amplitude that the skin should feel (goal_um), that of the
+    drive now (now_um, what it would be without roll-off), and its phase in turns."""
+
+    wavelength_mm: float
+    goal_um: float = 0.0
+    now_um: float = 0.0
+    turns: float = 0.0
+
+
+class LocalModel:
+    """A display that needs only what the texture is: `learn` that, `move` the hand, `update` at the output rate.
+
+    The drive is continuous whatever comes: phases are integrals, amplitudes and the fading have bounded slopes. A
+    component whose frequency leaves the band fades out and its phase never advances faster than the band's end, so
+    nothing aliases.
+    Amplitudes that the stroke cannot hold are scaled down together, not clipped.
+
+    Parameters
+    ----------
+    actuator : that is driven. rule : displacement of a component from its wavelength and measured amplitude.
+    components : N, how many are displayed; the paper's experiments have 1.
+    rate_Hz : of the output, at least 1000.
+    compensate : whether the roll-off of the actuator is made good within the band (the paper keeps to where it is
+        flat). safety : when and how the output fades.
+
+    Raises `InputError` for unusable values.
+    """
+
+    def __init__(
+        self,
+        actuator: Actuator = PIEZO,
+        rule: Rule | None = None,
+        *,
+        components: int = 1,
+        rate_Hz: float = 1000.0,
+        compensate: bool = True,
+        safety: Safety | None = None,
+    ):
+        if not 1 <= components <= GREATEST:
+            raise InputError(f"components must be 1 to {GREATEST}, got {components}")
+        self.rate_Hz = checks.within("rate_Hz", rate_Hz, 1000.0, 1e6)
+        self.actuator, self.components, self.compensate = actuator, components, compensate
+        self.rule: Rule = Measured() if rule is None else rule
+        self.safety = Safety() if safety is None else safety
+        self.top_Hz = min(actuator.band_Hz, BELOW_HALF_RATE * self.rate_Hz)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything; the output begins at zero."""
+        self.hand, self._fader = Hand(), Fader(self.safety)
+        self._oscillators: list[Oscillator] = []
+        self._heard_s = self._time_s = self._place_mm = math.nan
+        self._held: Shown | None = None
+
+    def learn(self, time_s: float, components: tuple[Component, ...], trust: Trust = Trust.OK) -> None:
+        """Take what a message that arrived at `time_s` says of the texture.
+
+        HELD: what is known stays (the sensor stands still). UNKNOWN: there is no texture, its amplitude goes to zero.
+        A component without a usable wavelength or amplitude, or outside the rule's range, is not displayed.
+        """
+        if math.isfinite(time_s):
+            self._heard_s = time_s
+        if trust == Trust.HELD:
+            return
+        wanted = []
+        for component in strongest(components, self.components) if trust == Trust.OK else ():
+            amplitude = self.rule(component.wavelength_mm, component.amplitude_microstrain)
+            if math.isfinite(amplitude):
+                wanted.append((component.wavelength_mm, amplitude))
+        self._assign(wanted)
+
+    def _assign(self, wanted: list[tuple[float, float]]) -> None:
+        """Give each wanted (wavelength, amplitude) the oscillator nearest in wavelength; the others go to zero."""
+        free = list(self._oscillators)
+        for oscillator in free:
+            oscillator.goal_um = 0.0
+        for wavelength, amplitude in wanted:
+            if free and (len(self._oscillators) == self.components or _near(free, wavelength)):
+                chosen = min(free, key=lambda one: abs(math.log(one.wavelength_mm / wavelength)))
+                free.remove(chosen)
+            else:
+                chosen = Oscillator(wavelength)
+                self._oscillators.append(chosen)
+            chosen.wavelength_mm, chosen.goal_um = wavelength, amplitude
+
+    def move(self, time_s: float, position_mm: float, force_N: float = math.nan) -> None:
+        """Take a reading of the hand's position and, where there is one, of the pressing force."""
+        self.hand.read(time_s, position_mm)
+        self._fader.press(force_N)
+
+    def update(self, time_s: float) -> Shown:
+        """What the display does now; times must rise, one that does not changes nothing."""
+        since = time_s - self._time_s
+        if not math.isfinite(time_s) or -1.0 < since <= 0:
+            held = self._held or Shown(0.0, self.actuator.volts(0.0), math.nan, math.nan, 0.0, 0)
+            return held._replace(status=int(DisplayStatus.CLOCK))
+        self._time_s = time_s
+        moved, speed = self._moved(time_s, since)
+        dt = min(since, LONGEST_STEP / self.rate_Hz) if since > 0 else 1 / self.rate_Hz
+        status = self._condition(time_s)
+        gain = self._fader.step(dt, status == DisplayStatus.OK)
+        if gain == 0 and status != DisplayStatus.OK:
+            for oscillator in self._oscillators:
+                oscillator.now_um = 0.0
+        shown, limit = self._sound(moved, speed, dt, gain)
+        self._held = shown._replace(status=int(limit if status == DisplayStatus.OK else status))
+        return self._held
+
+    def _moved(self, time_s: float, since: float) -> tuple[float, float]:
+        """(way since the last update in mm, speed in mm/s); no way where the update is late or the place none that a
+        hand reaches in that time."""
+        place, velocity = self.hand.at(time_s)
+        moved = place - self._place_mm
+        self._place_mm = place
+        if since * self.rate_Hz > LONGEST_STEP or not (abs(moved) <= FASTEST_MM_S * since):
+            return 0.0, abs(velocity)
+        return moved, abs(moved) / since
+
+    def _condition(self, time_s: float) -> DisplayStatus:
+        if math.isnan(self._heard_s):
+            return DisplayStatus.NO_MESSAGE
+        if not 0 <= time_s - self._heard_s + 1e-9 <= self.safety.hold_s:
+            return DisplayStatus.STALLED
+        if not -1.0 < self.hand.age_s(time_s) <= self.safety.hold_s:
+            return DisplayStatus.NO_HAND
+        return DisplayStatus.PRESSED if self._fader.pressed else DisplayStatus.OK
+
+    def _sound(self, moved: float, speed: float, dt: float, gain: float) -> tuple[Shown, DisplayStatus]:
+        """The sum of the oscillators, moved on; and what limits it."""
+        actuator, top, status = self.actuator, self.top_Hz, DisplayStatus.OK
+        goals, responses = [], []
+        for one in self._oscillators:
+            frequency = speed / one.wavelength_mm
+            share = actuator.passed(frequency, top)
+            if share < 1 and one.goal_um > 0:
+                status = DisplayStatus.TOO_FAST
+            turns = max(-top * dt, min(top * dt, moved / one.wavelength_mm))
+            one.turns = (one.turns + turns) % 1.0
+            goals.append(share * one.goal_um)
+            responses.append(actuator.response(min(frequency, top)))
+        drives = [goal / own if self.compensate else goal for goal, own in zip(goals, responses, strict=True)]
+        if sum(drives) > actuator.amplitude_um:
+            drives = [drive * actuator.amplitude_um / sum(drives) for drive in drives]
+            status = DisplayStatus.LIMITED
+        most = actuator.amplitude_um * dt / RAMP_S
+        for one, drive in zip(self._oscillators, drives, strict=True):
+            one.now_um += max(-most, min(most, drive - one.now_um))
+        total = sum(one.now_um for one in self._oscillators)
+        factor = gain * min(1.0, actuator.amplitude_um / total) if total > 0 else 0.0
+        displacement = drive_um = 0.0
+        for one, response in zip(self._oscillators, responses, strict=True):
+            driven = factor * one.now_um * math.sin(2 * math.pi * one.turns)
+            drive_um += driven
+            displacement += driven * response
+        self._oscillators = [one for one in self._oscillators if one.now_um > 0 or one.goal_um > 0]
+        first = max(self._oscillators, key=lambda one: one.goal_um, default=None)
+        if first is None or first.goal_um == 0:
+            status = DisplayStatus.NO_TEXTURE
+        wavelength = math.nan if first is None else first.wavelength_mm
+        return Shown(displacement, actuator.volts(drive_um), speed / wavelength, wavelength, gain, 0), status
+
+
+def _near(oscillators: list[Oscillator], wavelength: float, ratio: float = 1.25) -> bool:
+    return any(1 / ratio < one.wavelength_mm / wavelength < ratio for one in oscillators)

@@ -1,0 +1,231 @@
+"""The whole loop, simulated: hand, uplink, sensor, downlink, and both displays on the same signals."""
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.pipeline import Pipeline
+from papilla.telepresence.answer import DisplayStatus
+from papilla.telepresence.direct import DirectFeedback
+from papilla.telepresence.hand import RemoteHand
+from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
+from papilla.telepresence.local_model import LocalModel
+from papilla.telepresence.measures import felt_wavelength, lag_s
+from papilla.telepresence.messages import VERSION, HandReading, Header, Length, Samples, encode, quantity
+from papilla.telepresence.sensing import Sensing
+from papilla.telepresence.texture import Texture
+
+HAND_HZ, RATE_HZ = 250.0, 1000.0
+"""Positions and control periods a second: Okamoto et al. 2011, section 3."""
+PARAMETERS_HZ = 50.0
+SETTLE_S = 1.0
+"""Of the begin, left out of every measure."""
+SCALE_SIGMA = 1e-3
+"""The sensor's arm has an encoder: its path is right to 0.1 %."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the hand does: strokes to and fro of this peak speed and rate, or, at 0 Hz, one at a constant speed.
+
+    The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s.
+    """
+
+    peak_mm_s: float = 197.0
+    strokes_Hz: float = 1.07
+
+    def __post_init__(self):
+        checks.within("peak_mm_s", self.peak_mm_s, 1, 1000)
+        checks.within("strokes_Hz", self.strokes_Hz, 0, 10)
+
+    @property
+    def length_mm(self) -> float:
+        """Length of a stroke; infinite at a constant speed."""
+        return self.peak_mm_s / (math.pi * self.strokes_Hz) if self.strokes_Hz else math.inf
+
+    def place_mm(self, time_s):
+        """Position at a time or times; the strokes begin at 0 and go forth first."""
+        if self.strokes_Hz == 0:
+            return self.peak_mm_s * np.asarray(time_s)
+        return 0.5 * self.length_mm * (1 - np.cos(2 * math.pi * self.strokes_Hz * np.asarray(time_s)))
+
+
+@dataclass(frozen=True)
+class Set:
+    """What is simulated.
+
+    Parameters
+    ----------
+    texture : under the sensor. motion : of the hand. seconds : how long.
+    uplink, downlink : one way each, hand to sensor and sensor to display.
+    noise_microstrain : standard deviation of a reading. components : of the local model.
+    parameters_Hz : messages to the local model a second. seed : of noise and links.
+    start_mm : place of the texture under the hand's 0.
+    """
+
+    texture: Texture
+    motion: Motion = field(default_factory=Motion)
+    seconds: float = 8.0
+    uplink: LinkModel = field(default_factory=LinkModel)
+    downlink: LinkModel = field(default_factory=LinkModel)
+    noise_microstrain: float = 3.5
+    components: int = 1
+    parameters_Hz: float = PARAMETERS_HZ
+    seed: int = 0
+    start_mm: float = 0.0
+
+    def __post_init__(self):
+        checks.within("seconds", self.seconds, 2, 3600)
+        checks.within("parameters_Hz", self.parameters_Hz, 1, RATE_HZ)
+        checks.within("noise_microstrain", self.noise_microstrain, 0, 1e6)
+
+
+class Record(NamedTuple):
+    """(n,) a row per ms: time_s, hand_mm and truth_mm (wavelength under the hand); displacement in um of each display;
+    wavelength_mm of the local model, direct_mm that of the texture where the displayed sample was taken; status of
+    both. bytes_per_s : payload of messages down, `with_headers` with those of UDP and IPv4; round_trip_ms (n,) : how
+    long ago the hand was where the displayed sample was taken, what the links' queues add included; lost : share of
+    what was sent down."""
+
+    time_s: np.ndarray
+    hand_mm: np.ndarray
+    truth_mm: np.ndarray
+    local_um: np.ndarray
+    direct_um: np.ndarray
+    wavelength_mm: np.ndarray
+    direct_mm: np.ndarray
+    local_status: np.ndarray
+    direct_status: np.ndarray
+    bytes_per_s: dict[str, float]
+    with_headers: dict[str, float]
+    round_trip_ms: np.ndarray
+    lost: dict[str, float]
+
+    @property
+    def judged(self) -> slice:
+        """Rows after the begin."""
+        return slice(int(np.searchsorted(self.time_s, SETTLE_S)), None)
+
+    @property
+    def late_ms(self) -> float:
+        """The median round trip after the begin."""
+        late = self.round_trip_ms[self.judged]
+        return float(np.median(late[np.isfinite(late)])) if np.isfinite(late).any() else math.nan
+
+    def lag_ms(self, which: str) -> float:
+        """Lag of a display ("local" or "direct") behind the hand."""
+        rows, shown = self.judged, self.local_um if which == "local" else self.direct_um
+        steps = np.diff(self.hand_mm, prepend=self.hand_mm[0])
+        turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
+        longest = min(1.5e-3 * self.late_ms + 0.3, 0.4 * self.time_s[-1])
+        return 1e3 * lag_s(shown[rows], turns[rows], self.hand_mm[rows], RATE_HZ, longest)
+
+    def felt(self, which: str):
+        """`Felt` of a display: the wavelength that it has over the hand's own path."""
+        rows, shown = self.judged, self.local_um if which == "local" else self.direct_um
+        return felt_wavelength(shown[rows], self.hand_mm[rows], self.truth_mm[rows], RATE_HZ)
+
+    def change_ms(self, which: str, within: float = 0.1) -> float:
+        """How long after the hand has come onto another texture the display shows its wavelength within 10 %, the
+        first time; NaN where it never does or the texture does not change."""
+        changes = np.flatnonzero(np.abs(np.diff(self.truth_mm)) > 0)
+        shown = self.wavelength_mm if which == "local" else self.direct_mm
+        if not changes.size:
+            return math.nan
+        begin = changes[0] + 1
+        right = np.flatnonzero(np.abs(shown[begin:] / self.truth_mm[begin] - 1) < within)
+        return float(right[0]) * 1e3 / RATE_HZ if right.size else math.nan
+
+    def statuses(self, which: str) -> dict[str, float]:
+        """Share of the rows of each status, by its sentence."""
+        codes, counts = np.unique(self.local_status if which == "local" else self.direct_status, return_counts=True)
+        return {
+            DisplayStatus(int(code)).sentence: float(count) / self.time_s.size
+            for code, count in zip(codes, counts, strict=True)
+        }
+
+
+class Headers:
+    """Headers of one side of a simulated link, where nobody has to prove anything."""
+
+    def __init__(self, session: int):
+        self.session, self._sequence = session, itertools.count(1)
+
+    def next(self, time_s: float) -> Header:
+        """The header of a message sent at this time; its numbers are as long as those of a real run."""
+        own, now = 2**62 + self.session, 2**45 + round(1e9 * time_s)
+        return Header(VERSION, own, next(self._sequence), now, own + 1, now, 1_000_000)
+
+
+def run(scene: Set, local: LocalModel | None = None, direct: DirectFeedback | None = None) -> Record:
+    """Simulate the loop: both displays hear the same sensor over links of the same model and seed.
+
+    Raises `InputError` where the strokes leave a recorded texture.
+    """
+    local = LocalModel(components=scene.components) if local is None else local
+    direct = DirectFeedback() if direct is None else direct
+    seeds = np.random.SeedSequence(scene.seed).generate_state(3)
+    uplink, noise = Link(scene.uplink, int(seeds[0])), np.random.default_rng(int(seeds[2]))
+    # The same seed: the delays of both are the same at any time, each has losses of its own datagrams.
+    down = {name: Link(scene.downlink, int(seeds[1])) for name in ("local", "direct")}
+    pipeline = Pipeline(gauges=1, columns=("position_mm",), scale_sigma=SCALE_SIGMA, latency_s=0.0)
+    sensing, remote = Sensing(pipeline, components=scene.components), RemoteHand()
+    headers = {name: Headers(number) for number, name in enumerate(("hand", "local", "direct"))}
+    time = np.arange(round(scene.seconds * RATE_HZ)) / RATE_HZ
+    hand = np.asarray(scene.motion.place_mm(time)) + scene.start_mm
+    noises = scene.noise_microstrain * noise.standard_normal(time.size)
+    hand_every, told_every = round(RATE_HZ / HAND_HZ), round(RATE_HZ / scene.parameters_Hz)
+    shown_local, shown_direct, displayed, newest = [], [], [], (math.nan, math.nan)
+    for row, now in enumerate(time.tolist()):
+        if row % hand_every == 0:
+            place = float(hand[row])
+            local.move(now, place)
+            message = HandReading(headers["hand"].next(now), quantity(Length, place))
+            uplink.send(now, place, len(encode(message)))
+        for sent, arrived, place in uplink.receive(now):
+            remote.read(arrived, sent, place)
+        place, speed = remote.at(now)
+        if math.isfinite(place):
+            reading = scene.texture.reading(place, speed) + float(noises[row])
+            if not math.isfinite(reading):
+                raise InputError(f"the hand leaves the recorded texture at {place:.3g} mm: make its strokes shorter")
+            sensing.update((now, reading, place))
+            sample = Samples(headers["direct"].next(now), 1_000_000, (reading,))
+            down["direct"].send(now, (reading, place, remote.playing_s), len(encode(sample)))
+        if row % told_every == 0:
+            told = sensing.parameters(headers["local"].next(now))
+            down["local"].send(now, told, len(encode(told)))
+        for delivery in down["local"].receive(now):
+            told = delivery.content
+            local.learn(now, told.components, told.texture)
+        for delivery in down["direct"].receive(now):
+            reading, place, played = delivery.content
+            newest = scene.texture.wavelength(place), played
+            direct.hear(now, reading)
+        shown_local.append(local.update(now))
+        shown_direct.append(direct.update(now))
+        displayed.append((newest[0], 1e3 * (now - newest[1])))
+    truth = np.array([scene.texture.wavelength(place) for place in hand.tolist()])
+    displayed_mm, late_ms = np.array(displayed).T
+    return Record(
+        time_s=time,
+        hand_mm=hand,
+        truth_mm=truth,
+        local_um=np.array([one.displacement_um for one in shown_local]),
+        direct_um=np.array([one.displacement_um for one in shown_direct]),
+        wavelength_mm=np.array([one.wavelength_mm if one.gain > 0 else math.nan for one in shown_local]),
+        direct_mm=displayed_mm,
+        local_status=np.array([one.status for one in shown_local]),
+        direct_status=np.array([one.status for one in shown_direct]),
+        bytes_per_s={name: link.bytes_sent / scene.seconds for name, link in down.items()},
+        with_headers={
+            name: (link.bytes_sent + HEADER_BYTES * link.sent) / scene.seconds for name, link in down.items()
+        },
+        round_trip_ms=late_ms,
+        lost={name: link.lost / max(1, link.sent) for name, link in down.items()},
+    )

@@ -1,0 +1,111 @@
+"""What an ideal observer finds in a displayed signal: how late it is, and which wavelength it has for the hand."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+LAG_WINDOW_S, FELT_WINDOW_S = 0.25, 0.25
+SLOW = 0.3
+"""Share of the greatest speed below which no wavelength is looked for."""
+SILENT = 0.05
+"""Of the greatest rms of a window: below it nothing is felt."""
+
+STEADY = 0.2
+"""Share of the greatest speed by which the speed must change within a window that tells a lag."""
+
+
+def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: float = -0.05) -> float:
+    """How late a displayed signal is behind the hand: the shift that makes it fit the texture under the hand best.
+
+    Window by window (0.25 s), the greatest |sum shown(t) exp(-2 pi i turns(t - lag))| between `earliest_s` and
+    `longest_s`; the median over windows. NaN where nothing is displayed or the speed never changes: a steady sine fits
+    at any lag.
+
+    Parameters
+    ----------
+    shown : (n,) displacement. turns : (n,) periods of the texture that the hand has passed, with sign.
+    place_mm : (n,) position of the hand. rate_Hz : of all.
+    """
+    signal = np.asarray(shown, float)
+    wave, place = np.exp(-2j * math.pi * np.asarray(turns, float)), np.asarray(place_mm, float)
+    size, first, last = round(LAG_WINDOW_S * rate_Hz), round(earliest_s * rate_Hz), round(longest_s * rate_Hz)
+    loudest = _loudest(signal, size)
+    found = []
+    for begin in range(max(0, last), signal.size - size + min(0, first), size // 2):
+        part = signal[begin : begin + size]
+        around = wave[begin - last : begin - first + size]
+        speeds = np.abs(np.diff(place[begin - last : begin - first + size]))
+        if loudest == 0 or part.std() < SILENT * loudest or np.ptp(speeds) < STEADY * speeds.max():
+            continue
+        # `correlate` conjugates its second argument; the signal is real, so nothing changes.
+        score = np.abs(np.correlate(around, part - part.mean(), "valid"))[::-1]
+        best = int(np.argmax(score))
+        if 0 < best < score.size - 1:
+            found.append((first + best + _vertex(score[best - 1 : best + 2])) / rate_Hz)
+    return float(np.median(found)) if found else math.nan
+
+
+class Felt(NamedTuple):
+    """(m,) times of windows, the wavelength felt there (NaN where nothing is displayed) and its truth, both in mm."""
+
+    time_s: np.ndarray
+    wavelength_mm: np.ndarray
+    truth_mm: np.ndarray
+
+    @property
+    def error(self) -> float:
+        """RMS of felt over true minus 1 (cut to -1 ... 3) over the windows that are not silent; NaN without any."""
+        ratio = self.wavelength_mm / self.truth_mm - 1
+        ratio = np.clip(ratio[np.isfinite(ratio)], -1, 3)
+        return float(np.sqrt(np.mean(ratio**2))) if ratio.size else math.nan
+
+    @property
+    def silent(self) -> float:
+        """Share of the windows in which nothing is displayed."""
+        return float(np.mean(np.isnan(self.wavelength_mm))) if self.time_s.size else math.nan
+
+
+def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.0)) -> Felt:
+    """The strongest line of what is displayed over the hand's own path, window by window (0.25 s).
+
+    It is what "frequency over own speed" tells an observer who knows his movement exactly, also where it changes.
+    Windows in which the hand is slower than 30 % of its peak, or the true wavelength changes, are left out.
+
+    Parameters
+    ----------
+    shown, place_mm, truth_mm : (n,) displacement, position of the hand, wavelength under it. rate_Hz : of all.
+    range_mm : wavelengths that are looked for.
+    """
+    signal, place, truth = (np.asarray(values, float) for values in (shown, place_mm, truth_mm))
+    size, speed = round(FELT_WINDOW_S * rate_Hz), np.abs(np.gradient(place)) * rate_Hz
+    loudest, peak = _loudest(signal, size), speed.max()
+    wavenumbers = np.arange(1 / range_mm[1], 1 / range_mm[0], 0.1 / max(peak * FELT_WINDOW_S, 1e-9))
+    times, felt, true = [], [], []
+    for begin in range(0, signal.size - size + 1, size):
+        rows = slice(begin, begin + size)
+        if speed[rows].min() < SLOW * peak or np.ptp(truth[rows]) > 0:
+            continue
+        part = signal[rows] - signal[rows].mean()
+        times.append((begin + size) / rate_Hz)
+        true.append(truth[begin])
+        if loudest == 0 or part.std() < SILENT * loudest:
+            felt.append(math.nan)
+            continue
+        power = np.abs(np.exp(-2j * math.pi * np.outer(wavenumbers, place[rows])) @ part)
+        best = int(np.argmax(power))
+        shift = _vertex(power[best - 1 : best + 2]) if 0 < best < power.size - 1 else 0.0
+        felt.append(1 / (wavenumbers[best] + shift * (wavenumbers[1] - wavenumbers[0])))
+    return Felt(np.array(times), np.array(felt), np.array(true))
+
+
+def _loudest(signal: np.ndarray, size: int) -> float:
+    parts = signal[: signal.size // size * size].reshape(-1, size)
+    return float(parts.std(axis=1).max()) if parts.size else 0.0
+
+
+def _vertex(three: np.ndarray) -> float:
+    """Place of the vertex of a parabola through values at -1, 0, 1."""
+    before, middle, after = three
+    bend = before - 2 * middle + after
+    return 0.5 * (before - after) / bend if bend < 0 else 0.0

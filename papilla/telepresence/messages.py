@@ -1,0 +1,155 @@
+"""What travels: a few quantities, each with its unit, standard deviation and status, in at most `MAX_BYTES`.
+
+Messages are msgspec structs in MessagePack. The unit of a quantity is the tag of its type, so a message in other units
+does not decode. Numbers are bounded, hence finite; what is missing is null, never NaN.
+"""
+
+import math
+from typing import Annotated, Literal, TypeVar
+
+import msgspec
+from msgspec import Meta, Struct
+
+from papilla.telepresence.answer import Trust
+from papilla.telepresence.components import Component
+
+VERSION: Literal[1] = 1
+MAX_BYTES = 1200
+"""A datagram that no usual path has to cut."""
+MAX_LINES, MAX_SAMPLES = 8, 100
+
+_Value = Annotated[float, Meta(ge=-1e9, le=1e9)]
+_Sigma = Annotated[float, Meta(ge=0, le=1e9)]
+_Count = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+
+
+class Quantity(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+    """value and sigma (null where there is none), status : a `Trust`."""
+
+    value: _Value | None
+    sigma: _Sigma | None
+    status: Annotated[int, Meta(ge=0, le=2)]
+
+
+class Length(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="mm"):
+    """In mm."""
+
+
+class Strain(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="uE"):
+    """In microstrain."""
+
+
+class Modulus(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="MPa"):
+    """In MPa."""
+
+
+class Ratio(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="1"):
+    """Of no dimension, as a coefficient of friction."""
+
+
+class Area(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="mm2"):
+    """In mm2."""
+
+
+class Force(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="N"):
+    """In N."""
+
+
+class Header(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+    """Who speaks, which message it is, and what shows that he hears us.
+
+    version : of the messages. session : random, of the sender's run. sequence : counts from 1 in it. sent_ns : on the
+    sender's clock. echo_session, echo_ns : session and sent_ns of the last message that the sender had from the
+    receiver (0 where none). held_ns : how long before sent_ns that came.
+    """
+
+    version: Literal[1]
+    session: _Count
+    sequence: _Count
+    sent_ns: _Count
+    echo_session: _Count
+    echo_ns: _Count
+    held_ns: _Count
+
+
+class Line(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+    """A component of the texture."""
+
+    wavelength: Length
+    amplitude: Strain
+
+
+class Parameters(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="P"):
+    """From the sensor: what is touched. `texture` is the `Trust` of the lines, strongest first."""
+
+    header: Header
+    texture: Annotated[int, Meta(ge=0, le=2)]
+    lines: Annotated[tuple[Line, ...], Meta(max_length=MAX_LINES)]
+    modulus: Modulus | None = None
+    mu_kinetic: Ratio | None = None
+    mu_static: Ratio | None = None
+    area: Area | None = None
+    force: Force | None = None
+
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """The lines that have a wavelength and an amplitude."""
+        return tuple(
+            Component(line.wavelength.value, line.amplitude.value, _known(line.wavelength), _known(line.amplitude))
+            for line in self.lines
+            if line.wavelength.value is not None and line.amplitude.value is not None
+        )
+
+
+class HandReading(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="H"):
+    """From the display: where the hand is, and how hard it presses where that is measured."""
+
+    header: Header
+    position: Length
+    force: Force | None = None
+
+
+class Samples(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="S"):
+    """From the sensor, for direct feedback: readings of one gauge at even times, the last of them at sent_ns."""
+
+    header: Header
+    period_ns: _Count
+    readings: Annotated[tuple[_Value, ...], Meta(max_length=MAX_SAMPLES)]
+    unit: Literal["uE"] = "uE"
+    sigma: _Sigma | None = None
+
+
+Message = Parameters | HandReading | Samples
+_Any = TypeVar("_Any", bound=Quantity)
+
+_encoder = msgspec.msgpack.Encoder()
+_decoder = msgspec.msgpack.Decoder(Message)
+encode = _encoder.encode
+"""The bytes of a message."""
+
+
+def decode(data: bytes) -> Message:
+    """The message of these bytes; raises `msgspec.MsgspecError`, or another ValueError, for all that is none."""
+    return _decoder.decode(data)
+
+
+def quantity(kind: type[_Any], value: float, sigma: float = math.nan, trust: Trust = Trust.OK) -> _Any:
+    """A quantity of a number that may be NaN, which is then unknown."""
+    if not math.isfinite(value):
+        return kind(None, None, int(Trust.UNKNOWN))
+    return kind(value, sigma if math.isfinite(sigma) else None, int(trust))
+
+
+def lines_of(components: tuple[Component, ...]) -> tuple[Line, ...]:
+    """Components as they travel."""
+    return tuple(
+        Line(
+            quantity(Length, own.wavelength_mm, own.wavelength_sigma_mm),
+            quantity(Strain, own.amplitude_microstrain, own.amplitude_sigma_microstrain),
+        )
+        for own in components[:MAX_LINES]
+    )
+
+
+def _known(one: Quantity) -> float:
+    return math.nan if one.sigma is None else one.sigma

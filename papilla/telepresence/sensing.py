@@ -1,0 +1,153 @@
+"""The sensor's side: estimates of every sample made into the few quantities that are sent."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from papilla.errors import InputError
+from papilla.estimators.pipeline import Pipeline, PipelineEstimate
+from papilla.estimators.tracking.answer import TrackingStatus
+from papilla.telepresence.answer import Trust
+from papilla.telepresence.components import Component, strongest
+from papilla.telepresence.messages import Area, Force, Header, Modulus, Parameters, Ratio, lines_of, quantity
+
+WINDOW_S = 0.2
+"""Time over which amplitudes are taken."""
+PERIODS = 1.5
+"""Of a line, that the window must hold."""
+CHANCE = 1e-6
+"""A further line counts where noise alone would show one as strong with less than this probability."""
+ALIKE = 0.02
+"""Relative difference of wavelength within which two lines are one."""
+_HELD = {
+    status.sentence
+    for status in (
+        TrackingStatus.STANDSTILL,
+        TrackingStatus.MISSING,
+        TrackingStatus.NO_VELOCITY,
+        TrackingStatus.ALIASED,
+    )
+}
+
+
+class Sensing:
+    """Quantities for a message from the samples of a pipeline: the texture's lines, E, friction and contact area.
+
+    The wavelength of the pipeline is the first line; of the others in its last spectrum over the path as many follow
+    as are asked for. Their amplitudes are those of sines fitted together to the last 0.2 s of the gauge that feels the
+    first one most, in microstrain.
+
+    Parameters
+    ----------
+    pipeline : with a velocity or a position among its columns.
+    components : lines that are sent at most.
+    sample_rate_Hz : of the samples.
+    area : contact area (mm2, its sigma) of a force (N) and a modulus with its sigma (MPa), as `ContactArea` gives it;
+        None: no area is sent.
+
+    Raises `InputError` for a pipeline without a path.
+    """
+
+    def __init__(
+        self,
+        pipeline: Pipeline,
+        *,
+        components: int = 1,
+        sample_rate_Hz: float = 1000.0,
+        area: Callable[[float, float, float], tuple[float, float]] | None = None,
+    ):
+        if "wavelength" in pipeline.off:
+            raise InputError(f"the sensor's side needs a wavelength: {pipeline.off['wavelength']}")
+        self.pipeline, self.components, self._area = pipeline, components, area
+        names = pipeline.columns
+        self._place = names.index("position_mm") if "position_mm" in names else -1
+        self._speed = names.index("velocity_mm_s") if "velocity_mm_s" in names else -1
+        self._force = names.index("force_N") if "force_N" in names else -1
+        optional = [place for place in (self._place, self._speed, self._force) if place > 0]
+        self._gauges = slice(1, min([*optional, len(names)]))
+        self._dt = 1 / sample_rate_Hz
+        self._window = round(WINDOW_S * sample_rate_Hz)
+        self._rows = np.zeros((self._window, 1 + self._gauges.stop - 1))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.pipeline.reset()
+        self._count, self._integral = 0, 0.0
+        self._answer: PipelineEstimate | None = None
+        self._amplitudes: dict[float, tuple[float, float]] = {}
+        self._sample: tuple[float, ...] = ()
+
+    def update(self, sample) -> None:
+        """Take one sample, in the order of the pipeline's columns."""
+        self._answer = self.pipeline.update(sample)
+        self._sample = tuple(sample)
+        if self._place > 0:
+            place = sample[self._place]
+        else:
+            speed = sample[self._speed]
+            self._integral += speed * self._dt if math.isfinite(speed) else 0.0
+            place = self._integral
+        row = self._rows[self._count % self._window]
+        row[0], row[1:] = place, sample[self._gauges]
+        self._count += 1
+
+    def lines(self) -> tuple[tuple[Component, ...], Trust]:
+        """The texture's lines, strongest first, and what may be done with them."""
+        answer = self._answer
+        if answer is None:
+            return (), Trust.UNKNOWN
+        status = str(answer.wavelength_status)
+        if not status.startswith("ok"):
+            return (), Trust.HELD if status in _HELD else Trust.UNKNOWN
+        found = [(float(answer.wavelength_mm), float(answer.wavelength_sigma_mm))]
+        for wavelength, _, chance in self.pipeline.lines:
+            apart = all(abs(math.log(wavelength / other)) > ALIKE for other, _ in found)
+            if len(found) < self.components and chance < CHANCE and apart:
+                found.append((wavelength, math.nan))
+        amplitudes = self._fit([wavelength for wavelength, _ in found])
+        if amplitudes is None:
+            return (), Trust.HELD
+        lines = [
+            Component(wavelength, amplitude, sigma, spread)
+            for (wavelength, sigma), (amplitude, spread) in zip(found, amplitudes, strict=True)
+        ]
+        return strongest(tuple(lines), self.components), Trust.OK
+
+    def _fit(self, wavelengths: list[float]) -> list[tuple[float, float]] | None:
+        """(amplitude, sigma) of sines of these wavelengths over the path; None where that is too short to tell."""
+        rows = self._rows[: min(self._count, self._window)]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        if len(rows) < 4 * len(wavelengths) + 8 or np.ptp(rows[:, 0]) < PERIODS * wavelengths[0]:
+            return None
+        turns = 2 * math.pi * rows[:, :1] / np.array(wavelengths)
+        design = np.hstack([np.cos(turns), np.sin(turns), np.ones((len(rows), 1)), rows[:, :1] - rows[:, 0].mean()])
+        solution, _, rank, _ = np.linalg.lstsq(design, rows[:, 1:], rcond=None)
+        if rank < design.shape[1]:
+            return None
+        number = len(wavelengths)
+        sizes = np.hypot(solution[:number], solution[number : 2 * number])
+        gauge = int(np.argmax(sizes[0]))
+        residual = rows[:, 1 + gauge] - design @ solution[:, gauge]
+        sigma = math.sqrt(2 * float(residual @ residual)) / (len(rows) - design.shape[1])
+        return [(float(size), sigma) for size in sizes[:, gauge]]
+
+    def parameters(self, header: Header) -> Parameters:
+        """The message of now, under this header."""
+        lines, trust = self.lines()
+        answer, sample = self._answer, self._sample
+        extra: dict = {}
+        if answer is not None:
+            modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
+            force = sample[self._force] if self._force > 0 else math.nan
+            if "modulus" not in self.pipeline.off:
+                extra["modulus"] = quantity(Modulus, modulus, sigma)
+            if "friction" not in self.pipeline.off:
+                extra["mu_kinetic"] = quantity(Ratio, float(answer.mu_kinetic))
+                extra["mu_static"] = quantity(Ratio, float(answer.mu_static))
+            if self._force > 0:
+                extra["force"] = quantity(Force, force)
+            if self._area is not None:
+                extra["area"] = quantity(Area, *self._area(force, modulus, sigma))
+        return Parameters(header, int(trust), lines_of(lines), **extra)

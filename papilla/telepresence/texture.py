@@ -1,0 +1,120 @@
+"""Textures that a simulated sensor slides over: gratings, two side by side, or one that was recorded."""
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.lines import find_lines, travelled
+from papilla.logs import TimeLog
+
+HARMONICS = (1, 3, 5)
+SKIN_MM = 0.1
+"""Standard deviation of the Gaussian through which the skin feels a profile."""
+PASS_BAND_HZ = 400.0
+"""An amplifier's anti-aliasing filter: harmonics beyond it are not there at 1 kHz."""
+
+LEAST_MM = 10.0
+"""Path that a recorded texture must have."""
+
+
+class Texture(Protocol):
+    """Something that gives a reading at a place."""
+
+    def reading(self, place_mm: float, speed_mm_s: float) -> float:
+        """What the gauge reads there, in microstrain, moving at that speed."""
+
+    def wavelength(self, place_mm: float) -> float:
+        """The true wavelength there, in mm; NaN where there is none or it is not known."""
+
+
+class GratingTexture:
+    """A grating with groove = ridge, felt through the skin; the fundamental has this amplitude in microstrain."""
+
+    def __init__(self, wavelength_mm: float, amplitude_microstrain: float = 50.0):
+        self.wavelength_mm = checks.positive("wavelength_mm", wavelength_mm)
+        self.amplitude = checks.positive("amplitude_microstrain", amplitude_microstrain)
+        turn = 2 * math.pi * SKIN_MM / self.wavelength_mm
+        self._sizes = [math.exp(-0.5 * (n * n - 1) * turn * turn) / n * (1, -1)[n // 2 % 2] for n in HARMONICS]
+
+    def reading(self, place_mm: float, speed_mm_s: float) -> float:
+        """What the gauge reads there."""
+        turn = 2 * math.pi * place_mm / self.wavelength_mm
+        rate = abs(speed_mm_s) / self.wavelength_mm
+        shares = (
+            size * math.cos(n * turn) for n, size in zip(HARMONICS, self._sizes, strict=True) if n * rate < PASS_BAND_HZ
+        )
+        return self.amplitude * sum(shares)
+
+    def wavelength(self, place_mm: float) -> float:
+        """The same everywhere."""
+        return self.wavelength_mm
+
+
+class SideBySide:
+    """One texture left of `border_mm`, another right of it."""
+
+    def __init__(self, left: Texture, right: Texture, border_mm: float):
+        self.left, self.right, self.border_mm = left, right, checks.finite("border_mm", border_mm)
+
+    def _of(self, place_mm: float) -> Texture:
+        return self.left if place_mm < self.border_mm else self.right
+
+    def reading(self, place_mm: float, speed_mm_s: float) -> float:
+        """What the gauge reads there."""
+        return self._of(place_mm).reading(place_mm, speed_mm_s)
+
+    def wavelength(self, place_mm: float) -> float:
+        """That of the texture there."""
+        return self._of(place_mm).wavelength(place_mm)
+
+
+class RecordedTexture:
+    """Readings over the path of a log: its longest stroke in one direction; no place outside it has a reading.
+
+    positions_mm, readings : (n,). `wavelength_mm` is the strongest line over that path, NaN where none is significant.
+    Raises `InputError` for a stroke shorter than `LEAST_MM`.
+    """
+
+    def __init__(self, positions_mm, readings):
+        place, value = np.asarray(positions_mm, float), np.asarray(readings, float)
+        kept = np.isfinite(place) & np.isfinite(value)
+        place, value = place[kept], value[kept]
+        kept = np.flatnonzero(np.diff(place, prepend=math.nan) != 0)
+        place, value = place[kept], value[kept]
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(place))) != 0) + 1 if place.size > 2 else np.array([], int)
+        ends = np.concatenate([[0], turns, [max(0, place.size - 1)]]).astype(int)
+        longest = int(np.argmax(np.abs(np.diff(place[ends])))) if place.size else 0
+        rows = slice(ends[longest], ends[longest + 1] + 1)
+        self.place, self.value = place[rows], value[rows]
+        length = float(np.ptp(self.place)) if self.place.size else 0.0
+        if length < LEAST_MM:
+            raise InputError(f"the longest stroke in one direction is {length:.3g} mm, {LEAST_MM:g} mm are needed")
+        if self.place[0] > self.place[-1]:
+            self.place, self.value = self.place[::-1], self.value[::-1]
+        self.value = self.value - self.value.mean()
+        lines = find_lines(self.place, self.value).lines
+        self.wavelength_mm = lines[0].wavelength_mm if lines else math.nan
+
+    @classmethod
+    def of_log(cls, log: TimeLog, gauge: int = 0) -> "RecordedTexture":
+        """The texture of a gauge of a log with a position or a velocity; raises `InputError` without either."""
+        if log.position_mm is None and log.velocity_mm_s is None:
+            raise InputError("a recorded texture needs a column position_mm or velocity_mm_s")
+        place = travelled(log.t_s, log.velocity_mm_s) if log.position_mm is None else log.position_mm
+        return cls(place, log.readings[:, gauge])
+
+    @property
+    def reach_mm(self) -> tuple[float, float]:
+        """First and last place."""
+        return float(self.place[0]), float(self.place[-1])
+
+    def reading(self, place_mm: float, speed_mm_s: float) -> float:
+        """What the gauge read there; NaN outside."""
+        return float(np.interp(place_mm, self.place, self.value, left=math.nan, right=math.nan))
+
+    def wavelength(self, place_mm: float) -> float:
+        """That of the strongest line of all."""
+        return self.wavelength_mm

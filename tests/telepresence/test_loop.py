@@ -1,0 +1,82 @@
+"""The whole loop: who is late, by how much, and what it costs; measures against signals whose answer is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.telepresence import GratingTexture, LinkModel, Motion, RecordedTexture, Set, SideBySide, run
+from papilla.telepresence.measures import felt_wavelength, lag_s
+
+TIME = np.arange(6000) / 1000
+HAND = 29.3 * (1 - np.cos(2 * np.pi * 1.07 * TIME))
+
+
+@pytest.mark.parametrize("late_ms", [0, 37, 240])
+def test_the_measure_of_lag_finds_a_shift(late_ms):
+    shown = np.sin(2 * np.pi * np.roll(HAND, late_ms) / 1.3 + 0.4)
+    shown[:late_ms] = 0
+    assert 1e3 * lag_s(shown, HAND / 1.3, HAND, 1000.0, 0.6) == pytest.approx(late_ms, abs=0.3)
+
+
+def test_a_steady_or_silent_signal_tells_no_lag():
+    steady = np.sin(2 * np.pi * 100 * TIME / 1.3)
+    assert math.isnan(lag_s(steady, 100 * TIME / 1.3, 100 * TIME, 1000.0, 0.5))
+    assert math.isnan(lag_s(np.zeros(6000), HAND, HAND, 1000.0, 0.5))
+
+
+@pytest.mark.parametrize("wavelength", [0.6, 1.2, 3.0])
+def test_the_felt_wavelength_is_that_of_the_signal(wavelength):
+    truth = np.full(6000, 1.2)
+    felt = felt_wavelength(np.sin(2 * np.pi * HAND / wavelength), HAND, truth, 1000.0)
+    assert felt.wavelength_mm == pytest.approx(wavelength, rel=0.01)
+    assert felt.error == pytest.approx(abs(wavelength / 1.2 - 1), abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("uplink_ms, downlink_ms", [(0, 0), (60, 60), (0, 300)])
+def test_the_local_model_is_not_late_and_direct_feedback_by_the_round_trip(uplink_ms, downlink_ms):
+    record = run(
+        Set(
+            GratingTexture(1.2),
+            seconds=4,
+            uplink=LinkModel(one_way_ms=uplink_ms),
+            downlink=LinkModel(one_way_ms=downlink_ms),
+        )
+    )
+    assert abs(record.lag_ms("local")) < 1
+    assert record.lag_ms("direct") == pytest.approx(uplink_ms + downlink_ms, abs=2)
+    assert record.late_ms == pytest.approx(uplink_ms + downlink_ms, abs=2)
+    assert record.felt("local").error < 0.01
+    if uplink_ms + downlink_ms:
+        assert record.felt("direct").error > 0.3
+    assert record.bytes_per_s["local"] < 0.2 * record.bytes_per_s["direct"]
+
+
+@pytest.mark.slow
+def test_two_gratings_reach_the_direct_display_first():
+    texture = SideBySide(GratingTexture(1.0), GratingTexture(3.1), 146.0)
+    record = run(Set(texture, Motion(97.0, 0.0), 3.0, downlink=LinkModel(one_way_ms=80)))
+    assert record.change_ms("direct") == pytest.approx(80, abs=3)
+    assert 80 < record.change_ms("local") < 1000
+    assert math.isnan(record.lag_ms("local"))
+
+
+@pytest.mark.slow
+def test_the_same_seed_is_the_same_run():
+    scene = Set(GratingTexture(1.0), seconds=2, downlink=LinkModel(one_way_ms=50, one_way_sd_ms=20, loss=0.2), seed=5)
+    first, second = run(scene), run(scene)
+    assert (first.local_um == second.local_um).all() and (first.direct_um == second.direct_um).all()
+
+
+def test_a_recorded_texture_is_its_longest_stroke():
+    place = np.concatenate([np.linspace(0, 5, 200), np.linspace(5, -30, 2000), np.linspace(-30, -20, 300)])
+    texture = RecordedTexture(place, 3 + np.sin(2 * np.pi * place / 1.7))
+    assert texture.reach_mm == (-30, 5) and texture.wavelength_mm == pytest.approx(1.7, rel=0.01)
+    assert texture.reading(-10.0, 0.0) == pytest.approx(math.sin(2 * math.pi * -10 / 1.7), abs=0.02)
+    assert math.isnan(texture.reading(6.0, 0.0))
+    with pytest.raises(InputError, match="longest stroke"):
+        RecordedTexture(np.linspace(0, 3, 100), np.zeros(100))
+    with pytest.raises(InputError, match="longest stroke"):
+        RecordedTexture(np.full(10, math.nan), np.zeros(10))
