@@ -409,3 +409,16 @@ def test_every_function_states_what_it_raises_and_its_source(name):
     text = inspect.getdoc(getattr(ref, name))
     assert "Raises `InputError`" in text
     assert "Source:" in text or "doi:" in text
+
+
+def test_two_equal_spheres_share_the_approach_and_the_printed_area_is_twice_too_large():
+    from papilla.references import hertz_sphere, printed_area, printed_area_per_approach, shared_approach
+    from papilla.references.hertz import effective_modulus
+
+    found = shared_approach(0.5, 25.0, 0.1, 0.3)
+    assert found.second / found.first == pytest.approx(0.1 / 0.3, rel=1e-12)
+    whole = hertz_sphere(0.5, 12.5, effective_modulus(0.1, 0.5, 0.3, 0.5))
+    assert found.first + found.second == pytest.approx(whole.indentation, rel=1e-12)
+    assert printed_area(found.first, found.second, 25.0) == pytest.approx(2 * found.area, rel=1e-12)
+    per = printed_area_per_approach(0.1, 0.3, 25.0)
+    assert per * found.first == pytest.approx(printed_area(found.first, found.second, 25.0), rel=1e-12)

@@ -15,6 +15,7 @@ from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.output import plain
 from papilla.cli.press import press
+from papilla.cli.reproduce import reproduce
 from papilla.cli.telepresence import telepresence
 from papilla.cli.texture import texture
 from papilla.cli.verify import verify
@@ -32,7 +33,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (calibrate, press, estimate, view, verify, bench):
+for command in (calibrate, press, estimate, view, verify, bench, reproduce):
     app.command()(command)
 app.add_typer(texture, name="texture")
 app.add_typer(telepresence, name="telepresence")

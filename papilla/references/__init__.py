@@ -23,6 +23,7 @@ from papilla.references.tangential_contact import (
     frictional_punch,
     goodman_stick_radius,
 )
+from papilla.references.two_spheres import SharedApproach, printed_area, printed_area_per_approach, shared_approach
 
 __all__ = [
     "BondedLayerContact",
@@ -30,6 +31,7 @@ __all__ = [
     "FrictionalPunch",
     "HertzContact",
     "LayerKernel",
+    "SharedApproach",
     "StackLayer",
     "bonded_layer_deficit",
     "bonded_layer_sphere",
@@ -44,6 +46,9 @@ __all__ = [
     "hertz_sphere",
     "hertz_sphere_at",
     "layered_halfspace_stiffness",
+    "printed_area",
+    "printed_area_per_approach",
+    "shared_approach",
     "sliding_layer_deficit",
     "uniform_disc_mean_displacement",
 ]

@@ -346,3 +346,14 @@ def test_the_finite_rung_is_sent_where_the_mesh_is(reference):
 def test_a_block_thinner_than_the_mesh_resolves_is_refused(coarse):
     with pytest.raises(ContactRangeError, match="the mesh is too coarse for a block 1 mm thick"):
         press(coarse, Block(0.001, 1), force=0.05, fidelity="contact")
+
+
+@pytest.mark.parametrize("fidelity", ["hertz", "contact"])
+def test_finger_and_specimen_share_the_approach_as_they_are_stiff(reference, fidelity):
+    rigid = press(reference, HalfSpace(1e6), force=0.3, fidelity=fidelity)
+    assert rigid.finger_share == pytest.approx(1, abs=1e-3)
+    shares = [press(reference, HalfSpace(E), force=0.3, fidelity=fidelity).finger_share for E in (0.02, 0.1, 0.5)]
+    assert 0 < shares[0] < shares[1] < shares[2] < 1
+    soft = press(reference, HalfSpace(0.1), force=0.3, fidelity=fidelity)
+    assert soft.finger_indentation + soft.specimen_indentation == pytest.approx(soft.indentation)
+    assert soft.specimen_indentation > rigid.specimen_indentation

@@ -41,6 +41,7 @@ class Press:
     reading : (g,) in microstrain. sd : population standard deviation (ddof 0) of the readings, in microstrain.
     force_balance : relative difference of the pressure's integral from the force.
     large_strain : whether what large strain changes is included. friction : Coulomb's coefficient, infinite for stick.
+    finger_share : of the indentation, what the finger gives way by; the specimen takes the rest. NaN where not known.
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
     shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
@@ -64,12 +65,23 @@ class Press:
     shear: np.ndarray | None = None
     large_strain: bool = False
     friction: float = 0.0
+    finger_share: float = np.nan
 
     def __repr__(self) -> str:
         return (
             f"Press({self.fidelity}, {self.force:.4g} N, {self.indentation:.4g} mm, {self.contact_area:.4g} mm2, "
             f"S_d {self.sd:.5g} microstrain: {self.status})"
         )
+
+    @property
+    def finger_indentation(self) -> float:
+        """What the finger gives way by (mm): w_f of 2006, equation (7)."""
+        return self.finger_share * self.indentation
+
+    @property
+    def specimen_indentation(self) -> float:
+        """What the specimen gives way by (mm): w_o of 2006, equation (7)."""
+        return self.indentation - self.finger_indentation
 
     @property
     def traction(self) -> np.ndarray:
@@ -175,7 +187,10 @@ def linear_press(
             f"more than {100 * DEEPEST:g} % is beyond the model"
         )
     refuse_rim(patch, values["active"])
-    taken = float((compliance @ pressure / patch.mass - moved).max())
+    whole = compliance @ pressure / patch.mass
+    taken = float((whole - moved).max())
+    deepest = int(np.argmax(whole))
+    values["finger_share"] = float(moved[deepest] / whole[deepest])
     radius = float(np.sqrt(values["contact_area"] / np.pi))
     specimen.refuse(taken, radius)
     doubts, strain = [status], own / reduced.strained_depth

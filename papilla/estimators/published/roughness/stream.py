@@ -57,7 +57,8 @@ class RoughnessStream(ABC):
     variant : "as_printed" or "corrected".
     window_s : length of the window; None is that of the variant.
     sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
-    wavelength_range_mm : its low end says from which speed on the sampling rate is too low to answer.
+    wavelength_range_mm : its low end says from which speed on the sampling rate is too low for a corrected variant to
+        answer; what is printed knows no such limit.
 
     Raises `InputError` for unusable values.
     """
@@ -92,8 +93,9 @@ class RoughnessStream(ABC):
 
     def _prepare(self) -> None:
         """Constants of the method; called once, before `_forget`."""
-        # Faster than this, the shortest wavelength would be sampled less than twice a period.
-        self._fastest = 0.5 * self.sample_rate_Hz * self._low
+        # Faster than this, the shortest wavelength would be sampled less than twice a period; no paper prints a limit.
+        printed = self.variant == "as_printed"
+        self._fastest = math.inf if printed else 0.5 * self.sample_rate_Hz * self._low
         # So many samples are answered by "warming up".
         self._full = self.window_samples
 

@@ -144,7 +144,11 @@ def test_what_the_sampling_rate_cannot_show_is_refused(make, grating):
     rows = grating(1.2, seconds=1.5)
     rows[:, 1] = 300.0
     fast = make(wavelength_range_mm=(0.4, 6.0)).process(rows)
-    assert (fast.status[-50:] == RoughnessStatus.ALIASED).all() and np.isnan(fast.wavelength_mm).all()
+    if make().variant == "as_printed":
+        # No paper prints a limit of the speed
+        assert (fast.status[-50:] == RoughnessStatus.OK).all()
+    else:
+        assert (fast.status[-50:] == RoughnessStatus.ALIASED).all() and np.isnan(fast.wavelength_mm).all()
     flicker = np.column_stack([np.tile([1.0, 1.0, -1.0, -1.0, 1.0, -1.0], 250), np.full(1500, 100.0)])
     answer = make().process(flicker)
     assert not (np.isfinite(answer.frequency_Hz) & (answer.frequency_Hz > 500)).any()

@@ -1,0 +1,10 @@
+"""`papilla reproduce`: what the papers claim and what papilla finds, claim by claim, with a verdict from a tolerance.
+
+>>> answers = papilla.studies.reproduce.reproduce("eq. (3)")
+>>> print(answers[0].measured, answers[0].verdict)
+"""
+
+from papilla.studies.reproduce.claim import Answer, Claim, Experiment, Found, Series, Verdict
+from papilla.studies.reproduce.runner import CLAIMS, EXPERIMENTS, reproduce
+
+__all__ = ["CLAIMS", "EXPERIMENTS", "Answer", "Claim", "Experiment", "Found", "Series", "Verdict", "reproduce"]
