@@ -16,7 +16,7 @@ from papilla.cli.estimate import estimate
 from papilla.cli.output import plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
-from papilla.cli.telepresence import telepresence
+from papilla.cli.telepresence_ends import telepresence
 from papilla.cli.texture import texture
 from papilla.cli.verify import verify
 from papilla.cli.view import view

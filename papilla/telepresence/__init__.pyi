@@ -10,6 +10,7 @@ from .answer import Shown as Shown
 from .answer import Trust as Trust
 from .components import Component as Component
 from .direct import DirectFeedback as DirectFeedback
+from .gate import Gate as Gate
 from .hand import Hand as Hand
 from .hand import RemoteHand as RemoteHand
 from .link import Link as Link
@@ -24,3 +25,5 @@ from .sensing import Sensing as Sensing
 from .texture import GratingTexture as GratingTexture
 from .texture import RecordedTexture as RecordedTexture
 from .texture import SideBySide as SideBySide
+from .udp import Address as Address
+from .udp import Endpoint as Endpoint

@@ -1,0 +1,232 @@
+"""`papilla telepresence sensor | display`: the two ends of the real link, as processes."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from papilla.cli.options import about, keep_inputs
+from papilla.cli.output import print_json, say, tell
+from papilla.cli.telepresence import (
+    AmplitudeOption,
+    ComponentsOption,
+    JsonOption,
+    NoiseOption,
+    RateOption,
+    SpeedOption,
+    StrokesOption,
+    WavelengthOption,
+    telepresence,
+)
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.telepresence.period import Period
+    from papilla.telepresence.processes import Live, Report
+    from papilla.telepresence.udp import Endpoint
+
+ROWS = 100
+"""Of a table that are written at once, which takes less than a control period."""
+AWAY_S = 5.0
+"""Between two live lines of one state where nobody sits at a terminal."""
+
+ListenOption = Annotated[str, typer.Option(help="Address at which this end is heard.", metavar="HOST:PORT")]
+PeerOption = Annotated[str, typer.Option(help="The other end: the only address that is heard.", metavar="HOST:PORT")]
+KeyOption = Annotated[
+    Path | None, typer.Option(help="File with a secret of 16 bytes or more that both ends share (HMAC).")
+]
+SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time; without it, at Ctrl-C.")]
+
+
+@telepresence.command()
+def sensor(
+    listen: ListenOption = "127.0.0.1:47001",
+    peer: PeerOption = "127.0.0.1:47002",
+    key_file: KeyOption = None,
+    wavelength: WavelengthOption = 1.2,
+    amplitude: AmplitudeOption = 50.0,
+    noise: NoiseOption = 3.5,
+    components: ComponentsOption = 1,
+    parameters_rate: RateOption = 50.0,
+    seconds: SecondsOption = None,
+    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
+    as_json: JsonOption = False,
+) -> None:
+    """Follow a remote hand over a simulated grating, estimate its wavelength at 1 kHz, and send that.
+
+    Start `papilla telepresence display` on another machine or in another terminal, in any order; either may be stopped,
+    killed and started again. The grating stands for finger, arm and board: with those, write the same few lines around
+    `papilla.telepresence.Sensing` and `Endpoint`.
+    """
+    import random
+
+    from papilla import checks
+    from papilla.telepresence.processes import run_sensor
+    from papilla.telepresence.texture import GratingTexture
+
+    texture, draw = GratingTexture(wavelength, amplitude), random.Random(seed)
+    sigma = checks.within("--noise", noise, 0, 1e6)
+    checks.within("--parameters-rate", parameters_rate, 1, 1000)
+    with _endpoint(listen, peer, key_file) as endpoint, _live() as report:
+        stopped = _until_stopped(
+            lambda period: run_sensor(
+                endpoint,
+                texture,
+                noise=lambda: draw.gauss(0.0, sigma),
+                components=components,
+                parameters_Hz=parameters_rate,
+                seconds=_time(seconds),
+                report=report,
+                period=period,
+            ),
+            endpoint,
+            as_json,
+        )
+    raise typer.Exit(stopped)
+
+
+@telepresence.command()
+def display(
+    listen: ListenOption = "127.0.0.1:47002",
+    peer: PeerOption = "127.0.0.1:47001",
+    key_file: KeyOption = None,
+    speed: SpeedOption = 197.0,
+    strokes: StrokesOption = 1.07,
+    components: ComponentsOption = 1,
+    seconds: SecondsOption = None,
+    out: Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Move a simulated hand, send where it is, and display the texture under it from what the sensor sends back.
+
+    The vibration is made here, of the hand's own motion, so it is not late however long the link is. When the link is
+    silent for 0.5 s the output decays to zero within 0.3 s; it comes back within 0.1 s. With an encoder and an
+    actuator, write the same few lines around `papilla.telepresence.LocalModel` and `Endpoint`.
+    """
+    from contextlib import ExitStack
+
+    from papilla.files import check_writable
+    from papilla.tables import table_writer
+    from papilla.telepresence.local_model import LocalModel
+    from papilla.telepresence.loop import Motion
+    from papilla.telepresence.processes import run_display
+
+    keep_inputs([key_file], [out] if out else [])
+    motion, model, rows = Motion(speed, strokes), LocalModel(components=components), []
+    with ExitStack() as stack:
+        endpoint = stack.enter_context(_endpoint(listen, peer, key_file))
+        keep = {}
+        if out is not None:
+            check_writable(out.parent)
+            names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain")
+            write = stack.enter_context(table_writer(out, names))
+
+            def kept(now, place, shown):
+                rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain))
+                if len(rows) >= ROWS:
+                    write(zip(*rows, strict=True))
+                    rows.clear()
+
+            keep = {"keep": kept}
+        report = stack.enter_context(_live())
+        stopped = _until_stopped(
+            lambda period: run_display(
+                endpoint, model, motion, seconds=_time(seconds), report=report, period=period, **keep
+            ),
+            endpoint,
+            as_json,
+        )
+        if rows:
+            write(zip(*rows, strict=True))
+    raise typer.Exit(stopped)
+
+
+def _time(seconds: float | None) -> float:
+    from papilla import checks
+
+    return float("inf") if seconds is None else checks.positive("--seconds", seconds)
+
+
+def _endpoint(listen: str, peer: str, key_file: Path | None) -> "Endpoint":
+    """The endpoint of the options; raises `InputError` and `FileAccessError`."""
+    from papilla.errors import FileAccessError
+    from papilla.telepresence.udp import Address, Endpoint
+
+    key = None
+    if key_file is not None:
+        try:
+            key = key_file.read_bytes().strip()
+        except OSError as error:
+            raise FileAccessError(f"cannot read {key_file}: {error.strerror or error}") from error
+    own, other = Address.of(listen, "--listen"), Address.of(peer, "--peer")
+    if own == other:
+        raise InputError(f"--listen and --peer must differ, got {own} twice")
+    with about(key_file or Path()):
+        return Endpoint(own, other, key)
+
+
+@contextmanager
+def _live() -> "Iterator[Report]":
+    """Shows a state on one line that is renewed; away from a terminal, one every few seconds."""
+    terminal, last, state = sys.stderr.isatty(), -AWAY_S, ""
+
+    def report(live: "Live") -> None:
+        nonlocal last, state
+        counts = live.counts
+        line = (
+            f"{live.time_s:8.1f} s  {live.state}; {live.said}; {counts.accepted} messages, {counts.dropped} dropped, "
+        )
+        line += f"{live.period.missed} periods missed"
+        if terminal:
+            print(f"\r\x1b[2K{line[: _width()]}", end="", file=sys.stderr, flush=True)
+        elif live.time_s - last >= AWAY_S or live.state != state:
+            last, state = live.time_s, live.state
+            say(line)
+
+    try:
+        yield report
+    finally:
+        if terminal:
+            print(file=sys.stderr)
+
+
+def _width() -> int:
+    from shutil import get_terminal_size
+
+    return get_terminal_size().columns - 1
+
+
+def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_json: bool) -> int:
+    """Run until the time is over or Ctrl-C, and say how it went; the exit code."""
+    from dataclasses import asdict
+
+    from papilla.cli.main import INTERRUPTED
+    from papilla.telepresence.period import Period
+
+    period, code = Period(), 0
+    try:
+        work(period)
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    offset, counts = endpoint.gate.offset, endpoint.gate.counts
+    found = {
+        "periods": period.ticked,
+        "missed": period.missed,
+        "work_ms": {"p50": 1e3 * period.work.quantile_s(0.5), "p99.9": 1e3 * period.work.quantile_s(0.999)},
+        "sent": endpoint.sent,
+        "bytes_sent": endpoint.bytes_sent,
+        "received": asdict(counts),
+        "round_trip_ms": 1e-6 * offset.round_trip_ns,
+        "clock_offset_ms": 1e-6 * offset.offset_ns,
+    }
+    if as_json:
+        print_json(found)
+    else:
+        tell(
+            f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, {counts.accepted} "
+            f"received, {counts.dropped} dropped; shortest round trip {found['round_trip_ms']:.2f} ms"
+        )
+    return code

@@ -1,0 +1,170 @@
+"""What is let in: authentic, well-formed, from the peer's present run, new. All else is counted and dropped.
+
+A run of a process is a session with a random number. A session is believed once it echoes something that we sent in
+the last seconds: a replayed or forged datagram of another time cannot, with or without a key. A peer that was killed
+and started again is therefore taken up after one round trip, and nobody needs a clock that agrees.
+"""
+
+import hmac
+import math
+import secrets
+from collections import deque
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import msgspec
+
+from papilla.errors import InputError
+from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, decode
+
+MAC_BYTES = 16
+SHORTEST_KEY = 16
+FRESH_NS = 5 * 10**9
+"""How old an echo may be to prove that a session is of now."""
+SHORTEST_TRIPS = 64
+"""Round trips of which the shortest tells the offset of the clocks."""
+
+
+@dataclass(eq=False)
+class Counts:
+    """Datagrams: accepted, and those that were dropped, by cause."""
+
+    accepted: int = 0
+    foreign: int = 0
+    oversize: int = 0
+    forged: int = 0
+    malformed: int = 0
+    other_version: int = 0
+    unproven: int = 0
+    old: int = 0
+
+    @property
+    def dropped(self) -> int:
+        """All that were not accepted."""
+        return sum(getattr(self, field.name) for field in fields(self)) - self.accepted
+
+
+class Offset:
+    """Offset of the peer's clock from ours, from the shortest of the last round trips (as in NTP, RFC 5905).
+
+    Right to half of that round trip: to nothing where both ways take as long. A peer whose clock jumps is noticed when
+    three trips in a row contradict what is known, and learnt anew.
+    """
+
+    def __init__(self) -> None:
+        self._trips: deque[tuple[int, int]] = deque(maxlen=SHORTEST_TRIPS)
+        self._contradicted = 0
+
+    def learn(self, round_trip_ns: int, offset_ns: int) -> None:
+        """Take what one message tells."""
+        if not 0 <= round_trip_ns <= FRESH_NS:
+            return
+        if self._trips:
+            shortest, known = min(self._trips)
+            apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + 5_000_000
+            self._contradicted = self._contradicted + 1 if apart else 0
+            if self._contradicted >= 3:
+                self._trips.clear()
+                self._contradicted = 0
+        self._trips.append((round_trip_ns, offset_ns))
+
+    @property
+    def round_trip_ns(self) -> float:
+        """The shortest of the last round trips; NaN before the first."""
+        return min(self._trips)[0] if self._trips else math.nan
+
+    @property
+    def offset_ns(self) -> float:
+        """Peer's clock minus ours; NaN before the first round trip."""
+        return min(self._trips)[1] if self._trips else math.nan
+
+
+class Heard(NamedTuple):
+    """A message, when it came on our clock, when it was sent on the peer's, and how old it was (NaN where the offset
+    of the clocks is not known yet), all in ns."""
+
+    message: Message
+    arrived_ns: int
+    sent_ns: int
+    age_ns: float
+
+
+class Gate:
+    """Headers of what goes out, and the judgement of what comes in. No sockets: `udp.Endpoint` has them.
+
+    key : shared secret of at least 16 bytes, for HMAC-SHA256 (cut to 16 bytes) before every message; None: none.
+    Raises `InputError` for a shorter key.
+    """
+
+    def __init__(self, key: bytes | None = None):
+        if key is not None and len(key) < SHORTEST_KEY:
+            raise InputError(f"the key must have at least {SHORTEST_KEY} bytes, got {len(key)}")
+        self._key, self.session = key, secrets.randbits(62) + 1
+        self.counts, self.offset = Counts(), Offset()
+        self._sequence = self._newest = 0
+        self._peer: Header | None = None
+        self._candidate: Header | None = None
+        self._peer_ns = self._candidate_ns = 0
+
+    def header(self, now_ns: int) -> Header:
+        """The header of the next message; it echoes the peer, or, before there is one, who may be it."""
+        self._sequence += 1
+        heard, at = self._peer, self._peer_ns
+        if heard is None:
+            heard, at = self._candidate, self._candidate_ns
+        echo = (0, 0, 0) if heard is None else (heard.session, heard.sent_ns, max(0, now_ns - at))
+        return Header(VERSION, self.session, self._sequence, now_ns, *echo)
+
+    def seal(self, data: bytes) -> bytes:
+        """The datagram of an encoded message."""
+        return data if self._key is None else self._mac(data) + data
+
+    def _mac(self, data: bytes) -> bytes:
+        return hmac.digest(self._key or b"", data, "sha256")[:MAC_BYTES]
+
+    def admit(self, datagram: bytes, now_ns: int) -> Heard | None:
+        """The message of a datagram of the peer's address, or None: then its cause has been counted."""
+        counts, data = self.counts, datagram
+        if len(datagram) > MAX_BYTES:
+            counts.oversize += 1
+            return None
+        if self._key is not None:
+            data = datagram[MAC_BYTES:]
+            if not hmac.compare_digest(datagram[:MAC_BYTES], self._mac(data)):
+                counts.forged += 1
+                return None
+        try:
+            message = decode(data)
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+            if str(error).endswith("`$[1][0]`"):
+                counts.other_version += 1
+            else:
+                counts.malformed += 1
+            return None
+        return self._judge(message, now_ns)
+
+    def _judge(self, message: Message, now_ns: int) -> Heard | None:
+        header, counts = message.header, self.counts
+        proven = header.echo_session == self.session and 0 <= now_ns - header.echo_ns <= FRESH_NS
+        if header.session == self.session:
+            counts.forged += 1
+            return None
+        if self._peer is None or header.session != self._peer.session:
+            if not proven:
+                self._candidate, self._candidate_ns = header, now_ns
+                counts.unproven += 1
+                return None
+            self._newest, self.offset = 0, Offset()
+        if header.sequence <= self._newest:
+            counts.old += 1
+            return None
+        self._peer, self._peer_ns, self._newest = header, now_ns, header.sequence
+        if proven:
+            trip = now_ns - header.echo_ns - header.held_ns
+            self.offset.learn(trip, header.sent_ns - now_ns + trip // 2)
+        counts.accepted += 1
+        return Heard(message, now_ns, header.sent_ns, now_ns + self.offset.offset_ns - header.sent_ns)
+
+    def silent_ns(self, now_ns: int) -> float:
+        """How long the peer has not been heard; infinite where it never was."""
+        return math.inf if self._peer is None else now_ns - self._peer_ns

@@ -1,0 +1,103 @@
+"""The real link: UDP datagrams to and from one configured peer, without blocking."""
+
+import socket
+import time
+from collections.abc import Callable
+from typing import NamedTuple, Self
+
+from papilla.errors import FileAccessError, InputError
+from papilla.telepresence.gate import Gate, Heard
+from papilla.telepresence.messages import MAX_BYTES, Header, Message, encode
+
+MOST_AT_ONCE = 64
+"""Datagrams that one call looks at: a flood costs a control period this much, not more."""
+
+
+class Address(NamedTuple):
+    """Numeric or named host, and port."""
+
+    host: str
+    port: int
+
+    @classmethod
+    def of(cls, text: str, name: str) -> "Address":
+        """From `HOST:PORT` (an IPv6 host in brackets); raises `InputError`, which calls it `name`."""
+        host, _, port = text.rpartition(":")
+        if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
+            raise InputError(f"{name} must be HOST:PORT, like 127.0.0.1:47001, got {text!r}")
+        return cls(host.strip("[]"), int(port))
+
+    def __str__(self) -> str:
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+class Endpoint:
+    """One end of the link. Use it as a context manager.
+
+    Parameters
+    ----------
+    listen, peer : where we are heard, and the only address that is heard. key : see `Gate`.
+    clock : ns that never go back.
+
+    Raises `FileAccessError` where the address cannot be used, `InputError` for a host that is not known.
+    """
+
+    def __init__(
+        self, listen: Address, peer: Address, key: bytes | None = None, clock: Callable[[], int] = time.monotonic_ns
+    ):
+        self.gate, self._clock = Gate(key), clock
+        try:
+            family, _, _, _, there = socket.getaddrinfo(*peer, type=socket.SOCK_DGRAM)[0]
+            own = socket.getaddrinfo(*listen, family=family, type=socket.SOCK_DGRAM)[0][4]
+        except (OSError, UnicodeError) as error:
+            raise InputError(f"cannot find {peer} or {listen}: {getattr(error, 'strerror', None) or error}") from error
+        self._peer: tuple = there
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind(own)
+        except OSError as error:
+            self._socket.close()
+            raise FileAccessError(f"cannot listen at {listen}: {error.strerror or error}") from error
+        self._socket.setblocking(False)
+        self.sent = self.unsent = self.bytes_sent = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._socket.close()
+
+    def now_ns(self) -> int:
+        """Our clock."""
+        return self._clock()
+
+    def send(self, make: Callable[[Header], Message]) -> None:
+        """Send the message that `make` makes under our next header; what the system does not take is counted."""
+        datagram = self.gate.seal(encode(make(self.gate.header(self._clock()))))
+        try:
+            self._socket.sendto(datagram, self._peer)
+        except OSError:
+            # No route, no peer yet, a full buffer: a datagram may be lost anyway.
+            self.unsent += 1
+            return
+        self.sent += 1
+        self.bytes_sent += len(datagram)
+
+    def receive(self) -> list[Heard]:
+        """What has arrived and is let in, oldest first."""
+        found = []
+        for _ in range(MOST_AT_ONCE):
+            try:
+                datagram, sender = self._socket.recvfrom(MAX_BYTES + 1)
+            except BlockingIOError:
+                break
+            except OSError:
+                # The peer's port is closed (ICMP): said of what we sent, not of what comes.
+                continue
+            if sender[:2] != self._peer[:2]:
+                self.gate.counts.foreign += 1
+                continue
+            heard = self.gate.admit(datagram, self._clock())
+            if heard is not None:
+                found.append(heard)
+        return found

@@ -1,0 +1,183 @@
+"""Messages: there and back unchanged, and nothing else gets in; sessions, keys, echoes and clocks."""
+
+import math
+import random
+
+import msgspec
+import pytest
+
+from papilla.errors import InputError
+from papilla.telepresence import Component, Gate, Trust
+from papilla.telepresence.gate import FRESH_NS, Offset
+from papilla.telepresence.messages import (
+    MAX_BYTES,
+    Area,
+    Force,
+    HandReading,
+    Header,
+    Length,
+    Modulus,
+    Parameters,
+    Ratio,
+    Samples,
+    decode,
+    encode,
+    lines_of,
+    quantity,
+)
+
+KEY = b"0123456789abcdef"
+HEADER = Header(1, 5, 1, 10, 0, 0, 0)
+LINES = (Component(1.2, 40.0, 0.01, 0.3), Component(3.0, 10.0))
+FULL = Parameters(
+    HEADER,
+    int(Trust.OK),
+    lines_of(LINES),
+    quantity(Modulus, 0.3, 0.01),
+    quantity(Ratio, 0.4),
+    quantity(Ratio, math.nan),
+    quantity(Area, 80.0, 2.0),
+    quantity(Force, 0.5),
+)
+
+
+@pytest.mark.parametrize(
+    "message", [FULL, HandReading(HEADER, quantity(Length, 3.0)), Samples(HEADER, 1_000_000, (1.0, -2.5))]
+)
+def test_a_message_comes_back_as_it_was(message):
+    data = encode(message)
+    assert decode(data) == message and len(data) < 400
+
+
+def test_what_is_unknown_is_null_and_components_come_back():
+    told = decode(encode(FULL))
+    assert told.mu_static.value is None and told.mu_static.status == Trust.UNKNOWN
+    assert told.components[0] == LINES[0] and math.isnan(told.components[1].wavelength_sigma_mm)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda m: m[1].__setitem__(0, 2),
+        lambda m: m[3][0][0].__setitem__(0, "m"),
+        lambda m: m[3][0][0].__setitem__(1, math.nan),
+        lambda m: m[3][0][0].__setitem__(1, math.inf),
+        lambda m: m[3][0][0].__setitem__(2, -1.0),
+        lambda m: m[3][0][0].__setitem__(3, 7),
+        lambda m: m.__setitem__(3, m[3] * 9),
+        lambda m: m[4].__setitem__(0, "kPa"),
+        lambda m: m.append(1),
+        lambda m: m.__setitem__(0, "X"),
+        lambda m: m[1].__setitem__(2, -3),
+    ],
+)
+def test_another_version_unit_size_or_a_number_that_is_none_is_refused(change):
+    raw = msgspec.msgpack.decode(encode(FULL))
+    change(raw)
+    with pytest.raises((msgspec.MsgspecError, ValueError)):
+        decode(msgspec.msgpack.encode(raw))
+
+
+def meet(one, other, start_ns=0, rounds=3):
+    """Both ends speak in turn; the last message that each let in."""
+    heard = {}
+    for number in range(rounds):
+        for speaker, listener in ((one, other), (other, one)):
+            now = start_ns + number * 1_000_000
+            data = speaker.seal(encode(HandReading(speaker.header(now), quantity(Length, 1.0 + number))))
+            heard[listener] = listener.admit(data, now)
+    return heard
+
+
+@pytest.mark.parametrize("key", [None, KEY])
+def test_two_ends_find_each_other_and_a_restarted_one_is_taken_up(key):
+    one, other = Gate(key), Gate(key)
+    assert all(meet(one, other).values())
+    again = Gate(key)
+    assert all(meet(again, other, start_ns=10**7).values())
+    assert other.counts.unproven <= 2
+
+
+@pytest.mark.parametrize("key", [None, KEY])
+def test_replayed_reflected_and_old_datagrams_change_nothing(key):
+    one, other = Gate(key), Gate(key)
+    kept = []
+    for number in range(20):
+        now = number * 1_000_000
+        for speaker, listener in ((one, other), (other, one)):
+            data = speaker.seal(encode(HandReading(speaker.header(now), quantity(Length, 1.0))))
+            if speaker is one:
+                kept.append(data)
+            listener.admit(data, now)
+    before = other.counts.accepted
+    assert all(other.admit(data, 30_000_000) is None for data in kept)
+    assert other.counts.accepted == before and other.counts.old >= 18
+    assert one.admit(kept[-1], 30_000_000) is None and one.counts.forged == 1
+    fresh = Gate(key)
+    assert all(fresh.admit(data, 10**12) is None for data in kept), "a replay cannot prove that it is of now"
+
+
+def test_without_the_key_nothing_is_heard():
+    one, thief = Gate(KEY), Gate(b"another key of 16")
+    assert all(heard is None for heard in meet(one, thief).values())
+    assert one.counts.forged == 3 and one.counts.accepted == 0
+    assert meet(one, Gate(None))[one] is None
+    with pytest.raises(InputError, match="16 bytes"):
+        Gate(b"short")
+
+
+def test_an_echo_of_long_ago_proves_nothing():
+    one, other = Gate(), Gate()
+    meet(one, other)
+    late = Gate()
+    late.admit(encode(HandReading(other.header(0), quantity(Length, 1.0))), 0)
+    data = encode(HandReading(late.header(0), quantity(Length, 1.0)))
+    assert other.admit(data, FRESH_NS + 10**9) is None and other.counts.unproven >= 1
+
+
+def mutated(rng, data):
+    data = bytearray(data)
+    for _ in range(rng.randrange(1, 6)):
+        kind, place = rng.randrange(5), rng.randrange(len(data) + 1)
+        if kind == 0 and data:
+            data[place % len(data)] = rng.randrange(256)
+        elif kind == 1:
+            data[place:place] = rng.randbytes(rng.randrange(1, 9))
+        elif kind == 2:
+            del data[place : place + rng.randrange(1, 9)]
+        elif kind == 3:
+            data[place:] = b""
+        else:
+            data[place:place] = rng.choice([b"\xdd\xff\xff\xff\xff", b"\x91" * 60, b"\xcb\x7f\xf8" + bytes(6), b"\xc6"])
+    return bytes(data)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", [None, KEY])
+def test_a_hundred_thousand_hostile_datagrams_are_counted_and_dropped(key):
+    rng, gate, peer = random.Random(7), Gate(key), Gate(key)
+    meet(gate, peer)
+    accepted = gate.counts.accepted
+    valid = [peer.seal(encode(message)) for message in (FULL, HandReading(HEADER, quantity(Length, 3.0)))]
+    number = 60_000
+    for _ in range(number):
+        if rng.random() < 0.3:
+            datagram = rng.randbytes(rng.randrange(0, MAX_BYTES + 50))
+        else:
+            datagram = mutated(rng, rng.choice(valid))
+        gate.admit(datagram, 10**7)
+    counts = gate.counts
+    assert counts.accepted == accepted and counts.dropped == number
+    assert all(meet(gate, peer, start_ns=10**8).values()), "the peer is still heard"
+
+
+def test_the_offset_of_clocks_is_right_to_half_the_shortest_round_trip_and_follows_a_jump():
+    rng, offset = random.Random(1), Offset()
+    for truth in (3_000_000_000, -7_000_000_000):
+        for _ in range(100):
+            there, back = (rng.randrange(1_000_000, 30_000_000) for _ in range(2))
+            offset.learn(there + back, truth + (there - back) // 2)
+        assert abs(offset.offset_ns - truth) <= offset.round_trip_ns / 2
+    assert math.isnan(Offset().offset_ns)
+    offset.learn(-5, 0)
+    assert abs(offset.offset_ns + 7_000_000_000) < 30_000_000

@@ -1,0 +1,164 @@
+"""The real link: two processes over UDP, killed and started again; strangers and floods; a loop that keeps time."""
+
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from papilla.errors import FileAccessError, InputError
+from papilla.telepresence import Address, Endpoint
+from papilla.telepresence.messages import HandReading, Length, quantity
+from papilla.telepresence.period import Period, Spread
+
+PATIENCE_S = 60.0
+
+
+def free_ports(number):
+    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(number)]
+    for one in sockets:
+        one.bind(("127.0.0.1", 0))
+    ports = [one.getsockname()[1] for one in sockets]
+    for one in sockets:
+        one.close()
+    return ports
+
+
+class End:
+    """A process of the command line, and the live lines that it writes."""
+
+    def __init__(self, name, listen, peer, *options):
+        command = [sys.executable, "-m", "papilla", "telepresence", name, "--json", *options]
+        command += ["--listen", f"127.0.0.1:{listen}", "--peer", f"127.0.0.1:{peer}"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.lines = []
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for line in self.process.stderr:
+            self.lines.append(line)
+
+    def wait_for(self, state):
+        """Until a new live line tells this state."""
+        known, deadline = len(self.lines), time.monotonic() + PATIENCE_S
+        while not any(re.search(rf" s  {state}", line) for line in self.lines[max(0, known - 1) :]):
+            assert time.monotonic() < deadline and self.process.poll() is None, (state, self.lines)
+            time.sleep(0.05)
+
+    def end(self, how=signal.SIGINT):
+        self.process.send_signal(how)
+        out = self.process.stdout.read()
+        code = self.process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
+        self.process.stdout.close()
+        self.process.stderr.close()
+        return code, out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("with_key", [False, True])
+def test_either_process_survives_kill_9_of_the_other(tmp_path, with_key):
+    ports, options = free_ports(2), ()
+    if with_key:
+        (tmp_path / "key").write_bytes(b"a secret of more than 16 bytes")
+        options = ("--key-file", str(tmp_path / "key"))
+    sensor = End("sensor", *ports, *options)
+    display = End("display", *reversed(ports), *options, "--out", str(tmp_path / "shown.csv"))
+    display.wait_for("ok")
+    assert sensor.end(signal.SIGKILL)[0] == -signal.SIGKILL
+    display.wait_for("no message for too long")
+    sensor = End("sensor", *ports, *options)
+    display.wait_for("ok")
+    code, out = display.end()
+    assert code == 130 and json.loads(out)["received"]["forged"] == 0
+    assert (tmp_path / "shown.csv").read_text().startswith("t_s,position_mm,displacement_um")
+    sensor.wait_for("no hand")
+    display = End("display", *reversed(ports), *options)
+    display.wait_for("ok")
+    assert display.end(signal.SIGKILL)[0] == -signal.SIGKILL
+    sensor.wait_for("no hand")
+    code, out = sensor.end()
+    assert code == 130 and json.loads(out)["sent"] > 0
+
+
+def test_only_the_peer_is_heard_and_a_flood_is_bounded():
+    ports = free_ports(3)
+    here, there, stranger = (Address("127.0.0.1", port) for port in ports)
+    with Endpoint(here, there) as one, Endpoint(there, here) as other, Endpoint(stranger, here) as loud:
+        for _ in range(200):
+            loud.send(lambda header: HandReading(header, quantity(Length, 1.0)))
+        assert one.receive() == []
+        while one.gate.counts.foreign < 200:
+            assert one.receive() == []
+        heard = []
+        for _ in range(5):
+            for end in (one, other):
+                end.send(lambda header: HandReading(header, quantity(Length, 2.0)))
+            time.sleep(0.01)
+            heard += one.receive() + other.receive()
+        assert one.gate.counts.accepted and other.gate.counts.accepted
+        assert {item.message.position.value for item in heard} == {2.0}
+        assert 0 <= one.gate.offset.round_trip_ns < 1e9
+
+
+def test_sending_where_nobody_listens_is_no_error():
+    ports = free_ports(2)
+    with Endpoint(Address("127.0.0.1", ports[0]), Address("127.0.0.1", ports[1])) as lonely:
+        for _ in range(5):
+            lonely.send(lambda header: HandReading(header, quantity(Length, 1.0)))
+            assert lonely.receive() == []
+        assert lonely.sent + lonely.unsent == 5
+
+
+@pytest.mark.parametrize("text", ["", "host", "host:", ":1", "host:0", "host:99999", "host:-1", "host:1x", "host:²"])
+def test_an_address_that_is_none_is_refused(text):
+    with pytest.raises(InputError, match="--peer must be HOST:PORT"):
+        Address.of(text, "--peer")
+
+
+def test_an_address_in_use_is_one_clear_error():
+    port, other = free_ports(2)
+    address = Address("127.0.0.1", port)
+    with Endpoint(address, Address("127.0.0.1", other)), pytest.raises(FileAccessError, match="cannot listen"):
+        Endpoint(address, Address("127.0.0.1", other))
+
+
+class Clock:
+    """A clock that goes on when somebody sleeps or works."""
+
+    def __init__(self):
+        self.now = 10**12
+
+    def __call__(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += round(1e9 * seconds)
+
+
+def test_the_loop_keeps_its_grid_and_counts_what_it_missed():
+    clock = Clock()
+    period, times = Period(1e-3, clock, clock.sleep), []
+    for now in period.ticks(0.1):
+        times.append(now)
+        clock.sleep(0.0052 if len(times) == 10 else 0.0002)
+    assert period.missed == 4 and len(times) == 96
+    assert times[9] == pytest.approx(0.009) and times[10] == pytest.approx(0.0142) and times[-1] == pytest.approx(0.099)
+    assert period.work.quantile_s(0.5) == pytest.approx(0.0002, rel=0.05)
+    assert period.work.greatest_s == pytest.approx(0.0052)
+
+
+def test_quantiles_of_times_are_right_to_a_bin():
+    spread = Spread()
+    for number in range(1, 1001):
+        spread.add(1e-6 * number)
+    assert spread.quantile_s(0.5) == pytest.approx(500e-6, rel=0.05)
+    assert spread.quantile_s(0.999) == pytest.approx(999e-6, rel=0.05)
+    spread.add(1e9)
+    assert spread.greatest_s == 1e9 and Spread().quantile_s(0.5) != Spread().quantile_s(0.5)
