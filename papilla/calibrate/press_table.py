@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla import checks
+from papilla.calibration.published import SPECIMENS_MPA
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger, press
 from papilla.fem.pressing.fidelity import including_large_strain
@@ -16,8 +17,6 @@ from papilla.fem.pressing.large_strain import is_known
 from papilla.specimen import STICK, THICKNESS_MM, Block, Friction, Specimen
 from papilla.tables import write_table
 
-SPECIMENS_MPA = (0.089, 0.51, 0.72)
-"""Moduli of the published silicone specimens."""
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
 """Moduli in MPa, the published ones among them; 43, because contact grows node by node: a coarser table shows in E."""
 DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())

@@ -9,17 +9,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibrate.press_table import SPECIMENS_MPA
 from papilla.calibration import Calibration
-from papilla.calibration.record import FORWARD_TERMS, Quadratic, QuadraticInverse, invert_quadratic, quadratic
+from papilla.calibration.published import (
+    PUBLISHED_FORWARD,
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    beside_published,
+    exact_inverse,
+    published_sd,
+)
+from papilla.calibration.record import FORWARD_TERMS, Quadratic, QuadraticInverse
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
-from papilla.units import gf_to_newton, newton_to_gf
+from papilla.units import newton_to_gf
 
-PUBLISHED_FORWARD = (-0.0314, 14.5, 87.2, 104.5, -81.9)
-"""Eq. (9): a, b, c, d, e with f in gf and E in MPa."""
-PUBLISHED_INVERSE = QuadraticInverse(np.array([0.0115, 0.00036, -0.166, 1.3]), 0.6, 1, (-0.6, np.inf))
-"""Eq. (10) as printed."""
+__all__ = [
+    "PUBLISHED_FORWARD",
+    "PUBLISHED_INVERSE",
+    "SPECIMENS_MPA",
+    "Comparison",
+    "RoundingError",
+    "compare",
+    "exact_inverse",
+    "fit_quadratic",
+    "published_sd",
+    "rounding_error",
+]
 DEAD = 1e-10
 """Singular value of the normalised columns, against the largest, below which a combination of terms is undetermined."""
 
@@ -114,20 +129,6 @@ def _is_misfit(force, modulus, residual) -> bool:
     return len(steps) >= 10 and power > 0 and float((steps**2).mean()) < power
 
 
-def published_sd(force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
-    """S_d of eq. (9) at forces (gf) and moduli (MPa) that broadcast; the unit is not stated there."""
-    return quadratic(PUBLISHED_FORWARD, force_gf, modulus_MPa)
-
-
-def exact_inverse(digits: int | None = None) -> QuadraticInverse:
-    """The exact inverse of eq. (9); with its coefficients rounded to so many significant digits, if asked."""
-    exact = invert_quadratic(PUBLISHED_FORWARD, (0.0, np.inf))
-    if digits is None:
-        return exact
-    rounded = np.array([float(f"{value:.{digits - 1}e}") for value in exact.coefficients])
-    return QuadraticInverse(rounded, float(f"{exact.shift:.{digits - 1}e}"), exact.branch, (-np.inf, np.inf))
-
-
 @dataclass(frozen=True)
 class RoundingError:
     """What rounding the inverse's coefficients costs over 5-100 gf and 0.05-1 MPa.
@@ -176,11 +177,7 @@ def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101,
     Raises `InputError` where the calibration does not cover those forces and moduli.
     """
     force = np.asarray(force_gf, float)
-    ours = calibration.predict(gf_to_newton(force)[:, None], np.array(SPECIMENS_MPA)[None, :])
-    if not np.isfinite(ours).all():
-        raise InputError("the calibration does not cover the published forces and moduli (10-100 gf, 0.089-0.72 MPa)")
-    theirs = published_sd(force[:, None], np.array(SPECIMENS_MPA)[None, :])
-    scale = float((ours * theirs).sum() / (ours**2).sum())
+    ours, theirs, scale = beside_published(calibration, force)
     difference = scale * ours - theirs
     relative = float(np.sqrt((difference**2).mean() / (theirs**2).mean()))
     return Comparison(scale, relative, force, theirs, scale * ours)

@@ -3,7 +3,7 @@
 import re
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -36,6 +36,13 @@ def estimate(
     thickness: Annotated[
         float | None, typer.Option(help="Thickness (mm) of the touched specimen; unknown unless stated.")
     ] = None,
+    softness: Annotated[
+        Literal["surface", "quadratic", "printed"],
+        typer.Option(
+            help="The modulus by the calibrated surfaces, or, for comparison, by the published form with the "
+            "calibration's or the printed coefficients, which presses do not follow."
+        ),
+    ] = "surface",
     friction_memory: Annotated[
         float | None, typer.Option(help="Slid path (mm) that friction is learnt over; 50 by default.")
     ] = None,
@@ -50,6 +57,8 @@ def estimate(
     from papilla.tables import table_writer
 
     keep_inputs([log, calibration], [out])
+    if softness != "surface" and thickness is not None:
+        raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
     wavelengths = _checked_range(wavelength_range)
     with progress() as bar, TimeLogFile(log, lambda rows: _show_reading(bar, rows)) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
@@ -58,6 +67,7 @@ def estimate(
             "wavelength_range_mm": wavelengths,
             "saturation": saturation,
             "friction_memory_mm": friction_memory,
+            "softness": softness,
             "doubts": None if thickness is None else Doubts(thickness_mm=thickness),
         }
         pipeline = Pipeline(

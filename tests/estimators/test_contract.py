@@ -21,6 +21,7 @@ from papilla.estimators import (
     LineTracker,
     Okamoto,
     Pipeline,
+    PrintedSoftness,
     ReciprocalCounter,
     ShortTimeSpectrum,
     Softness,
@@ -73,6 +74,10 @@ class Case:
 
 
 CASES = {
+    "PrintedSoftness": Case(
+        lambda c: PrintedSoftness(c, form="quadratic", gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"
+    ),
+    "PrintedSoftness-printed": Case(lambda c: PrintedSoftness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
     "Softness": Case(lambda c: Softness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
     "GaugeSoftness": Case(lambda c: GaugeSoftness(c, gauge_sigma=400.0, force_sigma_N=1e-3), "gggggf"),
     "Friction": Case(lambda c: Friction(), "tfv"),

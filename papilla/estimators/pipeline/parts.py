@@ -9,6 +9,7 @@ import numpy as np
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.estimators.friction import Friction, FrictionStatus
 from papilla.estimators.pipeline.clock import Tick
+from papilla.estimators.published.softness import Form, PrintedSoftness
 from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.softness.faults import in_words
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
@@ -136,6 +137,15 @@ class SdPart(Part):
     def sentence(self, status):
         """The status in words."""
         return SoftnessStatus(status).sentence
+
+
+class PrintedPart(SdPart):
+    """modulus_MPa, modulus_sigma_MPa of each sample by a published form, for who wants it: it does not fit."""
+
+    doubted = "modulus: by the published form, which presses of a finger do not follow; its misfit is in sigma"
+
+    def __init__(self, calibration: Calibration, form: Form, **options):
+        self.estimator = PrintedSoftness(calibration, form=form, **options)
 
 
 class WavelengthPart(Part):

@@ -23,6 +23,7 @@ from papilla.estimators.pipeline.parts import (
     FrictionPart,
     GaugesPart,
     Part,
+    PrintedPart,
     Row,
     SdPart,
     WavelengthPart,
@@ -34,6 +35,9 @@ from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
+SURFACE = "surface"
+SOFTNESS = (SURFACE, "quadratic", "printed", "exact")
+"""Ways to a modulus: the calibrated surfaces, or a published form."""
 SLOW_HZ = 200.0
 """Below it the steps of usual movements come near the wavelengths of usual textures."""
 CHUNK = 512
@@ -81,6 +85,8 @@ class Pipeline:
     friction_memory_mm : slid path after which what was learnt of a direction's friction has faded to 1 / e.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
+    softness : "surface", what is best: every gauge against its calibrated surface; or for comparison a published form,
+        "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse of (9)), see `PrintedSoftness`.
 
     Raises `InputError` for unusable values, and for a calibration of another number of gauges.
     """
@@ -103,6 +109,7 @@ class Pipeline:
         doubts: Doubts | None = None,
         friction_memory_mm: float = MEMORY_MM,
         gauge_positions_mm: Sequence[float] | None = None,
+        softness: str = SURFACE,
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
         if gauges == 0 or not (named or "tangential_N" in columns):
@@ -127,13 +134,15 @@ class Pipeline:
         self._parts: dict[str, Part] = {}
         self._notes: list[str] = []
         noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N, "doubts": doubts}
-        self._add_modulus(calibration, rate, position_sigma_mm, noise)
+        self._add_modulus(calibration, rate, position_sigma_mm, noise, softness)
         path = {"scale_sigma": scale_sigma, "latency_s": latency_s, "resonances_Hz": resonances_Hz}
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(maxsize=1024)(self._sentence)
 
-    def _add_modulus(self, calibration, rate, position_sigma_mm, noise) -> None:
+    def _add_modulus(self, calibration, rate, position_sigma_mm, noise, softness) -> None:
+        if softness not in SOFTNESS:
+            raise InputError(f"softness must be one of {', '.join(SOFTNESS)}, got {softness!r}")
         if calibration is None:
             self.off["modulus"] = "no calibration was given"
             return
@@ -142,6 +151,10 @@ class Pipeline:
             return
         if calibration.remark:
             self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
+        if softness != SURFACE:
+            plain = {name: value for name, value in noise.items() if name != "doubts"}
+            self._parts["modulus"] = PrintedPart(calibration, softness, **plain)
+            return
         for place in dict.fromkeys((position_sigma_mm, None)):
             try:
                 self._parts["modulus"] = GaugesPart(calibration, self._names, rate, place, **noise)

@@ -1,0 +1,111 @@
+"""Equation (10) online: as printed, exact, refitted; its sigma, and what it refuses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.calibration import SoftnessStatus
+from papilla.calibration.published import SPECIMENS_MPA, published_sd
+from papilla.errors import InputError
+from papilla.estimators import Pipeline, PrintedSoftness
+from papilla.units import gf_to_newton
+
+PATTERN = np.array([-1.0, 1.0, -1.0, 1.0])
+
+
+def sample(sd: float, force_gf: float) -> list[float]:
+    """Four readings whose population standard deviation is `sd`, and the force in N."""
+    return [*(3.0 + sd * PATTERN).tolist(), gf_to_newton(force_gf)]
+
+
+def one(form: str, **options) -> PrintedSoftness:
+    return PrintedSoftness(form=form, scale=1.0, gauges=4, **options)
+
+
+@pytest.mark.parametrize("force", [10.0, 50.0, 100.0])
+@pytest.mark.parametrize("modulus", SPECIMENS_MPA)
+def test_the_exact_inverse_gives_back_what_equation_9_was_given(force, modulus):
+    found = one("exact").update(sample(published_sd(force, modulus), force))
+    assert found.status == SoftnessStatus.OK and found.modulus_MPa == pytest.approx(modulus, abs=1e-9)
+
+
+def test_the_printed_digits_cost_what_they_are_known_to_cost():
+    found = one("printed").update(sample(published_sd(100.0, 0.089), 100.0))
+    assert found.modulus_MPa - 0.089 == pytest.approx(0.044, abs=0.003)
+
+
+def test_the_scale_is_the_unit_of_the_readings():
+    scaled = PrintedSoftness(form="exact", scale=0.05, gauges=4)
+    found = scaled.update(sample(published_sd(50.0, 0.51) / 0.05, 50.0))
+    assert found.modulus_MPa == pytest.approx(0.51, abs=1e-9)
+
+
+def test_sigma_is_what_noise_of_gauges_and_force_scatters():
+    rng, noise, force_noise = np.random.default_rng(2), 4.0, gf_to_newton(0.2)
+    estimator = one("exact", gauge_sigma=noise, force_sigma_N=force_noise)
+    base = np.array(sample(published_sd(60.0, 0.51), 60.0))
+    rows = base + np.column_stack([rng.normal(0, noise, (4000, 4)), rng.normal(0, force_noise, 4000)])
+    found = estimator.process(rows)
+    good = found.status == SoftnessStatus.OK
+    assert good.mean() > 0.99
+    # S_d's noise is that of a mean square of four readings about their mean: their own in each direction of S_d
+    stated = float(np.median(found.modulus_sigma_MPa))
+    assert np.std(found.modulus_MPa[good]) == pytest.approx(stated, rel=0.1)
+
+
+def test_the_refitted_form_is_the_calibrations_inverse_with_its_misfit(calibration):
+    estimator = PrintedSoftness(calibration, form="quadratic")
+    force, modulus = 30.0, 0.3
+    sd = float(calibration.forward(force, modulus))
+    readings = sd * np.array([-1.0, 1.0, 0.0, -1.0, 1.0]) / math.sqrt(0.8)
+    found = estimator.update([*readings, gf_to_newton(force)])
+    assert found.modulus_MPa == pytest.approx(modulus, rel=1e-9)
+    slope = 2 * -9000 * modulus + 12000
+    assert found.modulus_sigma_MPa == pytest.approx(calibration.forward.rms / slope, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "row, status",
+    [
+        (sample(published_sd(50.0, 0.03), 50.0), SoftnessStatus.SOFTER),
+        (sample(published_sd(50.0, 2.0), 50.0), SoftnessStatus.HARDER),
+        (sample(1.0, 50.0), SoftnessStatus.SOFTER),
+        (sample(500.0, 3.0), SoftnessStatus.FORCE_BELOW),
+        (sample(500.0, 120.0), SoftnessStatus.FORCE_ABOVE),
+        (sample(500.0, 0.5), SoftnessStatus.NO_CONTACT),
+        ([math.nan, *sample(500.0, 50.0)[1:]], SoftnessStatus.BAD_GAUGE),
+        ([*sample(500.0, 50.0)[:-1], math.inf], SoftnessStatus.BAD_INPUT),
+    ],
+)
+def test_what_it_refuses_has_a_reason_and_no_number(row, status):
+    found = one("exact").update(row)
+    assert found.status == status and math.isnan(found.modulus_MPa) and found.sentence != "ok"
+
+
+def test_a_modulus_of_which_little_is_known_says_so():
+    found = one("exact", force_sigma_N=0.1).update(sample(published_sd(50.0, 0.089), 50.0))
+    assert found.status == SoftnessStatus.NOT_IDENTIFIABLE
+    assert found.modulus_sigma_MPa > 0.5 * found.modulus_MPa
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"form": "cubic"}, "form must be printed, exact or quadratic, got 'cubic'"),
+        ({"form": "printed"}, "without a calibration"),
+        ({"form": "quadratic", "scale": 1.0, "gauges": 4}, "without a calibration"),
+        ({"scale": 1.0, "gauges": 1}, "gauges must be at least 2"),
+        ({"scale": -1.0, "gauges": 4}, "scale must be greater than 0"),
+    ],
+)
+def test_unusable_options_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        PrintedSoftness(**options)
+
+
+def test_the_pipeline_says_that_a_published_form_was_chosen(calibration):
+    pipeline = Pipeline(calibration, columns=("force_N",), softness="quadratic")
+    assert any("by the published form" in message for message in pipeline.messages)
+    with pytest.raises(InputError, match="softness must be one of surface, quadratic, printed, exact"):
+        Pipeline(calibration, columns=("force_N",), softness="best")
