@@ -20,6 +20,14 @@ GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 SILENT_ROWS = 100_000
 """Rows that are read before a word is said of it."""
 
+SoftnessOption = Annotated[
+    Literal["surface", "quadratic", "printed"],
+    typer.Option(
+        help="The modulus by the calibrated surfaces, or, for comparison, by the published form with the calibration's "
+        "or the printed coefficients, which presses do not follow."
+    ),
+]
+
 
 def estimate(
     log: Annotated[Path, typer.Argument(help="Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv")],
@@ -36,13 +44,7 @@ def estimate(
     thickness: Annotated[
         float | None, typer.Option(help="Thickness (mm) of the touched specimen; unknown unless stated.")
     ] = None,
-    softness: Annotated[
-        Literal["surface", "quadratic", "printed"],
-        typer.Option(
-            help="The modulus by the calibrated surfaces, or, for comparison, by the published form with the "
-            "calibration's or the printed coefficients, which presses do not follow."
-        ),
-    ] = "surface",
+    softness: SoftnessOption = "surface",
     friction_memory: Annotated[
         float | None, typer.Option(help="Slid path (mm) that friction is learnt over; 50 by default.")
     ] = None,
