@@ -1,7 +1,8 @@
-"""Calibration: sweep over force and modulus, fit, compare with what was published, refit from measured presses."""
+"""Calibration: sweep over force and modulus, fit, compare with what was published, identify a finger from presses."""
 
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
+from papilla.calibrate.identification import Identification, identify
 from papilla.calibrate.material_fit import MaterialTests, fit_material
 from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
@@ -9,11 +10,13 @@ from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep,
 __all__ = [
     "DEFAULT_FORCES",
     "DEFAULT_MODULI",
+    "Identification",
     "MaterialTests",
     "Sweep",
     "fit",
     "fit_bench",
     "fit_material",
+    "identify",
     "sweep",
     "with_positions",
 ]

@@ -14,6 +14,7 @@ from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
 from papilla.errors import InputError
+from papilla.fem.pressing.large_strain import BEYOND
 
 FRICTION_CELLS = (Resolution(8), Resolution(8))
 """Cells over force and modulus of what friction changes: it is smooth."""
@@ -150,6 +151,8 @@ def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, scatter: Sequenc
     missing, coarse = int((~sweep.valid).sum()), int((sweep.valid & ~sweep.resolved).sum())
     if missing:
         notes.append(f"{missing} of {len(sweep)} presses left what the model covers and have no readings")
+    if beyond := sum(BEYOND in status for status in sweep.status):
+        notes.append(f"{beyond} of {len(sweep)} presses are {BEYOND}: S_d may be off by 2 % there")
     if coarse:
         notes.append(f"{coarse} of {len(sweep)} presses are too light for the mesh: S_d may be off by over 3 % there")
     n = surface.cells[1]

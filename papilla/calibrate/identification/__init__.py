@@ -1,0 +1,7 @@
+"""Which finger made these presses: its moduli, gauges and bench, from a log, with intervals and what to doubt."""
+
+from papilla.calibrate.identification.fit import Identification, identify
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import PARAMETERS
+
+__all__ = ["PARAMETERS", "Identification", "Noise", "identify"]

@@ -1,0 +1,308 @@
+"""`identify`: from measured presses to the parameters of a finger, their covariance, and what to doubt."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import (
+    PARAMETERS,
+    checked_values,
+    expanded,
+    kind,
+    names_of,
+    physical,
+    start_of,
+)
+from papilla.calibrate.identification.problem import Problem, Shape
+from papilla.errors import InputError
+from papilla.fem.pressing.response import response
+from papilla.fem.reduction.family import FingerFamily, family, with_moduli
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen
+
+SIZE_MM = 1.0
+"""Element size at the contact for identifications: S_d is within 0.6 % of that on meshes half as fine."""
+
+ROUNDS = 10
+"""Fits at most, each with the weights that the one before it implies."""
+
+SETTLED = 0.01
+"""Change of every parameter between two of them, in standard deviations, at which they end."""
+
+OUTLYING = 4.0
+"""Weighted residual from which a reading counts less and less."""
+
+KEPT = 3
+"""Best of the first fits that are followed to the end."""
+
+THICKER = 1.2
+"""Factor between the thicknesses that the response is made for, where the thickness is free."""
+
+MISFIT = 1.5
+"""Chi-square per degree of freedom from which the model does not fit; all sigmas are then widened by its root."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A finger identified from n presses; f parameters were free.
+
+    problem : presses, model and weights of the last fit. vector : (f,) in the scale of the fit (logarithms, for
+    logarithmic parameters), and covariance (f, f) in it. chi_square, freedom : of the presses' weighted residuals.
+    rival : cost of the next best minimum above this one, None where all starts came to the same.
+    """
+
+    problem: Problem
+    vector: np.ndarray
+    covariance: np.ndarray
+    chi_square: float
+    freedom: float
+    rival: float | None = None
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
+        return f"<Identification from {len(self.problem.log)} presses: {told}>"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free parameters."""
+        return self.problem.free
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """All parameters in their units, held ones among them."""
+        return self.problem.values(self.vector)
+
+    @cached_property
+    def sigma(self) -> np.ndarray:
+        """(f,) standard deviations in the scale of the fit: relative, for logarithmic parameters."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def __getitem__(self, name: str) -> tuple[float, float]:
+        """Value (in its unit) and standard deviation (in the scale of the fit) of a free parameter."""
+        place = self.names.index(name)
+        return physical(name, float(self.vector[place])), float(self.sigma[place])
+
+    @cached_property
+    def finger(self) -> Finger:
+        """The design with what was identified: moduli, gains and levers."""
+        found = with_moduli(self.problem.finger, self.values["outer_modulus_MPa"], self.values["inner_modulus_MPa"])
+        gauges = tuple(
+            replace(
+                gauge,
+                membrane_gain=self.values[f"gain.{gauge.name}"],
+                lever_mm=self.values[f"lever_mm.{gauge.name}"],
+            )
+            for gauge in found.gauges
+        )
+        return replace(found, gauges=gauges)
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        """(n, c) what was measured less what the finger measures: readings in microstrain, then indentation in mm."""
+        return self.problem.measured - self.problem.modelled(self.vector).values
+
+
+def identify(
+    log: PressLog,
+    finger: Finger,
+    *,
+    free: Sequence[str] = (),
+    fix: Mapping[str, float] | None = None,
+    specimen: Specimen | None = None,
+    noise: Noise | None = None,
+    friction: Friction | None = None,
+    size_mm: float = SIZE_MM,
+    progress: Callable[[str], None] | None = None,
+) -> Identification:
+    """Identify a finger of known geometry from presses on specimens of known modulus.
+
+    Parameters
+    ----------
+    finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
+    free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
+        are indentations. fix : values (in their units) at which parameters are held.
+    specimen : what was pressed where the log does not say it; its modulus does not count. A block of 10 mm by default.
+    noise : of the presses. friction : as for `papilla.fem.press`. size_mm : elements at the contact.
+
+    Raises `InputError` for a log of another finger, of presses beside the apex, unknown names, or fewer measurements
+    than a fit needs, and what `papilla.fem.reduction.family.family` raises.
+    """
+    refuse(log, finger)
+    return solve(problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress), progress)
+
+
+def problem_of(
+    log: PressLog,
+    finger: Finger,
+    free: Sequence[str] = (),
+    fix: Mapping[str, float] | None = None,
+    specimen: Specimen | None = None,
+    noise: Noise | None = None,
+    friction: Friction | None = None,
+    size_mm: float = SIZE_MM,
+    progress: Callable[[str], None] | None = None,
+) -> Problem:
+    """The problem that `identify` solves, not yet weighted; arguments as there."""
+    held = checked_values(fix or {}, finger)
+    wanted = free_parameters(log, finger, free, held)
+    relatives = family(finger, size_mm=size_mm, progress=progress)
+    shapes = shapes_of(log, specimen, relatives, "thickness_mm" in wanted, friction, progress)
+    touched = specimen if isinstance(specimen, Block) else Block(1.0, THICKNESS_MM)
+    start = start_of(finger, touched.thickness) | held
+    return Problem(log, finger, shapes, start, wanted, noise or Noise())
+
+
+def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
+    """The parameters that a fit varies, in the order of the table; raises `InputError` for what no press can tell."""
+    usual = ["outer_modulus_MPa", "inner_modulus_MPa", "gain", "lever_mm", "zero_microstrain"]
+    asked = expanded(free, finger)
+    if log.indentation_mm is not None:
+        usual.append("touch_down_mm")
+    elif "touch_down_mm" in asked:
+        raise InputError("touch_down_mm is told by indentations alone, and the log has no indentation_mm")
+    both = [name for name in asked if name in held]
+    if both:
+        raise InputError(f"{both[0]} cannot be both free and fixed")
+    wanted = {*expanded(usual, finger), *asked} - {*held}
+    return tuple(
+        sorted((name for name in names_of(finger) if name in wanted), key=lambda name: PARAMETERS[kind(name)].linear)
+    )
+
+
+def shapes_of(
+    log: PressLog,
+    specimen: Specimen | None,
+    relatives: FingerFamily,
+    thickness_free: bool,
+    friction: Friction | None,
+    progress: Callable[[str], None] | None,
+) -> tuple[Shape, ...]:
+    """The specimens' shapes of a log with the family's responses to them."""
+    touched = specimen or Block(1.0, THICKNESS_MM)
+    if thickness_free and not isinstance(touched, Block):
+        raise InputError(f"thickness_mm is that of a block, and the presses are on a {touched.words}")
+    made: tuple[Specimen, ...] = (touched,)
+    thicknesses: tuple[float, ...] = ()
+    if thickness_free and isinstance(touched, Block):
+        thicknesses = tuple(touched.thickness * THICKER**k for k in (-1, 0, 1))
+        made = tuple(replace(touched, thickness=one) for one in thicknesses)
+    responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
+    return (Shape(np.arange(len(log)), responses, thicknesses),)
+
+
+def refuse(log: PressLog, finger: Finger) -> None:
+    """Raise `InputError` for a log that is not of this finger, or of presses beside the apex."""
+    names = tuple(gauge.name for gauge in finger.gauges)
+    if len(log.gauge_names) != len(names):
+        raise InputError(
+            f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
+            f"the finger {finger.name!r} has {len(names)}"
+        )
+    if log.gauge_names != names:
+        raise InputError(
+            f"the log has the gauges {', '.join(log.gauge_names)}, the finger {finger.name!r} {', '.join(names)}"
+        )
+    for axis in ("x_mm", "y_mm"):
+        place = getattr(log, axis)
+        if place is not None and np.any(place != 0):
+            row = int(np.argmax(place != 0))
+            raise InputError(f"{axis} is {place[row]:g} in press {row + 1}: a finger is identified at the apex alone")
+
+
+def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Identification:
+    """Fit a problem from several starts, each with the weights that the fit before it implies."""
+    if progress is not None:
+        progress("identifying")
+    first = problem.weighted()
+    found = sorted((_descend(first, start) for start in _starts(first)), key=lambda one: one[0])
+    ends: list[tuple[float, Problem, np.ndarray]] = []
+    for _, vector in _distinct(found)[:KEPT]:
+        ends.append(_followed(first, vector))
+    ends.sort(key=lambda one: one[0])
+    cost, last, vector = ends[0]
+    others = [one[0] - cost for one in ends[1:] if np.abs(one[2] - vector)[~problem.linear].max(initial=0.0) > 0.05]
+    return _judged(last, vector, min(others, default=None))
+
+
+def _starts(problem: Problem) -> list[np.ndarray]:
+    """Where the nonlinear parameters start, and each a standard deviation of its prior to either side."""
+    outside = ~problem.linear
+    middle = problem.start[outside]
+    names = [name for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
+    widths = np.diag([PARAMETERS[kind(name)].sigma for name in names])
+    return [middle, *(middle + widths), *(middle - widths)]
+
+
+def _descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
+    """Cost and vector (f,) of the best fit from a start (others,) of the nonlinear parameters."""
+    if not len(start):
+        vector = problem.solved(start)
+        return float((problem.residuals(vector) ** 2).sum()), vector
+    low, high = (side[~problem.linear] for side in problem.bounds)
+    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if outside.tobytes() not in known:
+            known.clear()
+            known[outside.tobytes()] = problem.projected(outside)
+        return known[outside.tobytes()]
+
+    margin = 1e-6 * (high - low)
+    done = least_squares(
+        lambda outside: at(outside)[0],
+        np.clip(start, low + margin, high - margin),
+        lambda outside: at(outside)[1],
+        (low, high),
+        x_scale=(high - low) / 4,
+        xtol=1e-9,
+        ftol=1e-9,
+        gtol=1e-9,
+        max_nfev=60,
+    )
+    return 2 * float(done.cost), problem.solved(done.x)
+
+
+def _distinct(found: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.ndarray]]:
+    """Fits of rising cost without those that came to one that is there."""
+    kept: list[tuple[float, np.ndarray]] = []
+    for cost, vector in found:
+        if all(abs(cost - other) > 1e-3 * (1 + other) for other, _ in kept):
+            kept.append((cost, vector))
+    return kept
+
+
+def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
+    """Fit again with the weights that each fit implies, until they no longer matter."""
+    for _ in range(ROUNDS):
+        problem = problem.weighted(vector).downweighted(vector, OUTLYING)
+        before = vector
+        cost, vector = _descend(problem, vector[~problem.linear])
+        sigma = np.sqrt(np.diag(_covariance(problem, vector)))
+        if np.abs((vector - before) / sigma).max() < SETTLED:
+            break
+    return cost, problem, vector
+
+
+def _covariance(problem: Problem, vector: np.ndarray) -> np.ndarray:
+    """Inverse of the information of presses and priors; columns are scaled first, for they have many units."""
+    jacobian = problem.jacobian(vector)
+    size = np.linalg.norm(jacobian, axis=0)
+    return np.linalg.inv((jacobian / size).T @ (jacobian / size)) / np.outer(size, size)
+
+
+def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identification:
+    priors = len(problem.free) + 1
+    residuals, jacobian = problem.residuals(vector), problem.jacobian(vector)
+    of_presses = residuals[:-priors]
+    covariance = _covariance(problem, vector)
+    used = float(np.trace(covariance @ (jacobian[:-priors].T @ jacobian[:-priors])))
+    freedom = float(np.isfinite(problem.measured).sum()) - used
+    chi_square = float((of_presses**2).sum())
+    if freedom > 0 and chi_square / freedom > MISFIT:
+        covariance = covariance * (chi_square / freedom)
+    return Identification(problem, vector, covariance, chi_square, freedom, rival)

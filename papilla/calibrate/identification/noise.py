@@ -1,0 +1,25 @@
+"""What measured presses scatter by: the named parts of their error, stated, or told from presses that were repeated."""
+
+from dataclasses import dataclass, fields
+
+from papilla import checks
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of what is not in the model, each independent from press to press.
+
+    readings_microstrain : of a gauge. force : relative, and all gauges of a press share it. indentation_mm : of the
+    stage. model : relative to what gauges feel, what two meshes differ by; the response's own error is added. beyond :
+    added to it where a press strains the finger more than was measured at finite strain.
+    """
+
+    readings_microstrain: float = 5.0
+    force: float = 0.01
+    indentation_mm: float = 0.02
+    model: float = 0.0015
+    beyond: float = 0.02
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            checks.positive(f"noise {item.name}", getattr(self, item.name))

@@ -1,0 +1,114 @@
+"""What a fit of a finger may vary: each parameter with its unit, prior and bounds, in one table."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from papilla import checks
+from papilla.errors import InputError
+from papilla.finger import Finger
+from papilla.specimen import THICKNESS_MM
+from papilla.tables import closest
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a finger or its bench.
+
+    sigma : one standard deviation of its prior about where it starts; of a logarithmic one, of its natural logarithm.
+    low, high : bounds, as differences from where it starts (in the logarithm, for a logarithmic one).
+    each_gauge : there is one for every gauge, named "name.g1" and so on. linear : the readings are linear in it.
+    source : what prior and bounds are taken from.
+    """
+
+    unit: str
+    sigma: float
+    low: float
+    high: float
+    source: str
+    logarithmic: bool = False
+    each_gauge: bool = False
+    linear: bool = False
+
+
+_BATCHES = (
+    "batches of one silicone, and labs, differ by a factor of two (FACTS of the sensor: tensile and phantom data)"
+)
+PARAMETERS: dict[str, Parameter] = {
+    "outer_modulus_MPa": Parameter("MPa", 0.7, -1.6, 1.6, _BATCHES, logarithmic=True),
+    "inner_modulus_MPa": Parameter("MPa", 0.7, -1.6, 1.6, _BATCHES, logarithmic=True),
+    "thickness_mm": Parameter("mm", 0.03, -0.25, 0.25, "a cast block is known to 0.3 mm of 10", logarithmic=True),
+    "gain": Parameter("", 2.0, -20, 20, "a foil in rubber reads 1e-4 to 2 of its strain", each_gauge=True, linear=True),
+    "lever_mm": Parameter("mm", 0.87, -20, 20, "lever / gain from -2 to 1 mm", each_gauge=True, linear=True),
+    "zero_microstrain": Parameter("µε", 1e3, -1e5, 1e5, "an amplifier's zero", each_gauge=True, linear=True),
+    "touch_down_mm": Parameter("mm", 0.5, -2.0, 2.0, "0.155 mm in the published press", linear=True),
+}
+"""All parameters. Gains have next to no prior; that of a lever is its ratio to the gain, whatever the gain is."""
+
+LEVER_PER_GAIN_MM = -0.5
+"""Middle of the prior of lever over gain; `PARAMETERS` has its standard deviation, that of -2 to 1 mm, all alike."""
+
+
+def names_of(finger: Finger) -> tuple[str, ...]:
+    """The names of all parameters of a finger, gauge by gauge where there is one for each."""
+    gauges = [gauge.name for gauge in finger.gauges]
+    return tuple(
+        name
+        for key, one in PARAMETERS.items()
+        for name in ([f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key])
+    )
+
+
+def kind(name: str) -> str:
+    """The entry of `PARAMETERS` of a parameter's name."""
+    return name.split(".", 1)[0]
+
+
+def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, float]:
+    """Where each parameter of a finger starts: what its design says, in the parameter's unit."""
+    found = {
+        "outer_modulus_MPa": finger.outer.modulus,
+        "inner_modulus_MPa": finger.inner.modulus,
+        "thickness_mm": thickness_mm,
+        "touch_down_mm": 0.0,
+    }
+    for gauge in finger.gauges:
+        found[f"gain.{gauge.name}"] = gauge.membrane_gain
+        found[f"lever_mm.{gauge.name}"] = gauge.lever_mm
+        found[f"zero_microstrain.{gauge.name}"] = 0.0
+    return {name: found[name] for name in names_of(finger)}
+
+
+def expanded(asked: Sequence[str], finger: Finger) -> list[str]:
+    """The parameters that names stand for, "gain" for those of all gauges; raises `InputError` for unknown ones."""
+    known, found = names_of(finger), []
+    for name in asked:
+        if name in known:
+            found.append(name)
+        elif name in PARAMETERS:
+            found += [one for one in known if kind(one) == name]
+        else:
+            meant = closest(name, [*PARAMETERS, *known])
+            hint = f"; did you mean {meant}?" if meant else ""
+            raise InputError(f"no parameter is called {name!r}{hint} There are {', '.join(PARAMETERS)}")
+    return list(dict.fromkeys(found))
+
+
+def checked_values(fix: Mapping[str, float], finger: Finger) -> dict[str, float]:
+    """The values at which parameters are held, by their full names; raises `InputError`."""
+    found = {}
+    for asked, value in fix.items():
+        for name in expanded([asked], finger):
+            number = checks.finite(asked, value)
+            found[name] = checks.positive(asked, number) if PARAMETERS[kind(name)].logarithmic else number
+    return found
+
+
+def scaled(name: str, value: float) -> float:
+    """A parameter's value in the scale of the fit."""
+    return math.log(value) if PARAMETERS[kind(name)].logarithmic else value
+
+
+def physical(name: str, value: float) -> float:
+    """The value in its unit of a parameter in the scale of the fit."""
+    return math.exp(value) if PARAMETERS[kind(name)].logarithmic else value

@@ -1,0 +1,323 @@
+"""`Problem`: measured presses and a family of fingers as weighted residuals of parameters, with their Jacobian.
+
+Readings are linear in gains, levers and zeros, which are solved for inside of a fit over the others (variable
+projection, Golub and Pereyra 2003, doi:10.1088/0266-5611/19/2/201; its Jacobian after Kaufman 1975,
+doi:10.1007/BF01932995). An error of force moves all that a press measures together, and is weighted so.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS, kind, physical, scaled
+from papilla.fem.pressing.response import RATIO_LIMITS, Response
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.units import MICROSTRAIN
+
+MISSING = 1e9
+"""Standard deviation, in that of a channel, of what a press did not measure."""
+
+BEYOND = 0.01
+"""By how much the logarithm of the moduli's ratio leaves the family for one standard deviation."""
+
+FIRST_EXPONENT = 0.67
+"""Of readings over force before the model tells it: Hertz's."""
+
+LEAST_GAIN = 1e-4
+"""Gains below this are those of a foil that feels nothing."""
+
+LEVERS_PER_GAIN_MM = np.linspace(-2.0, 1.0, 13)
+"""Levers over gains among which the largest gain that readings may come from is looked for."""
+
+CANCELLING = 0.2
+"""Share of the largest of these readings below which strain and curvature are not taken to cancel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The presses (rows of the log) on one shape of specimen, and the responses to it at rising thicknesses (mm)."""
+
+    rows: np.ndarray
+    responses: tuple[Response, ...]
+    thicknesses: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Modelled:
+    """What presses of a parameter vector measure: n presses, c channels (gauges in microstrain, indentation in mm).
+
+    values : (n, c). by_free : (n, c, f) derivatives by the free parameters in the scale of the fit. by_ln_force (n, c).
+    by_ln_modulus : (n, c), by the specimen's. unsure : (n, c) standard deviations of what the model is off by.
+    """
+
+    values: np.ndarray
+    by_free: np.ndarray
+    by_ln_force: np.ndarray
+    by_ln_modulus: np.ndarray
+    unsure: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Presses of a log on a finger of one geometry; n presses, g gauges, f free parameters.
+
+    held : every parameter's value in its unit, those of the free ones where they start. free : names, those that
+    readings do not follow linearly first. weights : (n, c, c) whiten what a press measures, robust (n, c) weigh it.
+    gains : (g,) about as large as the gauges', for the prior of the levers.
+    """
+
+    log: PressLog
+    finger: Finger
+    shapes: tuple[Shape, ...]
+    held: Mapping[str, float]
+    free: tuple[str, ...]
+    noise: Noise
+    weights: np.ndarray | None = None
+    robust: np.ndarray | None = None
+    gains: np.ndarray | None = None
+
+    # ---- parameters
+
+    @cached_property
+    def linear(self) -> np.ndarray:
+        """(f,) bool: which free parameters the readings follow linearly."""
+        return np.array([PARAMETERS[kind(name)].linear for name in self.free], bool)
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """(f,) where the free parameters start, in the scale of the fit."""
+        return np.array([scaled(name, self.held[name]) for name in self.free])
+
+    @cached_property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """(f,) lowest and highest values in the scale of the fit."""
+        low, high = (
+            np.array([getattr(PARAMETERS[kind(name)], side) for name in self.free]) for side in ("low", "high")
+        )
+        return self.start + low, self.start + high
+
+    def values(self, vector: np.ndarray) -> dict[str, float]:
+        """All parameters in their units, the free ones from a vector (f,) in the scale of the fit."""
+        found = zip(self.free, vector.tolist(), strict=True)
+        return {**self.held, **{name: physical(name, value) for name, value in found}}
+
+    # ---- what presses measure
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """(n, c) readings in microstrain, then indentations in mm where there are any; NaN where there is none."""
+        if self.log.indentation_mm is None:
+            return self.log.readings
+        return np.column_stack([self.log.readings, self.log.indentation_mm])
+
+    @property
+    def gauge_count(self) -> int:
+        """Number of gauges."""
+        return self.log.readings.shape[1]
+
+    def modelled(self, vector: np.ndarray) -> Modelled:
+        """What presses of a parameter vector (f,) in the scale of the fit measure."""
+        values = self.values(vector)
+        felt, depth, slopes, depth_slopes = self._felt(values)
+        gauges = [gauge.name for gauge in self.finger.gauges]
+        mix = np.array([[values[f"{name}.{one}"] for one in gauges] for name in ("gain", "lever_mm")]) / MICROSTRAIN
+        zeros = np.array([values[f"zero_microstrain.{one}"] for one in gauges])
+
+        def channels(parts: np.ndarray, deep: np.ndarray) -> np.ndarray:
+            read = np.einsum("nqg,qg->ng", parts, mix)
+            return read if self.log.indentation_mm is None else np.column_stack([read, deep])
+
+        found = channels(felt, depth + values["touch_down_mm"])
+        found[:, : len(gauges)] += zeros
+        by = {name: channels(slopes[name], depth_slopes[name]) for name in slopes}
+        columns = np.zeros((*found.shape, len(self.free)))
+        for place, name in enumerate(self.free):
+            which, _, gauge = name.partition(".")
+            if which in by:
+                columns[:, :, place] = by[which]
+            elif which == "touch_down_mm":
+                columns[:, -1, place] = 1.0
+            else:
+                k = gauges.index(gauge)
+                parts = {"gain": felt[:, 0, k] / MICROSTRAIN, "lever_mm": felt[:, 1, k] / MICROSTRAIN}
+                columns[:, k, place] = parts.get(which, 1.0)
+        errors = self._model_errors(values["inner_modulus_MPa"])
+        size = np.sqrt((felt**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.shape)
+        unsure = np.sqrt(((size * mix) ** 2).sum(axis=1))
+        if self.log.indentation_mm is not None:
+            unsure = np.column_stack([unsure, errors[:, 0] * depth])
+        return Modelled(found, columns, by["force"], by["modulus"], unsure)
+
+    def _felt(self, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, dict, dict]:
+        """What gauges feel (n, q, g), indentations (n,), and derivatives of both by what the finger and bench vary."""
+        inner, outer = values["inner_modulus_MPa"], values["outer_modulus_MPa"]
+        ratio = float(np.clip(outer / inner, *RATIO_LIMITS))
+        n, g = self.log.readings.shape
+        felt, depth = np.zeros((n, 2, g)), np.zeros(n)
+        names = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm")
+        slopes, depth_slopes = ({name: np.zeros_like(kept) for name in names} for kept in (felt, depth))
+        for shape in self.shapes:
+            rows = shape.rows
+            loads = self.log.force_N[rows], self.log.modulus_MPa[rows], ratio * inner, inner
+            told = [one.felt(*loads) for one in shape.responses]
+            weight, steep = _between(shape.thicknesses, values["thickness_mm"])
+            parts = (
+                (felt, slopes, [one.values for one in told], [one.slope_values for one in told]),
+                (depth, depth_slopes, [one.indentation for one in told], [one.slope_indentation for one in told]),
+            )
+            for value, slope, of_all, slopes_of_all in parts:
+                value[rows] = np.tensordot(weight, of_all, 1)
+                force, modulus, by_ratio = np.tensordot(weight, slopes_of_all, 1)
+                slope["force"][rows], slope["modulus"][rows] = force, modulus
+                slope["outer_modulus_MPa"][rows] = by_ratio
+                slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
+                slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
+        return felt, depth, slopes, depth_slopes
+
+    # ---- residuals
+
+    def residuals(self, vector: np.ndarray) -> np.ndarray:
+        """(m,) weighted: what was measured less what presses of a vector (f,) measure, then the priors."""
+        return np.concatenate([self._weighted(self._differences(vector))[:, 0], self._prior(vector)])
+
+    def jacobian(self, vector: np.ndarray) -> np.ndarray:
+        """(m, f) derivatives of `residuals`."""
+        columns = -self.modelled(vector).by_free
+        return np.vstack([self._weighted(columns), self._prior_slope(vector)])
+
+    def solved(self, outside: np.ndarray) -> np.ndarray:
+        """The vector (f,) of the best linear parameters, at given values of the others."""
+        vector = self.start.copy()
+        vector[~self.linear] = outside
+        if self.linear.any():
+            vector[self.linear] -= np.linalg.lstsq(self.jacobian(vector)[:, self.linear], self.residuals(vector))[0]
+        return vector
+
+    def projected(self, outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (m,) with the best linear parameters, and their Jacobian (m, others) by the others."""
+        vector = self.solved(outside)
+        residuals, jacobian = self.residuals(vector), self.jacobian(vector)
+        inner = np.linalg.qr(jacobian[:, self.linear])[0]
+        outer = jacobian[:, ~self.linear]
+        return residuals, outer - inner @ (inner.T @ outer)
+
+    def _differences(self, vector: np.ndarray) -> np.ndarray:
+        """(n, c, 1), zero where nothing was measured."""
+        return np.nan_to_num(self.measured - self.modelled(vector).values)[:, :, None]
+
+    def _weighted(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (n, c, k) whitened, weighed and flat: (n c, k)."""
+        assert self.weights is not None and self.robust is not None, "a problem is weighted before it is solved"
+        return ((self.weights @ rows) * self.robust[:, :, None]).reshape(-1, rows.shape[2])
+
+    @cached_property
+    def _prior_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """(p, f) and (p,): the priors as rows . vector - target, in their standard deviations."""
+        rows, target = np.zeros((len(self.free), len(self.free))), np.zeros(len(self.free))
+        gauges = [gauge.name for gauge in self.finger.gauges]
+        for place, name in enumerate(self.free):
+            which, _, gauge = name.partition(".")
+            sigma = PARAMETERS[which].sigma
+            if which != "lever_mm":
+                start = self.start[place] if PARAMETERS[which].logarithmic else 0.0
+                rows[place, place], target[place] = 1 / sigma, start / sigma
+                continue
+            gain = self._gain_sizes[gauges.index(gauge)]
+            rows[place, place] = 1 / (sigma * gain)
+            other = f"gain.{gauge}"
+            if other in self.free:
+                rows[place, self.free.index(other)] = -LEVER_PER_GAIN_MM / (sigma * gain)
+            else:
+                target[place] = LEVER_PER_GAIN_MM * self.held[other] / (sigma * gain)
+        return rows, target
+
+    @property
+    def _gain_sizes(self) -> np.ndarray:
+        known = np.ones(self.gauge_count) if self.gains is None else self.gains
+        return np.maximum(np.abs(known), LEAST_GAIN)
+
+    def _prior(self, vector: np.ndarray) -> np.ndarray:
+        rows, target = self._prior_rows
+        return np.append(rows @ vector - target, self.beyond(vector) / BEYOND)
+
+    def _prior_slope(self, vector: np.ndarray) -> np.ndarray:
+        last = np.zeros(len(self.free))
+        if self.beyond(vector):
+            for name, sign in (("outer_modulus_MPa", 1.0), ("inner_modulus_MPa", -1.0)):
+                if name in self.free:
+                    last[self.free.index(name)] = sign / BEYOND
+        return np.vstack([self._prior_rows[0], last])
+
+    def beyond(self, vector: np.ndarray) -> float:
+        """How far the logarithm of outer over inner modulus lies outside of the family."""
+        values = self.values(vector)
+        ratio = values["outer_modulus_MPa"] / values["inner_modulus_MPa"]
+        return float(np.log(ratio / np.clip(ratio, *RATIO_LIMITS)))
+
+    # ---- weights
+
+    def weighted(self, vector: np.ndarray | None = None) -> "Problem":
+        """The problem with the weights that a vector (f,) implies; without one, with those that the readings do."""
+        if vector is None:
+            slope = FIRST_EXPONENT * np.nan_to_num(self.measured)
+            weights = self._whitener(slope, self.noise.model * np.abs(np.nan_to_num(self.measured)))
+            held, robust = dict(self.held), np.ones(self.measured.shape)
+            return replace(self, weights=weights, robust=robust, gains=self._most_gain(self._felt(held)[0]))
+        told, values = self.modelled(vector), self.values(vector)
+        gains = np.abs([values[f"gain.{gauge.name}"] for gauge in self.finger.gauges])
+        gains = np.maximum(gains, self._most_gain(self._felt(values)[0]))
+        return replace(self, weights=self._whitener(told.by_ln_force, told.unsure), gains=gains)
+
+    def _most_gain(self, felt: np.ndarray) -> np.ndarray:
+        """(g,) largest gains that readings of this size may come from, over the levers of the prior."""
+        moved = self.log.readings - self.log.readings.mean(axis=0)
+        parts = (felt - felt.mean(axis=0)) / MICROSTRAIN
+        sizes = [np.sqrt(((parts[:, 0] + lever * parts[:, 1]) ** 2).mean(axis=0)) for lever in LEVERS_PER_GAIN_MM]
+        least = np.maximum(np.min(sizes, axis=0), CANCELLING * np.max(sizes, axis=0))
+        return np.sqrt((moved**2).mean(axis=0)) / np.maximum(least, np.finfo(float).tiny)
+
+    def _whitener(self, slope: np.ndarray, unsure: np.ndarray) -> np.ndarray:
+        """(n, c, c) what makes each press's errors independent and of one; slope : (n, c) by ln force."""
+        noise, g = self.noise, self.gauge_count
+        spread = np.full(self.measured.shape, noise.readings_microstrain**2)
+        spread[:, g:] = noise.indentation_mm**2
+        spread += unsure**2
+        spread[np.isnan(self.measured)] *= MISSING**2
+        covariance = noise.force**2 * slope[:, :, None] * slope[:, None, :]
+        covariance += np.eye(len(spread[0])) * spread[:, None, :]
+        return np.linalg.inv(np.linalg.cholesky(covariance))
+
+    def strained(self, inner: float) -> np.ndarray:
+        """(n,) bool: presses that strain a finger of this inner modulus (MPa) more than was measured."""
+        most = np.full(len(self.log), np.inf)
+        for shape in self.shapes:
+            most[shape.rows] = min(one.strained for one in shape.responses)
+        return self.log.force_N / inner > most
+
+    def _model_errors(self, inner: float) -> np.ndarray:
+        """(n, 1 + q g) relative errors of what the model says of each press: indentation, then what the gauges feel."""
+        found = np.zeros((len(self.log), 1 + 2 * self.gauge_count))
+        for shape in self.shapes:
+            found[shape.rows] = np.hypot(self.noise.model, shape.responses[0].error)
+        return np.hypot(found, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
+
+    def downweighted(self, vector: np.ndarray, outlying: float) -> "Problem":
+        """The problem with each weighted reading counting less from `outlying` on (Cauchy's weights)."""
+        assert self.weights is not None
+        whitened = (self.weights @ self._differences(vector))[:, :, 0]
+        return replace(self, robust=1 / np.sqrt(1 + (whitened / outlying) ** 2))
+
+
+def _between(thicknesses: tuple[float, ...], thickness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of the responses at their thicknesses, and their derivatives by the thickness's logarithm (Lagrange)."""
+    if len(thicknesses) < 2:
+        return np.ones(1), np.zeros(1)
+    nodes, at = np.log(thicknesses), np.log(thickness)
+    powers = np.vander(nodes, increasing=True)
+    degree = np.arange(len(nodes))
+    steep = degree * np.concatenate([[0.0], at ** degree[:-1]])
+    return np.linalg.solve(powers.T, at**degree), np.linalg.solve(powers.T, steep)

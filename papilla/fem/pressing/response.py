@@ -1,0 +1,270 @@
+"""`Response`: what gauges feel and how deep a press goes, for all fingers of one geometry, as one smooth function.
+
+Strains depend on F / E_inner, E / E_inner and r = E_outer / E_inner alone, with large strain and friction too
+(`large_strain`). A Chebyshev polynomial in their logarithms goes through a few thousand presses: a new one costs
+microseconds, derivatives are the polynomial's, and the steps by which contact takes node after node are averaged out
+(Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, chapters 7 and 8).
+"""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebder, chebvander
+
+from papilla import cache
+from papilla.errors import ContactRangeError, InputError, SolverError
+from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of, with_large_strain
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
+from papilla.fem.reduction.family import FingerFamily
+from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
+
+FORCES = np.geomspace(0.15, 130.0, 20)
+"""F / E_inner in mm2: of an inner layer of 0.034 MPa, 5 mN to 4.4 N."""
+
+MODULI = np.geomspace(0.15, 600.0, 16)
+"""E / E_inner of the specimens: of the same finger, 0.005 to 20 MPa."""
+
+DEGREES, TOTAL = (8, 7, 4), 1.5
+"""Largest powers of ln force, ln modulus and ln ratio, and of the sum of a term's shares of these."""
+
+UNRESOLVED = 0.1
+"""Weight of a press that is too light for the mesh, against one that is resolved."""
+
+USUAL = (1.0, 60.0), (1.0, 60.0)
+"""Forces and moduli over which the error is taken: of the same finger, 0.03 to 2 N on 0.03 to 2 MPa."""
+
+FOLDS = 5
+"""Parts of the presses of which each is told from the others, for the error."""
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """What n presses do to g gauges. values : (n, q, g) of `gauges.QUANTITIES`. indentation : (n,) mm.
+
+    slope_values (3, n, q, g), slope_indentation (3, n) : derivatives by ln force, ln modulus of the specimen, and ln
+    ratio, the inner modulus fixed for the first two and for the third.
+    """
+
+    values: np.ndarray
+    indentation: np.ndarray
+    slope_values: np.ndarray
+    slope_indentation: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Presses of all fingers of one geometry on specimens of one shape; g gauges, q quantities.
+
+    coefficients : (terms, 1 + q g) of indentation (mm) / x^(2/3) and of the gauges' values / x, x = F / E_inner in mm2.
+    deepest : (3, k) rows of E / E_inner, ratio, and the largest x at which the contact stays on its patch.
+    strained : largest x that large strain was measured up to; infinite where it is not included.
+    friction : Coulomb's coefficient, infinite for stick. large_strain : whether it is included.
+    error : (1 + q g,) root mean square of what presses told from the others are off by: indentation, relative, then the
+    gauges' values in the root mean square of the quantity over the gauges.
+    """
+
+    coefficients: np.ndarray
+    deepest: np.ndarray
+    strained: float
+    friction: float
+    large_strain: bool
+    error: np.ndarray
+    gauge_count: int
+    specimen: str
+
+    def __repr__(self) -> str:
+        return f"Response({self.specimen}, {self.gauge_count} gauges, within {100 * self.error.max():.2g} %)"
+
+    def felt(self, force_N, modulus_MPa, outer: float, inner: float) -> Felt:
+        """Presses by forces (n,) on specimens of moduli (n,) of the finger with these Young's moduli (MPa).
+
+        Beyond the presses that it was made of it goes on as its derivative says: see `inside`.
+        """
+        x = np.asarray(force_N, float) / inner
+        places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
+        table, slopes = self._polynomial(places)
+        scale = np.concatenate([x[:, None] ** (2 / 3), np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1)
+        powers = np.concatenate([[2 / 3], np.ones(table.shape[1] - 1)])
+        slopes[0] += powers * table
+        found, slopes = scale * table, scale * slopes
+        shape = (len(x), len(QUANTITIES), self.gauge_count)
+        return Felt(found[:, 1:].reshape(shape), found[:, 0], slopes[:, :, 1:].reshape(3, *shape), slopes[:, :, 0])
+
+    def inside(self, force_N, modulus_MPa, outer: float, inner: float) -> np.ndarray:
+        """(n,) whether presses are among those that the function was made of."""
+        x, e = np.asarray(force_N, float) / inner, np.asarray(modulus_MPa, float) / inner
+        near = np.abs(np.log(self.deepest[1] / (outer / inner)))
+        row = self.deepest[:, near == near.min()]
+        within = (x >= FORCES[0]) & (e >= MODULI[0]) & (e <= MODULI[-1])
+        return within & (x <= np.interp(np.log(e), np.log(row[0]), row[2]))
+
+    def _polynomial(self, places: tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """Values (n, c) and derivatives (3, n, c) by the logarithms of the places."""
+        at, beyond = zip(*(_scaled(values, limits) for values, limits in zip(places, LIMITS, strict=True)), strict=True)
+        bases = [chebvander(one, degree) for one, degree in zip(at, DEGREES, strict=True)]
+        steeper = [basis @ _derivative(degree) for basis, degree in zip(bases, DEGREES, strict=True)]
+        value = _terms(bases) @ self.coefficients
+        slopes = []
+        for axis, limits in enumerate(LIMITS):
+            mixed = [steeper[k] if k == axis else bases[k] for k in range(3)]
+            slopes.append(_terms(mixed) @ self.coefficients * (2 / math.log(limits[1] / limits[0])))
+        for over, slope in zip(beyond, slopes, strict=True):
+            value = value + over[:, None] * slope
+        return value, np.array(slopes)
+
+
+LIMITS = ((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIO_LIMITS)
+
+
+def response(
+    family: FingerFamily,
+    specimen: Specimen,
+    *,
+    friction: Friction | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Response:
+    """The response of a family to presses on a specimen's shape, whose modulus does not count; kept in the cache.
+
+    friction : as `papilla.fem.press` has it: None is stick where large strain is known with it, else 0. Raises
+    `InputError` where too few presses stay on the contact's patch.
+    """
+    inner = family.finger.inner.modulus
+    members = [family.at(float(ratio) * inner, inner) for ratio in family.ratios]
+    flat = specimen.curvature == (0.0, 0.0)
+    if friction is None:
+        friction = STICK if flat and all(is_known(one, math.inf) for one in members) else 0.0
+    rubbing = friction_coefficient(friction)
+    large = flat and rubbing in (0.0, math.inf) and all(is_known(one, rubbing) for one in members)
+
+    def make() -> dict[str, np.ndarray]:
+        rows = []
+        for number, (ratio, member) in enumerate(zip(family.ratios, members, strict=True), start=1):
+            if progress is not None:
+                progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
+            rows += _presses(member, float(ratio), inner, specimen, friction, large)
+        return _fitted(np.array(rows, float))
+
+    tables = [
+        (table.to_json(), weight)
+        for one in members
+        for end in ends_of(rubbing)
+        for table, weight in tables_of(one, end)
+    ]
+    parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
+    design = (FORCES, MODULI, list(DEGREES), TOTAL)
+    key = cache.key(__name__, *parts, repr(_at(specimen, 1.0)), str(friction), large, json.dumps(tables), *design)
+    found = cache.fetch("response", key, make)
+    strained = float(found["strained"]) if large else math.inf
+    return Response(
+        found["coefficients"],
+        found["deepest"],
+        strained,
+        rubbing,
+        large,
+        found["error"],
+        len(family.reduced.gauge_names),
+        specimen.words,
+    )
+
+
+def _presses(
+    member: ReducedFinger, ratio: float, inner: float, specimen: Specimen, friction: Friction, large: bool
+) -> list[tuple]:
+    """Rows of F / E_inner, E / E_inner, ratio, whether resolved, whether large strain is known, indentation, values."""
+    rows: list[tuple] = []
+    for modulus in MODULI:
+        touched = _at(specimen, float(modulus) * inner)
+        for force in FORCES:
+            try:
+                with np.errstate(over="ignore"):
+                    found = press(member, touched, force=force * inner, fidelity="contact", friction=friction)
+            except (ContactRangeError, SolverError):
+                continue
+            if large:
+                found = with_large_strain(member, found, friction_coefficient(friction) > 0, beyond=True) or found
+            rows.append((force, modulus, ratio, found.resolved, BEYOND not in found.status, *_measures(found)))
+    return rows
+
+
+def _measures(found: Press) -> np.ndarray:
+    return np.concatenate([[found.indentation], found.values.ravel()])
+
+
+def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
+    if len(rows) < 2 * len(INDICES):
+        raise InputError(f"only {len(rows)} of {len(FORCES) * len(MODULI) * 7} presses of the family can be made")
+    x, places, known = rows[:, 0], rows[:, :3], rows[:, 4] > 0
+    scale = np.column_stack([x ** (2 / 3), np.repeat(x[:, None], rows.shape[1] - 6, axis=1)])
+    values = rows[:, 5:] / scale
+    bases = [
+        chebvander(_scaled(column, limits)[0], degree)
+        for column, limits, degree in zip(places.T, LIMITS, DEGREES, strict=True)
+    ]
+    terms, weight = _terms(bases), np.where(rows[:, 3] > 0, 1.0, UNRESOLVED)[:, None]
+
+    def solve(kept: np.ndarray) -> np.ndarray:
+        return np.linalg.lstsq((weight * terms)[kept], (weight * values)[kept])[0]
+
+    fold = np.arange(len(rows)) % FOLDS
+    missed = np.zeros_like(values)
+    for one in range(FOLDS):
+        missed[fold == one] = terms[fold == one] @ solve(fold != one) - values[fold == one]
+    count = (values.shape[1] - 1) // len(QUANTITIES)
+    sizes = [values[:, :1]]
+    for part in np.split(values[:, 1:], len(QUANTITIES), axis=1):
+        sizes.append(np.sqrt((part**2).mean(axis=1, keepdims=True)).repeat(count, axis=1))
+    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(places.T, USUAL, strict=False)]
+    judged = (rows[:, 3] > 0) & usual[0] & usual[1]
+    judged = judged if judged.any() else np.ones(len(rows), bool)
+    error = np.sqrt(np.mean((missed / np.concatenate(sizes, axis=1))[judged] ** 2, axis=0))
+    groups = {(e, r): x[(places[:, 1] == e) & (places[:, 2] == r)].max() for e, r in {*map(tuple, places[:, 1:])}}
+    deepest = np.array([(e, r, top) for (e, r), top in sorted(groups.items())]).T
+    strained = x[known].max() if known.any() else np.inf
+    return {
+        "coefficients": solve(np.ones(len(rows), bool)),
+        "deepest": deepest,
+        "strained": np.array(strained),
+        "error": error,
+    }
+
+
+INDICES = [
+    (i, j, k)
+    for i in range(DEGREES[0] + 1)
+    for j in range(DEGREES[1] + 1)
+    for k in range(DEGREES[2] + 1)
+    if i / DEGREES[0] + j / DEGREES[1] + k / DEGREES[2] <= TOTAL
+]
+_FIRST, _SECOND, _THIRD = np.array(INDICES).T
+
+
+def _terms(bases: list[np.ndarray]) -> np.ndarray:
+    """(n, terms) products of one column of each basis."""
+    return bases[0][:, _FIRST] * bases[1][:, _SECOND] * bases[2][:, _THIRD]
+
+
+def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Places (n,) from -1 to 1 of values between the limits, and how far their logarithms lie beyond."""
+    low, high = math.log(limits[0]), math.log(limits[1])
+    at = np.log(values)
+    held = np.clip(at, low, high)
+    return 2 * (held - low) / (high - low) - 1, at - held
+
+
+def _derivative(degree: int) -> np.ndarray:
+    """(degree + 1, degree + 1) matrix that makes the Chebyshev basis its derivative."""
+    found = np.zeros((degree + 1, degree + 1))
+    for k in range(1, degree + 1):
+        found[:k, k] = chebder(np.eye(degree + 1)[k])[:k]
+    return found
+
+
+def _at(specimen: Specimen, modulus: float) -> Specimen:
+    return replace(specimen, modulus=modulus)

@@ -1,0 +1,154 @@
+"""A finger is identified from presses that another of its family made."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.calibrate.identification import PARAMETERS, Noise, identify
+from papilla.calibrate.identification.fit import problem_of
+from papilla.calibrate.identification.parameters import kind
+from papilla.errors import InputError
+from papilla.fem.pressing.response import response
+from papilla.fem.reduction.family import family
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.specimen import Block
+
+SIZE_MM = 2.8
+FORCES, MODULI = (0.1, 0.25, 0.5, 0.98), (0.089, 0.51)
+BLOCK = Block(1.0, 10.0)
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    return response(family(Finger.default(), size_mm=SIZE_MM), BLOCK)
+
+
+def made(smooth, seed, *, noise=5.0, force_error=0.01, forces=FORCES, moduli=MODULI, depth=True):
+    """A finger unlike the default one, its parameters, and the log of presses that it and the model agree on."""
+    rng = np.random.default_rng(seed)
+    outer, inner = 0.136 * np.exp(rng.uniform(-0.69, 0.69)), 0.034 * np.exp(rng.uniform(-0.5, 0.5))
+    gain = np.exp(rng.uniform(np.log(0.02), 0, 5)) * rng.choice([-1, 1], 5)
+    lever, zero = gain * rng.uniform(-1.8, 0.8, 5), rng.uniform(-20, 20, 5)
+    force, modulus = (values.ravel() for values in np.meshgrid(forces, moduli))
+    felt = smooth.felt(force * (1 + force_error * rng.normal(size=force.size)), modulus, outer, inner)
+    readings = 1e6 * (gain * felt.values[:, 0] + lever * felt.values[:, 1]) + zero
+    log = PressLog(
+        force,
+        modulus,
+        readings + noise * rng.normal(size=readings.shape),
+        tuple(f"g{k}" for k in range(1, 6)),
+        indentation_mm=felt.indentation + 0.15 + 0.004 * noise * rng.normal(size=force.size) if depth else None,
+    )
+    truth = {"outer_modulus_MPa": outer, "inner_modulus_MPa": inner, "touch_down_mm": 0.15}
+    for name, values in (("gain", gain), ("lever_mm", lever), ("zero_microstrain", zero)):
+        truth |= {f"{name}.g{k}": float(value) for k, value in enumerate(values, start=1)}
+    return log, truth
+
+
+def pulls(found, truth):
+    """Errors over sigma of all free parameters, by kind."""
+    result = {}
+    for name in found.names:
+        value, sigma = found[name]
+        off = np.log(value / truth[name]) if PARAMETERS[kind(name)].logarithmic else value - truth[name]
+        result.setdefault(kind(name), []).append(off / sigma)
+    return result
+
+
+def test_without_noise_the_finger_comes_back(smooth):
+    log, truth = made(smooth, 3, noise=0.0, force_error=0.0)
+    quiet = Noise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-4)
+    found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=quiet)
+    for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
+        assert found[name][0] == pytest.approx(truth[name], rel=0.03), name
+    for values in pulls(found, truth).values():
+        assert np.abs(values).max() < 1
+    assert found.finger.outer.modulus == found.values["outer_modulus_MPa"]
+    assert [gauge.lever_mm for gauge in found.finger.gauges] == [found.values[f"lever_mm.g{k}"] for k in range(1, 6)]
+
+
+@pytest.mark.slow
+def test_sigmas_cover_what_is_drawn(smooth):
+    gathered = {}
+    for seed in range(10, 40):
+        log, truth = made(smooth, seed)
+        for name, values in pulls(identify(log, Finger.default(), size_mm=SIZE_MM), truth).items():
+            gathered.setdefault(name, []).extend(values)
+    for name, values in gathered.items():
+        assert np.sqrt(np.mean(np.square(values))) < 2.0, name
+        assert (np.abs(values) < 2).mean() > 0.75, name
+
+
+def test_the_jacobian_is_that_of_the_residuals(smooth):
+    log, _ = made(smooth, 4)
+    free = ("thickness_mm",)
+    problem = problem_of(log, Finger.default(), free, size_mm=SIZE_MM).weighted()
+    rng = np.random.default_rng(1)
+    vector = problem.solved(problem.start[~problem.linear] + 0.1 * rng.normal(size=(~problem.linear).sum()))
+    problem = problem.weighted(vector).downweighted(vector, 4.0)
+    jacobian = problem.jacobian(vector)
+    for place, name in enumerate(problem.free):
+        step = 1e-5 * max(abs(vector[place]), 1e-3) * (np.arange(len(vector)) == place)
+        two_sided = (problem.residuals(vector + step) - problem.residuals(vector - step)) / (2 * step.max())
+        assert jacobian[:, place] == pytest.approx(two_sided, abs=1e-5 * np.abs(two_sided).max()), name
+    outside = vector[~problem.linear]
+    residuals, slope = problem.projected(outside)
+    assert residuals @ problem.jacobian(problem.solved(outside))[:, problem.linear] == pytest.approx(
+        0.0, abs=1e-6 * np.abs(jacobian).max()
+    )
+    for place in range(len(outside)):
+        step = 1e-5 * (np.arange(len(outside)) == place)
+        costs = [(problem.projected(outside + sign * step)[0] ** 2).sum() / 2 for sign in (1, -1)]
+        assert slope[:, place] @ residuals == pytest.approx((costs[0] - costs[1]) / 2e-5, rel=1e-3, abs=1e-3)
+
+
+def test_a_gauge_wired_backwards_is_answered(smooth):
+    log, truth = made(smooth, 5)
+    turned = replace(log, readings=log.readings * [1, -1, 1, 1, 1])
+    one, other = (identify(each, Finger.default(), size_mm=SIZE_MM) for each in (log, turned))
+    assert other["gain.g2"][0] == pytest.approx(-one["gain.g2"][0], rel=1e-3)
+    assert other["outer_modulus_MPa"][0] == pytest.approx(one["outer_modulus_MPa"][0], rel=1e-3)
+
+
+def test_held_parameters_stay_and_free_ones_move(smooth):
+    log, _ = made(smooth, 6)
+    found = identify(log, Finger.default(), fix={"outer_modulus_MPa": 0.2, "lever_mm": 0.0}, size_mm=SIZE_MM)
+    assert found.finger.outer.modulus == 0.2 and "outer_modulus_MPa" not in found.names
+    assert [gauge.lever_mm for gauge in found.finger.gauges] == [0.0] * 5
+    assert "gain.g3" in found.names and "touch_down_mm" in found.names
+
+
+def test_an_outlier_hardly_moves_the_finger(smooth):
+    log, _ = made(smooth, 7)
+    readings = log.readings.copy()
+    readings[3, 1] += 3000.0
+    clean, spoilt = (
+        identify(each, Finger.default(), size_mm=SIZE_MM) for each in (log, replace(log, readings=readings))
+    )
+    off = [(spoilt[name][0] / clean[name][0] - 1) / clean[name][1] for name in clean.names[:2]]
+    assert np.abs(off).max() < 2
+
+
+@pytest.mark.parametrize(
+    "change, options, message",
+    [
+        ({"gauge_names": ("g2", "g3", "g4", "g5", "g6")}, {}, "the log has the gauges g2, g3, g4, g5, g6, the finger"),
+        ({"gauge_names": ("g1",), "readings": np.ones((8, 1))}, {}, "the log has 1 gauges .g1., the finger .* has 5"),
+        ({"x_mm": np.full(8, 1.0)}, {}, "x_mm is 1 in press 1: a finger is identified at the apex alone"),
+        ({"indentation_mm": None}, {"free": ("touch_down_mm",)}, "touch_down_mm is told by indentations alone"),
+        ({}, {"free": ("outer_modulus",)}, "'outer_modulus'; did you mean outer_modulus_MPa"),
+        ({}, {"free": ("gain.g1",), "fix": {"gain": 1.0}}, "gain.g1 cannot be both free and fixed"),
+        ({}, {"fix": {"inner_modulus_MPa": -1.0}}, "inner_modulus_MPa must be greater than 0"),
+    ],
+)
+def test_what_cannot_be_identified_is_refused(smooth, change, options, message):
+    log, _ = made(smooth, 8)
+    with pytest.raises(InputError, match=message):
+        identify(replace(log, **change), Finger.default(), size_mm=SIZE_MM, **options)
+
+
+def test_noise_must_be_positive():
+    with pytest.raises(InputError, match="noise force must be greater than 0"):
+        Noise(force=0.0)
