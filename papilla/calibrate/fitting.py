@@ -9,6 +9,7 @@ from importlib.metadata import version
 import numpy as np
 
 from papilla import __version__
+from papilla.calibrate.compact_fit import with_compact
 from papilla.calibrate.press_table import Sweep
 from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
@@ -65,7 +66,7 @@ def fit(
         np.unique(sweep.modulus_MPa),
     )
     doubts = Doubts(sweep, scatter, frictionless, friction_known, strain)
-    return Calibration(
+    made = Calibration(
         finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
         mesh={
             "sha256": sweep.mesh_sha256,
@@ -85,6 +86,7 @@ def fit(
         ),
         notes=(*forward.notes, *_doubts(sweep, surface, usable, scatter)),
     )
+    return with_compact(made)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,8 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import core_schema
 
+from papilla.calibration.compact import TERMS as COMPACT_TERMS
+from papilla.calibration.compact import Compact
 from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
 from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
 from papilla.calibration.surface import Surface
@@ -37,6 +39,11 @@ INVERSE = {"form": "E = branch * sqrt(terms) - shift", "terms": list(INVERSE_TER
 SPLINE = {"form": "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"}
 SD = SPLINE | {"quantity": "ln(sd_microstrain)"}
 GAUGE = SPLINE | {"quantity": "reading_microstrain / force_N"}
+COMPACT = {
+    "form": "ln sd = a + b ln_f + c ln_f^2 - log1p(exp(d + e ln_f) / E)",
+    "terms": list(COMPACT_TERMS),
+    "units": {"f": "N", "E": "MPa", "sd": "microstrain"},
+}
 POSITION = {
     "quantity": "(reading_microstrain - that at the apex) / force_N",
     "form": "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm",
@@ -93,6 +100,8 @@ def to_document(calibration: Calibration) -> dict[str, Any]:
         "gauges": [GAUGE | _spline(gauge) | {"name": gauge.name} for gauge in one.gauges],
     }
     # Readers that do not know the optional part pass it over, so the schema is the same with and without it.
+    if one.compact is not None:
+        softness["compact"] = COMPACT | _values(one.compact)
     if position is not None:
         softness["position"] = POSITION | {"gauges": len(position.coefficients), "cells": position.cells}
         softness["position"] |= _values(position)
@@ -231,6 +240,16 @@ _PARTS = {
         QuadraticInverse,
         {"coefficients": _numbers(4), "shift": float, "branch": Literal[-1, 1], "modulus_MPa": _RANGE | None},
         INVERSE,
+    ),
+    "compact": (
+        table(
+            Compact,
+            {"coefficients": _numbers(5), "force_N": _RANGE, "modulus_MPa": _RANGE}
+            | dict.fromkeys(("rms", "max", "sd_rms", "doubt"), _AT_LEAST_0),
+            COMPACT,
+        )
+        | None,
+        None,
     ),
     "surface": table(_sd, _FITTED | {"usable_nodes": _ANY, "twofold": _numbers(gaps=True)}, SD),
     "gauges": list[table(_gauge, _FITTED | {"name": str}, GAUGE)],  # type: ignore[misc]

@@ -17,6 +17,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from papilla.calibration.compact import Compact
 from papilla.calibration.readouts import (
     IDENTIFIABLE,
     NORMAL_FACTOR,
@@ -166,6 +167,7 @@ class Calibration:
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
     provenance : versions, hashes, when; notes : what a user has to doubt, a sentence each.
     position : what contacts off the apex change; None where it is not known.
+    compact : five coefficients with a closed-form inverse, for a microcontroller; None where they do not fit.
     remark : what the file that it was loaded from is to be doubted for; empty where that is as papilla wrote it.
     """
 
@@ -179,6 +181,7 @@ class Calibration:
     notes: tuple[str, ...] = ()
     position: PositionTerms | None = None
     remark: str = ""
+    compact: Compact | None = None
 
     @property
     def domain(self) -> dict[str, tuple[float, float]]:

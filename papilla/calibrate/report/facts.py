@@ -137,3 +137,22 @@ def provenance(calibration: Calibration) -> list[tuple[str, object]]:
             value = ", ".join(map(str, value))
         rows.append((key.replace("_", " "), value))
     return rows
+
+
+class QuadraticError(NamedTuple):
+    """The refitted quadratic's modulus against the surface's: relative rms where it answers, and how much that is."""
+
+    rms: float
+    answered: float
+
+
+def quadratic_error(calibration: Calibration) -> QuadraticError:
+    """Of the domain of the compact form, so that both forms of five coefficients are compared on the same presses."""
+    form = calibration.compact
+    if form is None:
+        return QuadraticError(math.nan, 0.0)
+    force = np.geomspace(*form.force_N, 24)[:, None]
+    modulus = np.geomspace(*form.modulus_MPa, 24)[None, :]
+    told = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
+    known = told[np.isfinite(told)]
+    return QuadraticError(float(np.sqrt(np.mean(known**2))) if known.size else math.nan, known.size / told.size)

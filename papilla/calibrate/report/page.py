@@ -75,6 +75,7 @@ def write_report(
             specimens=SPECIMENS_MPA,
             inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
             rounding=rounding_error(PUBLISHED_INVERSE),
+            quadratic=facts.quadratic_error(done.calibration),
             facts=facts,
             **_of_the_model(done, finger, progress),
             **_plots(done, answers, comparison),

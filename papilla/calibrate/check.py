@@ -1,0 +1,108 @@
+"""Is this calibration right for this finger? Presses of known modulus, recovered and judged one by one."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla import checks
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.errors import InputError
+from papilla.logs import PressLog
+
+TOLERANCE = 0.02
+"""Share of the modulus by which the stated one may lie outside the 95 % interval."""
+
+
+@dataclass(frozen=True)
+class CheckedPress:
+    """One press: what was stated, what was recovered, and whether that is right.
+
+    recovered_MPa, sigma_MPa, lower_MPa, upper_MPa : of `Calibration.invert`; NaN where there is none.
+    passed : the stated modulus lies in the interval, widened by the tolerance, and that interval has an end.
+    sentence : what happened, in words.
+    """
+
+    force_N: float
+    modulus_MPa: float
+    recovered_MPa: float
+    sigma_MPa: float
+    lower_MPa: float
+    upper_MPa: float
+    passed: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """The presses of a check; passed : all of them did, and at least one has a modulus."""
+
+    presses: tuple[CheckedPress, ...]
+    tolerance: float
+
+    @property
+    def answered(self) -> int:
+        """Presses for which a modulus came out."""
+        return sum(math.isfinite(one.recovered_MPa) for one in self.presses)
+
+    @property
+    def missed(self) -> int:
+        """Presses that did not pass."""
+        return sum(not one.passed for one in self.presses)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the calibration is right for these presses."""
+        return self.missed == 0 and self.answered > 0
+
+    def to_json(self) -> dict:
+        """Everything as plain values."""
+        numbers = {"presses": len(self.presses), "answered": self.answered, "missed": self.missed}
+        return {"passed": self.passed, **numbers, "tolerance": self.tolerance, "rows": [vars(p) for p in self.presses]}
+
+
+def check(
+    calibration: Calibration,
+    presses: PressLog,
+    *,
+    tolerance: float = TOLERANCE,
+    gauge_sigma: float = 0.0,
+    force_error: float = 0.0,
+) -> Check:
+    """Recover the modulus of each press by the calibration's surface, and compare it with the stated one.
+
+    >>> assert papilla.calibrate.check(calibration, papilla.read_presses("presses.csv")).passed
+
+    Parameters
+    ----------
+    presses : on specimens of known modulus, of the same gauges in the same order.
+    tolerance : share of the modulus by which the stated one may lie outside the stated 95 % interval.
+    gauge_sigma : noise of a gauge (microstrain); force_error : relative error of the force; both widen the intervals.
+
+    A press passes where its interval holds the stated modulus; one that is too hard to be told has an interval with one
+    end, and passes if that is right. Force outside the calibrated domain, or an S_d that no modulus has, does not pass.
+    Raises `InputError` for another number of gauges, or values below 0.
+    """
+    wanted = len(calibration.gauges)
+    if len(presses.gauge_names) != wanted:
+        own = ", ".join(presses.gauge_names)
+        raise InputError(f"the presses are of {len(presses.gauge_names)} gauges ({own}), the calibration of {wanted}")
+    slack = 1 + checks.within("tolerance", tolerance, 0, 1e6)
+    noise = checks.within("gauge_sigma (microstrain)", gauge_sigma, 0, math.inf) / math.sqrt(wanted)
+    off = checks.within("force_error", force_error, 0, 1)
+    rows = []
+    for force, modulus, sd in zip(presses.force_N, presses.modulus_MPa, presses.sd_microstrain, strict=True):
+        found = calibration.invert(float(sd), float(force), sd_sigma=noise, force_sigma=off * float(force))
+        assert isinstance(found.status, SoftnessStatus)
+        low, high = float(found.lower_MPa), float(found.upper_MPa)
+        told = np.isfinite(low + high) or (low > 0) != (high < math.inf)
+        passed = bool(told and low / slack <= modulus <= high * slack)
+        sentence = found.status.sentence if passed or not told else f"{found.status.sentence}; outside the interval"
+        if not told:
+            sentence = f"{sentence}: nothing is told of the modulus"
+        rows.append(
+            CheckedPress(
+                float(force), float(modulus), float(found.modulus_MPa), float(found.sigma_MPa), low, high, passed, sentence
+            )
+        )
+    return Check(tuple(rows), tolerance)
