@@ -1,6 +1,8 @@
 """Calibration: sweep over force and modulus, fit, compare with what was published, identify a finger from presses."""
 
 from papilla.calibrate.beside_apex import with_positions
+from papilla.calibrate.checking import Check, check
+from papilla.calibrate.export_c import c_header
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Identification, identify
 from papilla.calibrate.material_fit import MaterialTests, fit_material
@@ -10,9 +12,12 @@ from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep,
 __all__ = [
     "DEFAULT_FORCES",
     "DEFAULT_MODULI",
+    "Check",
     "Identification",
     "MaterialTests",
     "Sweep",
+    "c_header",
+    "check",
     "fit",
     "fit_bench",
     "fit_material",

@@ -22,8 +22,8 @@ STEEP = 1e-3
 def fit_compact(calibration: Calibration) -> Compact:
     """Fit the form to what a calibration's surface tells, over 10-100 gf and 0.05-0.72 MPa or what it has of them.
 
-    Residuals are of ln S_d over the form's own slope in ln E, so that they are errors of the modulus. Raises `InputError`
-    where the calibration covers too little of that, or its S_d does not follow the form.
+    Residuals are of ln S_d over the form's own slope in ln E, so that they are errors of the modulus. Raises
+    `InputError` where the calibration covers too little of that, or its S_d does not follow the form.
     """
     force = _inside(calibration.domain["force_N"], FORCE_N, "forces")
     modulus = _inside(calibration.domain["modulus_MPa"], MODULUS_MPA, "moduli")

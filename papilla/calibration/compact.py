@@ -1,7 +1,7 @@
 """Five coefficients with a closed-form inverse, for a microcontroller: finger and specimen as two springs in a row.
 
-ln S_d = a + b x + c x^2 - ln(1 + exp(d + e x) / E), x = ln f: S_d is what the finger would feel of a rigid specimen, less
-what the specimen gives way by. As many coefficients as the published quadratic, but it saturates where the physics does.
+ln S_d = a + b x + c x^2 - ln(1 + exp(d + e x) / E), x = ln f: S_d is what the finger would feel of a rigid specimen,
+less what the specimen gives way by. As many coefficients as the published quadratic has, but it saturates with E.
 """
 
 import math
@@ -66,9 +66,7 @@ class Compact:
         modulus = spring / room
         along_modulus = room / (1 + room)
         along_force = b + 2 * c * x - e * along_modulus
-        noise = math.sqrt(
-            self.doubt**2 + (sd_sigma / sd_microstrain) ** 2 + (along_force * force_sigma / force_N) ** 2
-        )
+        noise = math.sqrt(self.doubt**2 + (sd_sigma / sd_microstrain) ** 2 + (along_force * force_sigma / force_N) ** 2)
         return modulus, modulus * math.sqrt(self.rms**2 + (noise / along_modulus) ** 2)
 
 

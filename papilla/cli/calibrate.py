@@ -5,6 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from papilla.cli.calibrate_check import (
+    CHECK_FAILED,
+    CheckOption,
+    ExportOption,
+    checked,
+    header_of,
+    presses_to_check,
+    print_check,
+)
 from papilla.cli.options import FrictionOption, about, keep_inputs, read_friction, surface_files
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
 from papilla.errors import InputError
@@ -20,30 +29,36 @@ def calibrate(
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
     bench: Annotated[Path | None, typer.Option(help="Refit from this log of real presses (CSV).")] = None,
     friction: FrictionOption = None,
+    check: CheckOption = None,
+    export_c: ExportOption = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Calibrate the finger: mesh, model, sweep, fit.
 
-    Writes calibration.json, sweep.csv and report.html.
+    Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered.
     """
     watch = Stopwatch()
     if bench is not None and friction is not None:
         raise InputError("--friction is for presses that are computed, not for those of --bench")
     rubbing = read_friction(friction)
-    from papilla.files import check_writable
+    from papilla.files import check_writable, write_text
     from papilla.finger import Finger
     from papilla.logs import read_presses
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
-    keep_inputs([finger, bench], paths.values())
+    written = [*paths.values(), *([export_c] if export_c else [])]
+    keep_inputs([finger, bench, check], written)
     design = Finger.load(finger) if finger else None
-    keep_inputs(surface_files(design) if design else [], paths.values())
+    keep_inputs(surface_files(design) if design else [], written)
     log = read_presses(bench) if bench else None
     for note in log.notes if log is not None else ():
         say(f"{bench}: {note}")
+    presses = presses_to_check(check, design or (Finger.default() if log is None else None))
     if log is None:
         check_writable(out)
+    if export_c is not None:
+        check_writable(export_c.parent)
 
     from papilla.calibrate import job
 
@@ -55,12 +70,22 @@ def calibrate(
             with about(bench):
                 done = job.calibrate_measured(log, design)
             check_writable(out)
+        header, found = header_of(done.calibration, export_c), checked(done.calibration, presses, check)
         _write(done, design, paths, watch, shown)
-    summary = _summary(done, paths, watch.seconds)
+        if header is not None and export_c is not None:
+            write_text(export_c, header)
+    summary = _summary(done, paths, watch.seconds) | {
+        "export_c": export_c and str(export_c),
+        "check": found and found.to_json(),
+    }
     if as_json:
         print_json(summary)
     else:
         _print(summary)
+        if found is not None:
+            print_check(found, check)
+    if found is not None and not found.passed:
+        raise typer.Exit(CHECK_FAILED)
 
 
 def _write(
@@ -83,7 +108,7 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
     return {
         **{name: str(path) for name, path in paths.items()},
         "presses": len(done.presses),
-        "softness": {"forward": softness["forward"], "inverse": softness["inverse"]},
+        "softness": {name: softness.get(name) for name in ("forward", "inverse", "compact")},
         "max_error": done.recovery.max_error,
         "rms_error": done.recovery.rms_error,
         "checked_presses": len(done.recovery.error),
@@ -113,6 +138,11 @@ def _print(summary: dict) -> None:
     )
     tell(_inverse_in_words(inverse))
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
+    if compact := summary["softness"]["compact"]:
+        tell(
+            f"Five coefficients in ln f and 1/E (softness.compact, --export-c) are off that by {compact['rms']:.1%} "
+            f"rms, {compact['max']:.0%} at most, over {compact['modulus_MPa'][0]:g}-{compact['modulus_MPa'][1]:g} MPa."
+        )
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     if truth := summary["truth"]:
         of_sd, of_modulus = truth["sd_max_error"], truth["max_error"]

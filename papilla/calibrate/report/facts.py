@@ -1,7 +1,9 @@
 """What the report says of a calibration: figures for its tables and sentences, from the calibration's own data."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 

@@ -102,7 +102,14 @@ def check(
             sentence = f"{sentence}: nothing is told of the modulus"
         rows.append(
             CheckedPress(
-                float(force), float(modulus), float(found.modulus_MPa), float(found.sigma_MPa), low, high, passed, sentence
+                float(force),
+                float(modulus),
+                float(found.modulus_MPa),
+                float(found.sigma_MPa),
+                low,
+                high,
+                passed,
+                sentence,
             )
         )
     return Check(tuple(rows), tolerance)

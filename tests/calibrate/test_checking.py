@@ -1,0 +1,69 @@
+"""`papilla.calibrate.check`: right presses pass, wrong ones are named, and what tells nothing does not pass."""
+
+import numpy as np
+import pytest
+from spring_calibration import calibration
+
+from papilla.calibrate import check
+from papilla.errors import InputError
+from papilla.logs import PressLog
+
+PATTERN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0]) / np.sqrt(0.8)
+
+
+@pytest.fixture(scope="module")
+def finger():
+    return calibration()
+
+
+def presses(finger, force, modulus, factor=1.0) -> PressLog:
+    """Presses that read what the calibration predicts, of specimens whose stated moduli are off by a factor."""
+    force, modulus = (np.asarray(part, float) for part in np.broadcast_arrays(force, modulus))
+    sd = finger.predict(force, modulus)
+    names = tuple(f"g{k}" for k in range(1, 6))
+    return PressLog(force, modulus * factor, sd[:, None] * PATTERN, names)
+
+
+def test_presses_of_the_finger_itself_pass(finger):
+    found = check(finger, presses(finger, [0.2, 0.5, 0.9], [0.06, 0.2, 0.5]))
+    assert found.passed and found.missed == 0 and found.answered == 3
+    assert all(one.sentence == "ok" for one in found.presses)
+    assert found.to_json()["rows"][0]["modulus_MPa"] == 0.06
+
+
+def test_a_wrong_modulus_is_named(finger):
+    found = check(finger, presses(finger, [0.2, 0.5], [0.06, 0.1], factor=1.5))
+    assert not found.passed and found.missed == 2
+    assert all("outside the interval" in one.sentence for one in found.presses)
+    assert check(finger, presses(finger, [0.2, 0.5], [0.06, 0.1], factor=1.5), tolerance=0.5).passed
+
+
+def test_noise_that_is_stated_widens_the_intervals(finger):
+    off = presses(finger, [0.5], [0.1], factor=1.3)
+    assert not check(finger, off).passed
+    assert check(finger, off, gauge_sigma=3000.0).passed
+    assert check(finger, off, force_error=0.2).passed
+
+
+def test_what_tells_nothing_does_not_pass(finger):
+    outside = check(finger, presses(finger, [0.5, 0.5], [0.1, 0.2]))
+    assert outside.passed
+    beyond = PressLog(np.array([3.0, 0.5]), np.array([0.1, 0.2]), 2e4 * np.tile(PATTERN, (2, 1)), ("g1",) * 5)
+    found = check(finger, beyond)
+    assert not found.passed and "force above" in found.presses[0].sentence
+    assert "nothing is told" in found.presses[0].sentence
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [({"tolerance": -1.0}, "tolerance"), ({"gauge_sigma": -1.0}, "gauge_sigma"), ({"force_error": 2.0}, "force_error")],
+)
+def test_unusable_options_are_refused(finger, options, message):
+    with pytest.raises(InputError, match=message):
+        check(finger, presses(finger, [0.5], [0.1]), **options)
+
+
+def test_presses_of_another_finger_are_refused(finger):
+    log = PressLog(np.array([0.5]), np.array([0.1]), np.zeros((1, 3)), ("g1", "g2", "g3"))
+    with pytest.raises(InputError, match=r"of 3 gauges \(g1, g2, g3\), the calibration of 5"):
+        check(finger, log)

@@ -1,0 +1,109 @@
+"""Five coefficients with a closed-form inverse: fitted, inverted, saved, and compiled from C."""
+
+import dataclasses
+import math
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from spring_calibration import FORCE, MODULUS, TRUE, calibration
+
+from papilla.calibrate.compact_fit import fit_compact, with_compact
+from papilla.calibrate.export_c import c_header
+from papilla.calibration import Calibration
+from papilla.calibration.compact import Compact
+from papilla.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def fitted() -> Calibration:
+    return with_compact(calibration())
+
+
+def test_a_surface_of_the_form_gives_its_coefficients_back(fitted):
+    form = fitted.compact
+    # The spline through samples of it is the form to a thousandth
+    assert form.coefficients == pytest.approx(TRUE, abs=0.02)
+    assert form.rms < 0.01 and form.sd_rms < 2e-3
+    assert form.doubt == pytest.approx(0.01, rel=0.05)
+
+
+@pytest.mark.parametrize("modulus", [0.06, 0.2, 0.7])
+@pytest.mark.parametrize("force", [0.1, 0.4, 0.9])
+def test_the_inverse_is_exact_and_its_sigma_is_that_of_finite_differences(fitted, force, modulus):
+    form = dataclasses.replace(fitted.compact, rms=0.0, doubt=0.0)
+    sd = float(form.predict(force, modulus))
+    assert form.invert(sd, force)[0] == pytest.approx(modulus, rel=1e-12)
+    step = 1e-6
+    by_sd = (form.invert(sd * (1 + step), force)[0] - form.invert(sd * (1 - step), force)[0]) / (2 * step * sd)
+    by_force = (form.invert(sd, force * (1 + step))[0] - form.invert(sd, force * (1 - step))[0]) / (2 * step * force)
+    assert form.invert(sd, force, 5.0, 0.0)[1] == pytest.approx(5.0 * abs(by_sd), rel=1e-5)
+    assert form.invert(sd, force, 0.0, 1e-3)[1] == pytest.approx(1e-3 * abs(by_force), rel=1e-5)
+
+
+def test_outside_what_was_fitted_there_is_no_answer(fitted):
+    form = fitted.compact
+    inside = float(form.predict(0.5, 0.3))
+    outside = [(inside, 0.05), (inside, 2.0), (0.0, 0.5), (math.nan, 0.5), (inside, math.nan), (math.inf, 0.5)]
+    outside += [(float(form.predict(0.5, 0.01)), 0.5), (float(form.predict(0.5, 3.0)), 0.5), (1e9, 0.5)]
+    assert all(math.isnan(value) for sd, force in outside for value in form.invert(sd, force))
+
+
+def test_it_is_in_the_file_and_comes_back(fitted, tmp_path):
+    fitted.save(tmp_path / "c.json")
+    back = Calibration.load(tmp_path / "c.json")
+    assert back.remark == "" and np.array_equal(back.compact.coefficients, fitted.compact.coefficients)
+    assert dataclasses.replace(back.compact, coefficients=TRUE) != back.compact
+    calibration().save(tmp_path / "without.json")
+    assert Calibration.load(tmp_path / "without.json").compact is None
+
+
+def test_what_does_not_fit_is_refused_and_left_out():
+    small = calibration(modulus=(1.0, 5.0))
+    with pytest.raises(InputError, match="too little of the moduli"):
+        fit_compact(small)
+    assert with_compact(small).compact is None
+    with pytest.raises(InputError):
+        fit_compact(calibration(falling=True))
+    with pytest.raises(InputError, match="five finite coefficients"):
+        Compact(np.array([1.0, 2.0]), FORCE, MODULUS, 0.0, 0.0, 0.0)
+
+
+MAIN = """
+#include <stdio.h>
+#include "papilla.h"
+int main(void)
+{
+    double g[5] = {-2.0, 0.5, 7.0, 1.0, -1.0}, sd, force, sd_sigma, force_sigma, sigma;
+    printf("%.17g %.17g\\n", papilla_sd(g, 5), 0.0);
+    while (scanf("%lf %lf %lf %lf", &sd, &force, &sd_sigma, &force_sigma) == 4) {
+        double modulus = papilla_modulus_MPa(sd, force, sd_sigma, force_sigma, &sigma);
+        printf("%.17g %.17g\\n", modulus, sigma);
+    }
+    return 0;
+}
+"""
+
+
+def test_the_exported_c_answers_as_the_library_does(fitted, tmp_path):
+    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("no C compiler on this machine")
+    (tmp_path / "papilla.h").write_text(c_header(fitted))
+    (tmp_path / "main.c").write_text(MAIN)
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+    subprocess.run([compiler, *strict, "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True)
+    rng = np.random.default_rng(1)
+    rows = [(float(fitted.predict(f, e)), f, s, t) for f, e, s, t in zip(
+        rng.uniform(0.05, 1.0, 300), rng.uniform(0.02, 1.0, 300), rng.uniform(0, 50, 300), rng.uniform(0, 0.01, 300),
+        strict=True,
+    )]  # fmt: skip
+    rows += [(0.0, 0.5, 0, 0), (-1.0, 0.5, 0, 0), (1e9, 0.5, 0, 0)]
+    asked = "\n".join(" ".join(f"{value:.17g}" for value in row) for row in rows)
+    told = subprocess.run(["./main"], cwd=tmp_path, input=asked, capture_output=True, text=True, check=True).stdout
+    (sd, _), *answers = [tuple(map(float, line.split())) for line in told.splitlines()]
+    assert sd == pytest.approx(np.std([-2.0, 0.5, 7.0, 1.0, -1.0]), rel=1e-15)
+    expected = [fitted.compact.invert(*row) for row in rows]
+    assert 100 < np.isfinite([modulus for modulus, _ in expected]).sum() < 300
+    np.testing.assert_allclose(answers, expected, rtol=1e-9)
