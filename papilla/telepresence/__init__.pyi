@@ -4,6 +4,7 @@ from .actuator import Actuator as Actuator
 from .actuator import icpf as icpf
 from .amplitude import FromWavelength as FromWavelength
 from .amplitude import Measured as Measured
+from .amplitude import PowerCurve as PowerCurve
 from .amplitude import read_curve as read_curve
 from .answer import DisplayStatus as DisplayStatus
 from .answer import Shown as Shown

@@ -9,10 +9,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from papilla import checks
-from papilla.errors import FileFormatError, InputError
+from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
 
+SCHEMA = "papilla.amplitude/1"
 AMPLIFIER_V_PER_MICROSTRAIN = 0.01
 GAIN_UM_PER_V = 23.8
 """a_d of equation (9), and the amplifier before it: Okamoto et al. 2011, sections 5.2 and 3.2.3."""
@@ -39,9 +42,45 @@ class Measured:
         return self.um_per_microstrain * amplitude_microstrain
 
 
+@dataclass(frozen=True, eq=False)
+class PowerCurve:
+    """g_A, power of the sensor's line against the wavelength: the exponential of a quartic through ln power.
+
+    Printed is a quartic of the power itself, eq. (8), of which the print at hand has lost the coefficients; where the
+    power is small such a quartic goes negative, and no power is. `as_printed` has it all the same, with its R^2.
+
+    Parameters
+    ----------
+    wavelength_mm, power : (n,) points, five or more, positive. source : what they are from.
+    """
+
+    wavelength_mm: tuple[float, ...]
+    power: tuple[float, ...]
+    source: str = ""
+
+    @cached_property
+    def fit(self) -> AmplitudeFit:
+        """The quartic of ln power, with R^2 of that; its range is that of the points."""
+        return fit_amplitude(self.wavelength_mm, np.log(self.power))
+
+    @cached_property
+    def as_printed(self) -> AmplitudeFit:
+        """The quartic of the power, with its R^2."""
+        return fit_amplitude(self.wavelength_mm, self.power)
+
+    @cached_property
+    def greatest(self) -> float:
+        """The greatest power within the range."""
+        return float(np.exp(self.fit(np.linspace(*self.fit.wavelength_mm, 201)).max()))
+
+    def __call__(self, wavelength_mm: float) -> float:
+        """The power; raises `InputError` outside the range."""
+        return math.exp(float(self.fit(wavelength_mm)))
+
+
 @dataclass(frozen=True)
 class FromWavelength:
-    """Amplitude from the wavelength alone by g_A, eqs (8) and (11) of Okamoto et al. 2011.
+    """Amplitude from the wavelength alone by g_A, eq. (11) of Okamoto et al. 2011.
 
     Printed: a = B g_A / P_max with B = 55 um, on an actuator whose stroke is 55 um peak to peak, and with g_A a power
     (V^2 s). Taken: B is that stroke, so the greatest amplitude is half of it; and an amplitude goes with the root of a
@@ -49,46 +88,46 @@ class FromWavelength:
 
     Parameters
     ----------
-    g_A : power of the line against the wavelength.
-    largest_um : amplitude at the greatest power within the range of g_A.
+    g_A : power of the line against the wavelength. largest_um : amplitude at its greatest power.
     as_printed : whether the displacement is proportional to the power.
     """
 
-    g_A: AmplitudeFit
-    largest_um: float
+    g_A: PowerCurve
+    largest_um: float = 27.5
     as_printed: bool = False
 
-    @cached_property
-    def _greatest(self) -> float:
-        low, high = self.g_A.wavelength_mm
-        return max(float(self.g_A(low + (high - low) * n / 200)) for n in range(201))
-
     def __call__(self, wavelength_mm: float, amplitude_microstrain: float = math.nan) -> float:
-        """The amplitude in um; NaN outside the range of g_A, 0 where its quartic is negative."""
-        low, high = self.g_A.wavelength_mm
+        """The amplitude in um; NaN outside the wavelengths that g_A was fitted over."""
+        low, high = self.g_A.fit.wavelength_mm
         if not low <= wavelength_mm <= high:
             return math.nan
-        share = max(0.0, float(self.g_A(wavelength_mm)) / self._greatest)
+        share = self.g_A(wavelength_mm) / self.g_A.greatest
         return self.largest_um * (share if self.as_printed else math.sqrt(share))
 
 
-def read_curve(path: str | PathLike | None = None) -> AmplitudeFit:
-    """g_A fitted (fourth order) to the points of a file; without one, to those that papilla ships.
+def read_curve(path: str | PathLike | None = None) -> PowerCurve:
+    """g_A from the points of a file; without one, from those that papilla ships, of sliding scenes.
 
     The file (JSON): `schema` "papilla.amplitude/1", `wavelength_mm` and `power` (five or more), `source`. Raises
     `FileFormatError` and `FileAccessError`.
     """
-    from papilla.errors import FileAccessError
-
+    name = path or "amplitude_curve.json"
     try:
         text = (Path(path) if path else files("papilla") / "data" / "amplitude_curve.json").read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileAccessError(f"cannot read {path}: {error}") from error
+    except OSError as error:
+        raise FileAccessError(f"cannot read {name}: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise FileFormatError(f"{name}: not an amplitude curve: not UTF-8") from error
     try:
         found = json.loads(text)
-        if found["schema"] != "papilla.amplitude/1":
-            raise InputError(f"schema must be papilla.amplitude/1, got {found['schema']!r}")
-        points = [[checks.positive(name, value) for value in found[name]] for name in ("wavelength_mm", "power")]
-        return fit_amplitude(*points)
+        if found["schema"] != SCHEMA:
+            raise InputError(f"schema must be {SCHEMA}, got {found['schema']!r}")
+        wavelength, power = (
+            tuple(checks.positive(key, value) for value in found[key]) for key in ("wavelength_mm", "power")
+        )
+        curve = PowerCurve(wavelength, power, str(found.get("source", "")))
+        _ = curve.fit
+        return curve
     except (ValueError, KeyError, TypeError) as error:
-        raise FileFormatError(f"{path or 'amplitude_curve.json'}: not an amplitude curve: {error}") from error
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise FileFormatError(f"{name}: not an amplitude curve: {what}") from error

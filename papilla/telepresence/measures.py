@@ -67,7 +67,7 @@ class Felt(NamedTuple):
 
 
 def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.0)) -> Felt:
-    """The strongest line of what is displayed over the hand's own path, window by window (0.25 s).
+    """The strongest line of what is displayed over the hand's own path, in windows of 0.25 s, each a quarter later.
 
     It is what "frequency over own speed" tells an observer who knows his movement exactly, also where it changes.
     Windows in which the hand is slower than 30 % of its peak, or the true wavelength changes, are left out.
@@ -82,7 +82,7 @@ def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.
     loudest, peak = _loudest(signal, size), speed.max()
     wavenumbers = np.arange(1 / range_mm[1], 1 / range_mm[0], 0.1 / max(peak * FELT_WINDOW_S, 1e-9))
     times, felt, true = [], [], []
-    for begin in range(0, signal.size - size + 1, size):
+    for begin in range(0, signal.size - size + 1, size // 4):
         rows = slice(begin, begin + size)
         if speed[rows].min() < SLOW * peak or np.ptp(truth[rows]) > 0:
             continue
