@@ -266,19 +266,43 @@ class Sphere(Specimen):
 class Grating:
     """A rigid plate with straight grooves along y: `groove` and `ridge` widths and groove `depth`, in mm.
 
-    It is for sliding scenes: a press refuses it.
+    Its section is a trapezoid whose flanks, `flank` mm wide each, belong to the groove; or with `form` "sine" a sine of
+    the same period and depth. A ridge has its middle at x = 0. It is for sliding scenes: a press refuses it.
+    Raises `InputError` for lengths that are not positive, and flanks that do not fit into the groove.
     """
 
     groove: float
     ridge: float
     depth: float
+    form: str = "trapezoid"
+    flank: float = 0.0
 
     def __post_init__(self):
         checks.positive("grating groove (mm)", self.groove)
         checks.positive("grating ridge (mm)", self.ridge)
         checks.positive("grating depth (mm)", self.depth)
+        checks.within("grating flank (mm)", self.flank, 0.0, self.groove / 2)
+        if self.form not in ("trapezoid", "sine"):
+            raise InputError(f"grating form must be trapezoid or sine, got {self.form!r}")
 
     @property
     def wavelength(self) -> float:
         """Spatial period in mm: groove + ridge."""
         return self.groove + self.ridge
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """It has no ends."""
+        return -math.inf, math.inf
+
+    def recess(self, x: "np.ndarray") -> "np.ndarray":
+        """How far (k,) in mm the surface lies below its ridges at x (k,) in mm."""
+        import numpy as np
+
+        period = self.wavelength
+        if self.form == "sine":
+            return self.depth / 2 * (1 - np.cos(2 * math.pi * x / period))
+        into = np.abs((x + period / 2) % period - period / 2) - self.ridge / 2
+        if self.flank == 0:
+            return self.depth * np.heaviside(into, 0.5)
+        return self.depth * np.clip(into / self.flank, 0.0, 1.0)

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from papilla.errors import InputError
@@ -24,7 +25,7 @@ def test_specimens_are_values(specimen):
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "1", None])
 def test_every_length_and_modulus_is_positive_and_finite(specimen, value):
     for item in dataclasses.fields(specimen):
-        if item.name == "nu":
+        if item.name in ("nu", "form", "flank"):
             continue
         with pytest.raises(InputError, match=rf"{item.name} .*must be (greater than 0|finite|a number), got "):
             dataclasses.replace(specimen, **{item.name: value})
@@ -40,6 +41,19 @@ def test_poissons_ratio_is_checked(specimen, nu):
     assert dataclasses.replace(specimen, nu=0.5).nu == 0.5
     with pytest.raises(InputError, match="specimen nu must "):
         dataclasses.replace(specimen, nu=nu)
+
+
+@pytest.mark.parametrize("changed", [{"form": "square"}, {"flank": -0.1}, {"flank": 0.8}, {"flank": math.nan}])
+def test_the_section_of_a_grating_is_checked(changed):
+    with pytest.raises(InputError, match=r"grating (form|flank \(mm\)) must "):
+        Grating(1.5, 0.5, 0.3, **changed)
+
+
+def test_the_section_of_a_grating():
+    x = np.array([0.0, 0.2, 0.3, 0.55, 1.0, 2.0])
+    np.testing.assert_allclose(Grating(1.5, 0.5, 0.3).recess(x), [0, 0, 0.3, 0.3, 0.3, 0])
+    np.testing.assert_allclose(Grating(1.5, 0.5, 0.3, flank=0.1).recess(x), [0, 0, 0.15, 0.3, 0.3, 0], atol=1e-12)
+    np.testing.assert_allclose(Grating(1.5, 0.5, 0.3, "sine").recess(np.array([0.0, 0.5, 1.0])), [0, 0.15, 0.3])
 
 
 def test_wavelength_of_a_grating_is_groove_and_ridge():

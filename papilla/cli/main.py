@@ -16,6 +16,7 @@ from papilla.cli.estimate import estimate
 from papilla.cli.output import plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
+from papilla.cli.slide import slide
 from papilla.cli.telepresence_ends import telepresence
 from papilla.cli.texture import texture
 from papilla.cli.verify import verify
@@ -33,7 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (calibrate, press, estimate, view, verify, bench, reproduce):
+for command in (calibrate, press, slide, estimate, view, verify, bench, reproduce):
     app.command()(command)
 app.add_typer(texture, name="texture")
 app.add_typer(telepresence, name="telepresence")

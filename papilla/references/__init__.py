@@ -5,6 +5,7 @@ from papilla.references.halfspace import (
     boussinesq_displacement,
     halfspace_stiffness,
     layered_halfspace_stiffness,
+    layered_surface_compliance,
     uniform_disc_mean_displacement,
 )
 from papilla.references.hertz import (
@@ -46,6 +47,7 @@ __all__ = [
     "hertz_sphere",
     "hertz_sphere_at",
     "layered_halfspace_stiffness",
+    "layered_surface_compliance",
     "printed_area",
     "printed_area_per_approach",
     "shared_approach",

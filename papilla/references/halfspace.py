@@ -80,11 +80,25 @@ def layered_halfspace_stiffness(
     Raises `InputError` for wavenumbers that are not positive, and for a stack without layers on a rigid base.
     Source: Perriot and Barthel (2004), doi:10.1557/jmr.2004.19.2.600.
     """
+    q = np.asarray(wavenumber, dtype=float)
+    return 1 / layered_surface_compliance(q, layers, base)[..., 1, 1]
+
+
+def layered_surface_compliance(
+    wavenumber: ArrayLike, layers: Sequence[StackLayer], base: HalfSpace | None
+) -> np.ndarray:
+    """Displacement amplitudes of a stack's surface against traction amplitudes, plane strain: (..., 2, 2) in mm/MPa.
+
+    First along the surface (times sin qx), then inward (times cos qx); `layers` and `base` as in
+    `layered_halfspace_stiffness`, which is the inverse of the last entry. The line load's kernel is its Fourier
+    integral. Raises `InputError` as that does.
+    Source: Li and Popov (2020), doi:10.1177/1350650119854250; by the recursion of Perriot and Barthel (2004).
+    """
     q = _positive(wavenumber)
     flat = q.ravel()
     bodies: list[StackLayer | HalfSpace] = [*layers] if base is None else [*layers, base]
     if not bodies:
-        raise InputError("layered_halfspace_stiffness: no layer on a rigid base, expected a layer or an elastic base")
+        raise InputError("layered surface: no layer on a rigid base, expected a layer or an elastic base")
     # Tractions are scaled by 2 q and one reference modulus, so that C has the size of 1
     reference = bodies[0].modulus
     compliance = np.zeros((flat.size, 2, 2)) if base is None else _halfspace_compliance(base, reference, flat.size)
@@ -96,7 +110,8 @@ def layered_halfspace_stiffness(
         above[thin] = _through_thin(compliance[thin], Q[thin], mu, layer.nu)
         above[~thin] = _through_thick(compliance[~thin], Q[~thin], mu, layer.nu)
         compliance = above
-    return -(2 * reference * q) / compliance[:, 1, 1].reshape(q.shape)
+    # Tractions on the body are those of its stress turned about: its outward normal is -z
+    return (compliance / (-2 * reference * flat)[:, None, None]).reshape(*q.shape, 2, 2)
 
 
 def _halfspace_compliance(base, reference, count):

@@ -1,0 +1,203 @@
+"""`papilla slide`: one sliding scene, written as the log of a finger, with its truth beside it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from papilla.cli.options import keep_inputs, surface_files
+from papilla.cli.output import print_json, print_table, progress, tell
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.fem import Motion, Slide
+    from papilla.textures import Texture
+
+SCHEMA = "papilla.slide/1"
+DEPTH_MM, FORCE_N = 0.5, 0.3
+
+
+def slide(
+    out: Annotated[Path, typer.Option(help="Log to write (CSV); its truth stands beside it as NAME.truth.json.")],
+    groove: Annotated[float | None, typer.Option(help="Width of a groove, mm.")] = None,
+    ridge: Annotated[float | None, typer.Option(help="Width of a ridge of the grating, mm.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Depth of a groove, mm.  [default: 0.5]")] = None,
+    form: Annotated[Literal["trapezoid", "sine"], typer.Option(help="Section of the grating.")] = "trapezoid",
+    flank: Annotated[float, typer.Option(help="Width of a trapezoid's flanks, part of the groove, mm.")] = 0.0,
+    profile: Annotated[Path | None, typer.Option(help="Measured profile (CSV: x_mm,height_mm) in place of it.")] = None,
+    force: Annotated[float | None, typer.Option(help="Pressing force, N.  [default: 0.3]")] = None,
+    press_depth: Annotated[float | None, typer.Option(help="Held depth of the finger's top, mm, for a force.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Speed along x, mm/s; negative to the left.")] = None,
+    motion: Annotated[Path | None, typer.Option(help="Motion (CSV: t_s,position_mm) in place of a speed.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Duration; of a motion all of it unless given.")] = None,
+    rate: Annotated[float, typer.Option(help="Samples a second.")] = 1000.0,
+    friction: Annotated[float, typer.Option(help="Coulomb's coefficient, 0 to 3.")] = 0.0,
+    dynamics: Annotated[
+        Literal["auto", "quasi-static", "modal"], typer.Option(help="Inertia: where the scene is fast, never, always.")
+    ] = "auto",
+    noise_microstrain: Annotated[float, typer.Option(help="White noise of a gauge, standard deviation.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
+    ridges: Annotated[bool, typer.Option(help="Whether the finger's ridges stand on its skin.")] = True,
+    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Slide the finger over a grating or a measured profile: gauge signals as `papilla estimate` reads them.
+
+    Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
+    """
+    from dataclasses import replace
+
+    from papilla import checks, fem
+    from papilla.files import check_writable
+    from papilla.finger import Finger
+    from papilla.mesh.section import patch_half_width
+
+    truth = out.with_name(f"{out.stem}.truth.json")
+    design = Finger.load(finger) if finger else Finger.default()
+    keep_inputs([profile, motion, finger, *surface_files(design)], [out, truth])
+    texture = _texture(groove, ridge, depth, form, flank, profile)
+    noise = checks.within("--noise-microstrain", noise_microstrain, 0.0, 1e6)
+    if seed < 0:
+        raise InputError(f"--seed must be at least 0, got {seed}")
+    if force is not None and press_depth is not None:
+        raise InputError("give one of --force and --press-depth, not both")
+    if press_depth is None and force is None:
+        force = FORCE_N
+    check_writable(out.parent)
+    if not ridges:
+        design = replace(design, ridges=None)
+    moved = _motion(speed, motion, seconds, rate, texture, patch_half_width(design) / 2)
+    with progress() as shown:
+        found = fem.slide(
+            design,
+            texture,
+            moved,
+            force=force,
+            depth=press_depth,
+            friction=friction,
+            dynamics=dynamics,
+            progress=shown.line,
+        )
+    facts = _facts(found, texture, friction) | {
+        "noise_microstrain": noise,
+        "seed": seed,
+        "log": str(out),
+        "truth": str(truth),
+        "finger": design.name,
+        "finger_sha256": design.sha256,
+    }
+    _write(out, truth, found, noise, seed, facts)
+    if as_json:
+        print_json(facts)
+    else:
+        _print(facts)
+
+
+def _texture(groove, ridge, depth, form, flank, profile) -> "Texture":
+    from papilla.specimen import Grating
+    from papilla.textures import MeasuredProfile
+
+    if profile is not None:
+        if not groove is ridge is depth is None or form != "trapezoid" or flank:
+            raise InputError("--groove, --ridge, --depth, --form and --flank describe a grating: not with --profile")
+        return MeasuredProfile.read(profile)
+    if groove is None or ridge is None:
+        raise InputError("give --groove and --ridge (mm), or --profile with a file")
+    return Grating(groove, ridge, DEPTH_MM if depth is None else depth, form, flank)
+
+
+def _motion(speed, motion, seconds, rate, texture: "Texture", inside: float) -> "Motion":
+    from dataclasses import replace
+
+    from papilla.fem import Motion
+
+    if (speed is None) == (motion is None):
+        raise InputError("give exactly one of --speed (mm/s) and --motion (a file)")
+    if motion is not None:
+        return Motion.read(motion, rate, seconds)
+    if seconds is None:
+        raise InputError("--speed needs --seconds")
+    moved = Motion.steady(speed, seconds, rate)
+    low, high = texture.span
+    if low > -float("inf"):
+        # So far inside the profile that the contact finds it on both sides of the apex
+        return replace(moved, position_mm=moved.position_mm + (low + inside if speed >= 0 else high - inside))
+    return moved
+
+
+def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
+    import numpy as np
+
+    from papilla.textures import MeasuredProfile
+
+    slides = found.sliding
+    measured = isinstance(texture, MeasuredProfile)
+    return {
+        "schema": SCHEMA,
+        "status": found.status,
+        "texture": {"kind": "profile", "span_mm": list(texture.span)}
+        if measured
+        else {"kind": "grating", **vars(texture)},
+        "wavelength_mm": texture.wavelength,
+        "ridge_pitch_mm": found.ridge_pitch_mm or None,
+        "friction": friction,
+        "gauges": list(found.gauge_names),
+        "samples": len(found.readings),
+        "rate_Hz": found.motion.rate_Hz,
+        "mean_force_N": float(found.force_N.mean()),
+        "mean_depth_mm": float(found.depth_mm.mean()),
+        "effective_length_mm": found.length_mm,
+        "fully_sliding_from_s": float(found.motion.t_s[np.argmax(slides)]) if slides.any() else None,
+        "share_fully_sliding": float(slides.mean()),
+        "dynamics": found.dynamics,
+        "why": found.why,
+        "first_mode_Hz": found.first_mode_Hz,
+        "highest_Hz": found.highest_Hz,
+        "mean_microstrain": found.readings.mean(axis=0).tolist(),
+        "sd_microstrain": found.readings.std(axis=0).tolist(),
+        "relaxed_steps": found.relaxed,
+        "unresolved_steps": found.unresolved,
+        "energy_error": found.energy_error,
+        "in_groove_mm": found.in_groove_mm,
+        "seconds": found.seconds,
+    }
+
+
+def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, facts: dict) -> None:
+    import json
+    import math
+
+    import numpy as np
+
+    from papilla.files import replacing_set
+    from papilla.tables import write_table
+
+    added = noise * np.random.default_rng(seed).standard_normal(found.readings.shape)
+    columns = {
+        "t_s": found.motion.t_s,
+        **{f"g{k}": row for k, row in enumerate((found.readings + added).T, 1)},
+        "force_N": found.force_N,
+        "velocity_mm_s": found.motion.velocity_mm_s,
+        "position_mm": found.motion.position_mm,
+        "tangential_N": found.tangential_N,
+    }
+    odd = {key: None for key, value in facts.items() if isinstance(value, float) and not math.isfinite(value)}
+    with replacing_set([out, truth]) as (log, beside):
+        write_table(log, columns)
+        beside.write_text(json.dumps(facts | odd, indent=1) + "\n", encoding="utf-8")
+
+
+def _print(facts: dict) -> None:
+    rows = [
+        ("wavelength", "none known" if facts["wavelength_mm"] is None else f"{facts['wavelength_mm']:.4g}", "mm"),
+        ("mean force", f"{facts['mean_force_N']:.4g}", "N"),
+        ("mean depth", f"{facts['mean_depth_mm']:.4g}", "mm"),
+        ("effective length along y", f"{facts['effective_length_mm']:.4g}", "mm"),
+    ]
+    for name, mean, sd in zip(facts["gauges"], facts["mean_microstrain"], facts["sd_microstrain"], strict=True):
+        rows.append((f"signal {name} (mean, sd)", f"{mean:.0f}, {sd:.1f}", "µε"))
+    rows += [("dynamics", facts["dynamics"], ""), ("computed in", f"{facts['seconds']:.2f}", "s")]
+    tell(f"{facts['samples']} samples at {facts['rate_Hz']:g} Hz in {facts['log']}; truth in {facts['truth']}")
+    print_table(rows)
+    tell(f"{facts['dynamics']}: {facts['why']}")
+    tell(facts["status"])

@@ -1,0 +1,107 @@
+"""The section in motion: its slow modes with inertia and loss, everything faster as static compliance.
+
+Each mode q'' + 2 zeta w q' + w^2 q = phi . f is followed exactly for forces that are straight over a step, so that a
+step is the same contact problem as at rest, with another compliance and a displacement that the past has left:
+u(t + dt) = u_past + (C_rest + phi G phi^T) f(t + dt), C_rest = C - phi w^-2 phi^T.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import expm
+
+from papilla.fem.sliding.section_model import Modes
+
+
+class Inertia(Protocol):
+    """What the time loop asks of a body: its compliance at the end of a step, and what the past moves there."""
+
+    compliance: np.ndarray
+
+    def free(self) -> np.ndarray:
+        """Displacements (2n,) at the end of the step without forces there."""
+
+    def accept(self, force: np.ndarray) -> None:
+        """End the step with forces (2n,)."""
+
+    def readings(self, force: np.ndarray) -> np.ndarray:
+        """Readings (g,) now."""
+
+
+@dataclass(eq=False)
+class AtRest:
+    """No inertia: displacements are the compliance times the forces."""
+
+    compliance: np.ndarray
+    rows: np.ndarray
+
+    def __post_init__(self) -> None:
+        self._none = np.zeros(len(self.compliance))
+
+    def free(self) -> np.ndarray:
+        """Nothing is left of the past."""
+        return self._none
+
+    def accept(self, force: np.ndarray) -> None:
+        """Nothing to remember."""
+
+    def readings(self, force: np.ndarray) -> np.ndarray:
+        """Readings (g,) in microstrain."""
+        loaded = np.flatnonzero(force)
+        return self.rows[:, loaded] @ force[loaded]
+
+
+class Modal:
+    """Modes with inertia, and the loss factor eta as the damping ratio eta / 2 of each; starts at rest under a force.
+
+    step : s. rows : (g, 2n) readings per force; mode_rows : (g, k) readings per unit of a mode.
+    """
+
+    def __init__(
+        self, modes: Modes, compliance: np.ndarray, rows: np.ndarray, mode_rows: np.ndarray, step: float, loss: float,
+        force: np.ndarray,
+    ):  # fmt: skip
+        self._modes, self._patch = modes, modes.patch
+        square = modes.omega**2
+        self._rest = compliance - (self._patch / square) @ self._patch.T
+        self._rest_rows, self._mode_rows = rows - (mode_rows / square) @ self._patch.T, mode_rows
+        # (q, q', f, slope of f) over one step
+        generator = np.zeros((len(square), 4, 4))
+        generator[:, 0, 1] = generator[:, 1, 2] = generator[:, 2, 3] = 1.0
+        generator[:, 1, 0], generator[:, 1, 1] = -square, -loss * modes.omega
+        whole = expm(generator * step)
+        self._own, by_force, by_slope = whole[:, :2, :2], whole[:, :2, 2], whole[:, :2, 3] / step
+        self._before, self._after = by_force - by_slope, by_slope
+        self.compliance = self._rest + (self._patch * self._after[:, 0]) @ self._patch.T
+        self._load = self._patch.T @ force
+        self.state = np.stack([self._load / square, np.zeros_like(square)], axis=1)
+        self._loss, self._step, self.lost = loss, step, 0.0
+
+    def _coast(self) -> np.ndarray:
+        """State (k, 2) at the end of the step without a force there."""
+        return np.einsum("kij,kj->ki", self._own, self.state) + self._before * self._load[:, None]
+
+    def free(self) -> np.ndarray:
+        """Displacements (2n,) at the end of the step without forces there."""
+        return self._patch @ self._coast()[:, 0]
+
+    def accept(self, force: np.ndarray) -> None:
+        """End the step with forces (2n,)."""
+        loaded = np.flatnonzero(force)
+        load = self._patch[loaded].T @ force[loaded]
+        before = self.state[:, 1]
+        self.state, self._load = self._coast() + self._after * load[:, None], load
+        # Simpson would need the middle; the mean square of a straight velocity does
+        speeds = (before**2 + before * self.state[:, 1] + self.state[:, 1] ** 2) / 3
+        self.lost += float(self._step * self._loss * self._modes.omega @ speeds)
+
+    def readings(self, force: np.ndarray) -> np.ndarray:
+        """Readings (g,) in microstrain."""
+        loaded = np.flatnonzero(force)
+        return self._rest_rows[:, loaded] @ force[loaded] + self._mode_rows @ self.state[:, 0]
+
+    def energy(self, force: np.ndarray) -> float:
+        """Elastic and kinetic energy in N mm per mm."""
+        q, speed = self.state.T
+        return float(force @ self._rest @ force + (speed**2).sum() + ((self._modes.omega * q) ** 2).sum()) / 2

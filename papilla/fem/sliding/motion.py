@@ -1,0 +1,92 @@
+"""How a finger moves over a texture: positions at even times."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import FileFormatError, InputError
+
+RATE_HZ = 1000.0
+MOST_SAMPLES = 2_000_000
+"""Longer scenes are no single scene."""
+MOTION_GAP = 5.0
+"""Steps of a motion file's time longer than so many median steps are gaps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Positions (n,) in mm of the finger along x at times (n,) in s, `rate_Hz` a second."""
+
+    t_s: np.ndarray
+    position_mm: np.ndarray
+    rate_Hz: float
+
+    @classmethod
+    def steady(cls, speed_mm_s: float, seconds: float, rate_Hz: float = RATE_HZ) -> "Motion":
+        """Constant speed from x = 0; negative to the left, zero for a finger that rests."""
+        speed = checks.within("speed (mm/s)", speed_mm_s, -1e5, 1e5)
+        t = sample_times(seconds, rate_Hz)
+        return cls(t, speed * t, rate_Hz)
+
+    @classmethod
+    def sampled(cls, t_s, position_mm, rate_Hz: float = RATE_HZ, seconds: float | None = None) -> "Motion":
+        """Through the points (t, x), straight between them; raises `InputError` for bad or missing ones."""
+        t, x = np.asarray(t_s, float), np.asarray(position_mm, float)
+        if t.ndim != 1 or t.shape != x.shape or len(t) < 2:
+            raise InputError(f"a motion needs two points at least, got {t.size}")
+        good = np.isfinite(t) & np.isfinite(x)
+        if not good.all():
+            raise InputError(f"point {int(np.argmin(good)) + 1} of the motion is not finite")
+        steps = np.diff(t)
+        if (steps <= 0).any():
+            raise InputError(f"times of a motion must rise: point {int(np.argmax(steps <= 0)) + 2} does not")
+        if steps.max() > MOTION_GAP * np.median(steps):
+            at = int(np.argmax(steps))
+            raise InputError(f"the motion has a gap from t_s {t[at]:g} to {t[at + 1]:g}: nothing is known there")
+        if np.abs(np.diff(x) / steps).max() > 1e5:
+            raise InputError("the motion is faster than 100 m/s: are these s and mm?")
+        lasts = float(t[-1] - t[0]) if seconds is None else checks.positive("seconds", seconds)
+        if lasts > float(t[-1] - t[0]) * (1 + 1e-9):
+            raise InputError(f"seconds {lasts:g} is longer than the motion, {t[-1] - t[0]:g} s")
+        times = sample_times(lasts, rate_Hz)
+        return cls(times, np.interp(times, t - t[0], x), rate_Hz)
+
+    @classmethod
+    def read(cls, path: str | Path, rate_Hz: float = RATE_HZ, seconds: float | None = None) -> "Motion":
+        """From a table `t_s,position_mm`; raises `FileAccessError` or `FileFormatError`."""
+        from papilla.tables import TableReader
+
+        with TableReader(path, lambda name: name in ("t_s", "position_mm")) as reader:
+            for name in ("t_s", "position_mm"):
+                if name not in reader.names:
+                    found = ", ".join((*reader.names, *reader.ignored)[:10])
+                    raise FileFormatError(f"{path}, line 1: column {name} is missing (found {found})")
+            table = reader.whole()
+        try:
+            return cls.sampled(table.columns["t_s"], table.columns["position_mm"], rate_Hz, seconds)
+        except InputError as error:
+            raise FileFormatError(f"{path}: {error}") from error
+
+    @property
+    def velocity_mm_s(self) -> np.ndarray:
+        """(n,) by central differences."""
+        return np.gradient(self.position_mm, self.t_s)
+
+    @property
+    def fastest_mm_s(self) -> float:
+        """Largest speed between two samples."""
+        return float(np.abs(np.diff(self.position_mm)).max() * self.rate_Hz)
+
+
+def sample_times(seconds: float, rate_Hz: float) -> np.ndarray:
+    """Times from 0 on, `rate_Hz` a second; raises `InputError`."""
+    rate = checks.within("rate (Hz)", rate_Hz, 1e-3, 1e7)
+    count = checks.positive("seconds", seconds) * rate
+    if count > MOST_SAMPLES or not math.isfinite(count):
+        raise InputError(f"{seconds:g} s at {rate:g} Hz are more than {MOST_SAMPLES:,} samples: take less")
+    if round(count) < 2:
+        raise InputError(f"{seconds:g} s at {rate:g} Hz are fewer than two samples")
+    return np.arange(round(count)) / rate

@@ -1,0 +1,221 @@
+"""The section's finite elements: Taylor-Hood P2/P1 on triangles, condensed to its contact patch and its gauges.
+
+Per mm along y. Plane strain by default; plane stress, that of a thin slab, is the same mixed form with
+1/lambda + 1/(2 mu) in place of 1/lambda. Pressure jumps across layers, as in three dimensions.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, eigsh
+from skfem import Basis, BilinearForm, ElementTriP1, ElementTriP2, ElementVector, MeshTri
+from skfem.helpers import ddot, div, dot, sym_grad
+
+from papilla.errors import InputError, SolverError
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.solver import Factor, factorise
+from papilla.fem.reduction.gauges import gauge_functionals
+from papilla.finger import Finger, Layer
+from papilla.mesh.layered import BONE, INNER, OUTER
+from papilla.mesh.section import Section, section_finger
+from papilla.mesh.surfaces import surfaces_of
+
+STRESS_STATES = ("plane strain", "plane stress")
+
+STABILISER = 1e-9
+"""Of the pressure block, where nu = 0.5 leaves it empty: only the factor sees it, solves are refined."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Free vibrations, mass-normalised per mm along y: angular frequencies (k,) in rad/s, ascending, displacements
+    (2n, k) of the patch, x then inward, and what the gauges feel (q, g, k)."""
+
+    omega: np.ndarray
+    patch: np.ndarray
+    gauges: np.ndarray
+
+
+class SectionModel:
+    """A finger's section on its mesh, factorised once.
+
+    Raises `InputError` as `section_finger`, `SolverError` where the equations cannot be solved.
+    """
+
+    def __init__(
+        self, finger: Finger, section: Section, *, stress: str = STRESS_STATES[0], density_g_cm3: float = 1.07
+    ):
+        self.finger, self.section = section_finger(finger), section
+        self.plane_stress = stress == STRESS_STATES[1]
+        self.density = density_g_cm3 * 1e-9  # t/mm3, which goes with N, mm, s
+        self.mesh = MeshTri(section.points.T.copy(), section.triangles.T.copy(), sort_t=False)
+        self.scalar = Basis(self.mesh, ElementTriP2(), intorder=4)
+        self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=4)
+
+    @cached_property
+    def nodes(self) -> int:
+        """Displacement nodes."""
+        return int(self.scalar.N)
+
+    @cached_property
+    def component(self) -> np.ndarray:
+        """(2, nodes) number of the unknown that is displacement along x, z of each node."""
+        found = np.empty((2, self.nodes), dtype=int)
+        for part in ("nodal_dofs", "facet_dofs"):
+            found[:, getattr(self.scalar, part)[0]] = getattr(self.vector, part)
+        return found
+
+    def _layers(self) -> list[tuple[np.ndarray, Layer]]:
+        layers = {OUTER: self.finger.outer, INNER: self.finger.inner, BONE: self.finger.bone}
+        pairs = ((np.flatnonzero(self.section.layer == number), layer) for number, layer in layers.items())
+        return [(cells, layer) for cells, layer in pairs if layer is not None and len(cells)]
+
+    @cached_property
+    def system(self) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """The whole symmetric matrix of displacements and pressures in N/mm2, and the mass matrix in t/mm."""
+
+        @BilinearForm
+        def shear(u, v, w):
+            return 2 * ddot(sym_grad(u), sym_grad(v))
+
+        @BilinearForm
+        def divergence(u, q, w):
+            return -q * div(u)
+
+        @BilinearForm
+        def product(p, q, w):
+            return p * q
+
+        @BilinearForm
+        def inertia(u, v, w):
+            return dot(u, v)
+
+        stiffness, mixed, pressures = 0, [], []
+        for cells, layer in self._layers():
+            mu, compressibility = lame(layer)
+            compressibility += 1 / (2 * mu) if self.plane_stress else 0.0
+            u = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=4, elements=cells)
+            p = Basis(self.mesh, ElementTriP1(), intorder=4, elements=cells)
+            own = np.unique(self.section.triangles[cells])
+            stiffness = stiffness + mu * shear.assemble(u)
+            # Pressures in units of the layer's modulus: all unknowns then weigh alike
+            mixed.append(mu * divergence.assemble(u, p).tocsr()[own])
+            pressures.append(-compressibility * mu**2 * product.assemble(p).tocsr()[own][:, own])
+        B = sp.vstack(mixed)
+        system = sp.bmat([[stiffness, B.T], [B, sp.block_diag(pressures)]]).tocsc()
+        mass = sp.block_diag([self.density * inertia.assemble(self.vector), sp.csc_matrix((B.shape[0],) * 2)])
+        return system, mass.tocsc()
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Numbers of the unknowns that the clamped base leaves free."""
+        facets = self.mesh.facets
+        clamped = np.isin(facets, self.section.base).all(axis=0) & np.isin(np.arange(facets.shape[1]), self._boundary)
+        still = np.concatenate([self.section.base, self.scalar.facet_dofs[0, clamped]])
+        free = np.ones(self.system[0].shape[0], dtype=bool)
+        free[self.component[:, still].ravel()] = False
+        return np.flatnonzero(free)
+
+    @cached_property
+    def _boundary(self) -> np.ndarray:
+        return self.mesh.boundary_facets()
+
+    @cached_property
+    def factor(self) -> Factor:
+        """The factorised matrix of the free unknowns."""
+        matrix = self.system[0][self.free][:, self.free]
+        pressures = matrix.shape[0] - int((self.free < 2 * self.nodes).sum())
+        empty = matrix.diagonal()[-pressures:] == 0
+        if not empty.any():
+            return factorise(sp.tril(matrix).tocsc(), pressures)
+        size = abs(matrix.diagonal()).max()
+        small = sp.diags(np.concatenate([np.zeros(matrix.shape[0] - pressures), -STABILISER * size * empty]))
+        return factorise(sp.tril(matrix).tocsc(), pressures, stabilised=sp.tril(matrix + small).tocsc())
+
+    def solve(self, loads: np.ndarray) -> np.ndarray:
+        """Displacements (2 nodes, k) under loads (2 nodes, k) in N/mm."""
+        inside = self.free < 2 * self.nodes
+        whole = np.zeros((len(self.free), loads.shape[1]))
+        whole[inside] = loads[self.free[inside]]
+        moved = np.zeros_like(loads, dtype=float)
+        moved[self.free[inside]] = self.factor.solve(whole)[inside]
+        return moved
+
+    @cached_property
+    def patch_vertices(self) -> np.ndarray:
+        """(n,) vertices that may touch, from left to right."""
+        own = np.unique(self.section.spans)
+        return own[np.argsort(self.section.points[own, 0])]
+
+    @cached_property
+    def patch_weights(self) -> tuple[sp.csr_matrix, np.ndarray]:
+        """Weak means (2n, 2 nodes) of the patch's displacement, x then inward (-z), over each vertex's hat function,
+        and the hats' integrals (n,) in mm. Transposed, the load of a unit force shared out as the hat."""
+        vertices, spans = self.patch_vertices, self.section.spans
+        place = np.full(len(self.section.points), -1)
+        place[vertices] = np.arange(len(vertices))
+        length = np.linalg.norm(np.diff(self.section.points[spans], axis=1)[:, 0], axis=1)
+        middle = self.scalar.facet_dofs[0, self._facets(spans)]
+        hats = np.zeros(len(vertices))
+        np.add.at(hats, place[spans], length[:, None] / 2)
+        # Hats times P2 functions over an edge: length/6 at the hat's own vertex, length/3 in the middle, 0 beyond
+        rows = np.concatenate([place[spans].ravel(), place[spans].ravel()])
+        columns = np.concatenate([spans.ravel(), np.repeat(middle, 2)])
+        values = np.concatenate([np.repeat(length / 6, 2), np.repeat(length / 3, 2)]) / hats[rows]
+        size = (len(vertices), 2 * self.nodes)
+        along, up = (sp.csr_matrix((values, (rows, self.component[c][columns])), shape=size) for c in (0, 1))
+        return sp.vstack([along, -up]).tocsr(), hats
+
+    def _facets(self, spans: np.ndarray) -> np.ndarray:
+        weights = np.array([len(self.section.points), 1])
+        known = weights @ np.sort(self.mesh.facets, axis=0)
+        order = np.argsort(known)
+        return order[np.searchsorted(known[order], np.sort(spans, axis=1) @ weights)]
+
+    @cached_property
+    def gauge_rows(self) -> sp.csr_matrix:
+        """(q * g, 2 nodes) what gauges feel, as in three dimensions: their functionals have no part along y."""
+        functionals = gauge_functionals(self.finger, surfaces_of(self.finger)["interface"])
+        return sp.vstack([self._row(f.points[:, [0, 2]], f.weights[:, [0, 2]]) for f in functionals]).tocsr()
+
+    def _row(self, points: np.ndarray, weights: np.ndarray) -> sp.csr_matrix:
+        try:
+            values = self.scalar.probes(points.T).tocsr()
+        except ValueError as error:
+            x, z = points[np.abs(points[:, 0]).argmax()]
+            raise InputError(f"a gauge's foil reaches out of the section, to ({x:.3g}, {z:.3g}) mm: move it") from error
+        flat = [sp.csr_matrix(values.T @ weights[:, c]) for c in (0, 1)]
+        row = sp.lil_matrix((1, 2 * self.nodes))
+        for c in (0, 1):
+            row[0, self.component[c][flat[c].indices]] = flat[c].data
+        return row.tocsr()
+
+    def condense(self) -> tuple[np.ndarray, np.ndarray]:
+        """Compliance (2n, 2n) of the patch in mm per N/mm, x then inward, and gauge rows (q, g, 2n) per N/mm."""
+        means, _ = self.patch_weights
+        moved = self.solve(means.T.toarray())
+        compliance = means @ moved
+        rows = self.gauge_rows @ moved
+        return (compliance + compliance.T) / 2, rows.reshape(-1, len(self.finger.gauges), compliance.shape[0])
+
+    def modes(self, count: int) -> Modes:
+        """The slowest `count` modes; raises `SolverError` where they are not found."""
+        mass = self.system[1][self.free][:, self.free]
+        size = mass.shape[0]
+        inverse = LinearOperator((size, size), matvec=lambda b: self.factor.solve(np.reshape(b, (size, 1)))[:, 0])
+        start = self.factor.solve(mass @ np.ones((size, 1)))[:, 0]
+        try:
+            squares, shapes = eigsh(
+                self.system[0][self.free][:, self.free], k=count, M=mass, sigma=0.0, OPinv=inverse, v0=start
+            )
+        except (RuntimeError, ValueError) as error:
+            raise SolverError(f"the section's modes were not found: {error}") from error
+        shapes = shapes / np.sqrt(np.einsum("nk,nk->k", shapes, mass @ shapes))
+        inside = self.free < 2 * self.nodes
+        fields = np.zeros((2 * self.nodes, count))
+        fields[self.free[inside]] = shapes[inside]
+        means, _ = self.patch_weights
+        gauges = (self.gauge_rows @ fields).reshape(-1, len(self.finger.gauges), count)
+        return Modes(np.sqrt(squares), means @ fields, gauges)

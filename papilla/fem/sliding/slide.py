@@ -1,0 +1,293 @@
+"""A finger slides over a texture: gauge readings, forces and tractions over time.
+
+Small displacements: tractions act along z and x on the section, the profile's flanks push along z alone. The texture is
+met where the skin is, carried along by the contact's mean tangential displacement.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from papilla import checks
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
+from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal
+from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
+from papilla.fem.sliding.motion import Motion
+from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
+from papilla.fem.sliding.section_length import section_length
+from papilla.finger import Finger
+from papilla.textures import Texture
+
+DYNAMICS = ("auto", "quasi-static", "modal")
+
+SLOW = 0.3
+"""Highest frequency of a scene over the first mode's from which inertia counts: it changes the response by a tenth."""
+
+LOSS_FACTOR = 0.1
+"""Of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
+
+LONGEST_STEP_MM, LONGEST_STEP_S = 0.05, 2.6e-4
+"""Path of a step, and with inertia its time; a sample takes as many as it needs."""
+
+MOST_STEPS = 2_000_000
+
+LARGEST_FRICTION = 3.0
+"""Above it a node jams by the coupling of its own displacements, and there is no single answer."""
+
+DEEP_IN_GROOVE_MM = 0.2
+"""How far skin may stand in a groove before it is told: two elements of the skin, so that no more than the edge of a
+ridge is beside a flank."""
+
+SMALL_STRAIN = 0.1
+"""Indentation over the tissue's thickness from which small strain is doubtful."""
+
+BROKEN = 1e-6
+"""Violation of the contact laws above which a step counts as unresolved."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Slide:
+    """What happened over m samples; g gauges, n nodes of the skin that may touch.
+
+    readings : (m, g) microstrain, without noise. force_N, tangential_N : (m,) pressing force, and what the finger pulls
+    with along x (positive against a motion to the right). depth_mm : (m,) how far the texture's top lies below the
+    finger's. pressing, rubbing : (m, n) nodal forces inward and along x on the skin, N/mm. state : (m, n) 0 open, 2
+    stick, 1 and -1 slip to the right and to the left. carried_mm : (m,) mean tangential displacement of the contact.
+    length_mm : along y, turns N/mm into N. dynamics, why : what was taken, and why. ridge_pitch_mm : of the finger, 0
+    for smooth skin. first_mode_Hz, highest_Hz : of the section, of the scene. relaxed, unresolved : steps that Newton's
+    method left to the relaxation, and those whose laws are violated. energy_error : imbalance over the energy that was
+    turned over, NaN without inertia. in_groove_mm : how far skin stood in grooves. seconds : of computing, the
+    reduction not counted. status : a sentence, "ok" where nothing is to be doubted.
+    """
+
+    motion: Motion
+    x_mm: np.ndarray
+    gauge_names: tuple[str, ...]
+    readings: np.ndarray
+    force_N: np.ndarray
+    tangential_N: np.ndarray
+    depth_mm: np.ndarray
+    pressing: np.ndarray
+    rubbing: np.ndarray
+    state: np.ndarray
+    carried_mm: np.ndarray
+    length_mm: float
+    dynamics: str
+    why: str
+    ridge_pitch_mm: float
+    first_mode_Hz: float
+    highest_Hz: float
+    relaxed: int
+    unresolved: int
+    energy_error: float
+    in_groove_mm: float
+    seconds: float
+    status: str
+
+    def __repr__(self) -> str:
+        return f"Slide({len(self.readings)} samples, {self.dynamics}, {np.mean(self.force_N):.3g} N: {self.status})"
+
+    @property
+    def sliding(self) -> np.ndarray:
+        """(m,) whether some node touches and none sticks."""
+        return (self.state != OPEN).any(axis=1) & ~(self.state == STICK).any(axis=1)
+
+
+def slide(
+    finger: Finger,
+    texture: Texture,
+    motion: Motion,
+    *,
+    force: float | None = None,
+    depth: float | None = None,
+    friction: float = 0.0,
+    dynamics: str = DYNAMICS[0],
+    loss_factor: float = LOSS_FACTOR,
+    section: ReducedSection | None = None,
+    length_mm: float | None = None,
+    progress: Callable[[str], None] = lambda line: None,
+) -> Slide:
+    """Press the finger on a rigid texture and slide it.
+
+    Parameters
+    ----------
+    motion : of the finger; its x is the texture's under the finger's apex.
+    force, depth : one of the two: pressing force in N, or how far the finger's top is pressed beyond the texture's, mm.
+    friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`.
+    dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency. loss_factor : of the modes.
+    section : from `prepare_section` (with options of its own). length_mm : in place of `section_length`'s.
+
+    Raises `InputError`, `ContactRangeError` (the contact leaves its patch or the texture), `SolverError`.
+    """
+    if (force is None) == (depth is None):
+        raise InputError("a sliding scene takes exactly one of force and depth")
+    pressed = {"force": checks.positive("force (N)", force)} if force is not None else {}
+    if depth is not None:
+        pressed = {"indentation": checks.within("depth (mm)", depth, 0.0, 1e3)}
+    checks.within("friction", friction, 0.0, LARGEST_FRICTION)
+    checks.within("loss factor", loss_factor, 0.0, 2.0)
+    if dynamics not in DYNAMICS:
+        raise InputError(f"dynamics must be one of {', '.join(DYNAMICS)}, got {dynamics!r}")
+    body = section or prepare_section(finger, progress=progress)
+    if length_mm is None and depth == 0:
+        length_mm = 1.0  # Nothing is touched
+    length = checks.positive("length_mm", length_mm or section_length(finger, **pressed, progress=progress))
+    names = tuple(gauge.name for gauge in finger.gauges)
+    run = _Run(body, texture, motion, force and force / length, depth, friction, dynamics, loss_factor)
+    return run.whole(names, length, progress)
+
+
+class _Run:
+    """A scene in work: the state of the body, and what is written down of it."""
+
+    def __init__(self, body, texture, motion, load, depth, friction, dynamics, loss):  # noqa: PLR0913
+        self.body, self.texture, self.motion, self.friction, self.loss = body, texture, motion, friction, loss
+        self.load, self.depth = load, depth
+        self.n = len(body.x)
+        self.felt = FeltProfile.of(texture, body.hats)
+        self.rise = body.z.max() - body.z
+        fastest = np.abs(np.diff(motion.position_mm)).max()
+        self.highest_Hz = highest_frequency(texture, motion, body.ridge_pitch)
+        self.first_Hz = float(body.modes.omega[0] / (2 * math.pi))
+        self.dynamics, self.why = choose_dynamics(dynamics, self.highest_Hz, self.first_Hz)
+        longest_s = LONGEST_STEP_S if self.dynamics == "modal" else math.inf
+        self.substeps = math.ceil(max(1.0, fastest / LONGEST_STEP_MM, 1 / (motion.rate_Hz * longest_s)) - 1e-6)
+        if self.substeps * len(motion.t_s) > MOST_STEPS:
+            raise InputError(f"the scene takes more than {MOST_STEPS:,} steps: slide less far, or for less time")
+        self.carried, self.relaxed, self.unresolved, self.in_groove = 0.0, 0, 0, 0.0
+        self.work, self.turnover = 0.0, 0.0
+
+    def whole(self, names: tuple[str, ...], length: float, progress: Callable[[str], None]) -> Slide:
+        """All samples."""
+        began, motion, n = perf_counter(), self.motion, self.n
+        size = (len(motion.t_s), n)
+        pressing, rubbing, state = np.empty(size), np.empty(size), np.empty(size, dtype=np.int8)
+        readings, depth, carried = np.empty((size[0], len(names))), np.empty(size[0]), np.empty(size[0])
+        x = float(motion.position_mm[0])
+        rubbed = self._landed(x)
+        inertia = self._inertia(rubbed.force)
+        start = inertia.energy(rubbed.force) if isinstance(inertia, Modal) else 0.0
+        for sample, target in enumerate(motion.position_mm):
+            begun = x
+            for share in range(1, self.substeps + 1) if sample else ():
+                there = begun + (float(target) - begun) * share / self.substeps
+                rubbed = self._step(inertia, rubbed, there, there - x)
+                x = there
+            rubbing[sample], pressing[sample] = rubbed.force[:n], rubbed.force[n:]
+            state[sample], depth[sample], carried[sample] = rubbed.state, rubbed.depth, self.carried
+            readings[sample] = inertia.readings(rubbed.force)
+            if sample % 500 == 0:
+                progress(f"sliding, {motion.t_s[sample]:.1f} of {motion.t_s[-1]:.1f} s")
+        energy = math.nan
+        if isinstance(inertia, Modal):
+            missing = self.work - (inertia.energy(rubbed.force) - start) - inertia.lost
+            energy = abs(missing) / max(self.turnover, 1e-300)
+        return Slide(
+            motion, self.body.x, names, readings, pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
+            pressing, rubbing, state, carried, length, self.dynamics, self.why, self.body.ridge_pitch,
+            self.first_Hz, self.highest_Hz,
+            self.relaxed, self.unresolved, energy, self.in_groove, perf_counter() - began,
+            self._status(bool((pressing > 0).any()), float(depth.max())),
+        )  # fmt: skip
+
+    def _inertia(self, force: np.ndarray) -> Inertia:
+        body = self.body
+        if self.dynamics == "quasi-static":
+            return AtRest(body.compliance, body.reading_rows)
+        step = 1 / (self.motion.rate_Hz * self.substeps)
+        return Modal(body.modes, body.compliance, body.reading_rows, body.reading_modes, step, self.loss, force)
+
+    def _landed(self, x: float) -> Rubbed:
+        """The finger pressed on the texture where it starts: it lands without friction, which then holds it."""
+        still = AtRest(self.body.compliance, self.body.reading_rows)
+        none = np.zeros(2 * self.n)
+        nothing = Rubbed(none, none, 0.0, np.zeros(self.n, dtype=np.int64), 0, "newton", 0.0)
+        friction, self.friction = self.friction, 0.0
+        landed = self._step(still, nothing, x, 0.0)
+        self.friction = friction
+        held = STICK if friction > 0 else RIGHT
+        return replace(landed, state=np.where(landed.state == OPEN, OPEN, held))
+
+    def _step(self, inertia: Inertia, before: Rubbed, x: float, drift: float) -> Rubbed:
+        n, body = self.n, self.body
+        place = body.x + x + self.carried
+        recess = self.felt.recess(place)
+        free = inertia.free()
+        laws = Laws(
+            inertia.compliance, self.rise + recess, before.moved[:n], drift, self.friction, free, self.depth, self.load
+        )
+        found = rub(laws, before.state)
+        self.relaxed += found.method != "newton"
+        self.unresolved += found.violation > BROKEN
+        self._watch(found, place, recess)
+        inertia.accept(found.force)
+        if isinstance(inertia, Modal):
+            mean, change = (before.force + found.force) / 2, found.moved - before.moved
+            self.work += float(mean @ change)
+            self.turnover += float(np.abs(mean * change).sum())
+        pressed = found.force[n:].sum()
+        self.carried = float(found.force[n:] @ found.moved[:n] / pressed) if pressed > 0 else 0.0
+        return found
+
+    def _watch(self, found: Rubbed, place: np.ndarray, recess: np.ndarray) -> None:
+        """Refuse a contact that leaves what is known; note how far skin stands in grooves."""
+        touching = np.flatnonzero(found.force[self.n :] > 0)
+        if not len(touching):
+            return
+        if touching[0] == 0 or touching[-1] == self.n - 1:
+            raise ContactRangeError(
+                f"the contact reaches the end of its patch, {self.body.half_width:.3g} mm from the apex: press less"
+            )
+        low, high = self.felt.span
+        margin = float(self.body.hats.max())
+        if place[touching[0]] < low + margin or place[touching[-1]] > high - margin:
+            raise ContactRangeError(
+                f"the contact, {place[touching[0]]:.3g} to {place[touching[-1]]:.3g} mm, leaves the profile, {low:g} "
+                f"to {high:g} mm: start further inside, or slide less far"
+            )
+        under = slice(touching[0], touching[-1] + 1)
+        stands = found.depth - self.rise[under] - found.moved[self.n :][under]
+        deep = np.minimum(stands, recess[under])[recess[under] < FAR_MM / 100]
+        self.in_groove = max(self.in_groove, float(deep.max(initial=0.0)))
+
+    def _status(self, touched: bool, deepest: float) -> str:
+        tissue = float(self.body.z.max()) - self.body.bone_top
+        doubts = []
+        if not touched:
+            return "no contact: the finger does not reach the texture"
+        if self.unresolved:
+            doubts.append(f"{self.unresolved} steps do not fulfil the laws of contact")
+        if deepest > SMALL_STRAIN * tissue:
+            doubts.append(f"pressed by {deepest / tissue:.0%} of the tissue, where small strain is doubtful")
+        if self.in_groove > DEEP_IN_GROOVE_MM:
+            doubts.append(
+                f"skin stands up to {self.in_groove:.2g} mm deep in grooves: the flanks' sideways push is not modelled"
+            )
+        return "doubtful: " + "; ".join(doubts) if doubts else "ok"
+
+
+def highest_frequency(texture: Texture, motion: Motion, ridge_pitch: float) -> float:
+    """Highest fundamental (Hz) of a scene: of the texture and of the finger's ridges at the largest speed.
+
+    A profile without a period counts with the finest wavelength that ridges, or else elements, feel: the pitch, 0.4 mm.
+    """
+    shortest = min(filter(None, (texture.wavelength, ridge_pitch)), default=FINEST_MM)
+    if texture.wavelength is None and math.isfinite(texture.span[0]):
+        shortest = min(shortest, FINEST_MM)
+    return motion.fastest_mm_s / shortest
+
+
+FINEST_MM = 0.4
+
+
+def choose_dynamics(asked: str, highest_Hz: float, first_Hz: float) -> tuple[str, str]:
+    """Quasi-static or modal, and why."""
+    if asked != "auto":
+        return asked, "as asked"
+    fast = highest_Hz > SLOW * first_Hz
+    compared = f"the scene reaches {highest_Hz:.3g} Hz, {'more' if fast else 'less'} than {SLOW:g} of the first mode"
+    return "modal" if fast else "quasi-static", f"{compared}, {first_Hz:.3g} Hz"

@@ -1,0 +1,141 @@
+"""`papilla slide`: the log that `papilla estimate` reads, its truth, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from papilla.logs import read_time_log
+
+SCENE = ["slide", "--groove", 0.9, "--ridge", 0.9, "--speed", 40, "--out", "log.csv"]
+SLAB = """
+name = "small slab"
+patch_radius_mm = 6.0
+[shape]
+kind = "slab"
+outer_mm = [24.0, 20.0]
+interface_mm = [21.0, 17.0]
+bone_mm = [10.0, 6.0]
+depth_mm = 6.0
+[outer]
+modulus_MPa = 0.136
+[inner]
+modulus_MPa = 0.034
+[[gauges]]
+name = "left"
+angle_deg = -20.0
+[[gauges]]
+name = "right"
+angle_deg = 20.0
+"""
+
+
+@pytest.fixture
+def slab(tmp_path):
+    (tmp_path / "slab.toml").write_text(SLAB)
+    return ["--finger", "slab.toml"]
+
+
+@pytest.mark.slow
+def test_the_log_is_read_and_its_truth_stands_beside_it(papilla, slab, tmp_path):
+    answer = papilla(*SCENE, "--seconds", 0.2, "--friction", 0.4, "--force", 0.05, *slab, "--json")
+    assert answer.code == 0, answer.err
+    told = json.loads(answer.out)
+    truth = json.loads((tmp_path / "log.truth.json").read_text())
+    assert truth == told
+    assert truth["schema"] == "papilla.slide/1"
+    assert truth["wavelength_mm"] == pytest.approx(1.8)
+    assert truth["ridge_pitch_mm"] is None, "the slab has no ridges"
+    assert truth["effective_length_mm"] == 6.0
+    assert truth["gauges"] == ["left", "right"]
+    assert truth["mean_force_N"] == pytest.approx(0.05)
+    log = read_time_log(tmp_path / "log.csv")
+    assert log.gauge_names == ("g1", "g2")
+    assert len(log) == 200 == truth["samples"]
+    assert log.sample_rate_Hz == pytest.approx(1000)
+    np.testing.assert_allclose(log.velocity_mm_s, 40, rtol=1e-9)
+    np.testing.assert_allclose(log.tangential_N[-20:] / log.force_N[-20:], 0.4, rtol=1e-6)
+    assert truth["fully_sliding_from_s"] < 0.1
+
+
+@pytest.mark.slow
+def test_noise_is_added_as_told(papilla, slab, tmp_path):
+    logs = []
+    for noise in (0, 5):
+        assert papilla(*SCENE, "--seconds", 0.2, "--force", 0.05, "--noise-microstrain", noise, *slab).code == 0
+        logs.append(read_time_log(tmp_path / "log.csv").readings)
+    assert (logs[1] - logs[0]).std() == pytest.approx(5, rel=0.2)
+
+
+@pytest.mark.slow
+def test_a_motion_and_a_profile_come_from_files(papilla, slab, tmp_path):
+    t = np.linspace(0, 0.2, 21)
+    np.savetxt(
+        tmp_path / "m.csv", np.column_stack([t, 20 + 30 * t]), delimiter=",", header="t_s,position_mm", comments=""
+    )
+    x = np.linspace(0, 60, 601)
+    rows = np.column_stack([x, 0.1 * np.cos(2 * np.pi * x / 2)])
+    np.savetxt(tmp_path / "p.csv", rows, delimiter=",", header="x_mm,height_mm", comments="")
+    scene = ["slide", "--profile", "p.csv", "--motion", "m.csv", "--press-depth", 0.2, "--out", "log.csv", *slab]
+    answer = papilla(*scene, "--json")
+    assert answer.code == 0, answer.err
+    truth = json.loads(answer.out)
+    assert truth["texture"] == {"kind": "profile", "span_mm": [0.0, 60.0]}
+    assert truth["wavelength_mm"] is None
+    log = read_time_log(tmp_path / "log.csv")
+    np.testing.assert_allclose(log.position_mm, 20 + 30 * log.t_s, atol=1e-9)
+    assert np.ptp(log.force_N) > 0, "at a held depth the force follows the profile"
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (["--seconds", 1, "--force", -1], "force (N) must be greater than 0"),
+        (["--seconds", 0], "seconds must be greater than 0"),
+        ([], "--speed needs --seconds"),
+        (["--seconds", 1, "--friction", -0.5], "friction must lie between 0 and 3"),
+        (["--seconds", 1, "--rate", 0], "rate (Hz) must lie between"),
+        (["--seconds", 1, "--noise-microstrain", -1], "--noise-microstrain must lie between"),
+        (["--seconds", 1, "--force", 0.1, "--press-depth", 0.1], "give one of --force and --press-depth"),
+        (["--seconds", 1, "--profile", "p.csv"], "describe a grating: not with --profile"),
+        (["--seconds", 1, "--motion", "m.csv"], "give exactly one of --speed (mm/s) and --motion"),
+        (["--seconds", 1, "--depth", 0], "grating depth (mm) must be greater than 0"),
+        (["--seconds", 1e9], "more than 2,000,000 samples"),
+        (["--seconds", 1, "--seed", -1], "--seed must be at least 0"),
+    ],
+)
+def test_bad_scenes_are_one_line(refused, options, message, monkeypatch):
+    # What is wrong with a scene is said before anything is condensed
+    monkeypatch.setattr("papilla.fem.sliding.section_model.SectionModel.condense", None)
+    assert message in refused(*SCENE, *options)
+
+
+@pytest.mark.parametrize(
+    "name, text, message",
+    [
+        ("p", "x_mm,height_mm\n0,0\n", "needs three points at least, got 1"),
+        ("p", "x_mm,height_mm\n0,0\n0.1,\n0.2,0\n", "point 2 of the profile is not finite"),
+        ("p", "x_mm,height_mm\n0,0\n0.1,0\n0.2,0\n9,0\n", "the profile has a gap from x_mm 0.2 to 9"),
+        ("p", "x_mm,height_mm\n0,0\n0.1,0\n0.1,0\n", "x_mm of a profile must rise"),
+        ("p", "x_mm,height_mm\n0,0\n100,50\n200,0\n", "are x_mm and height_mm in mm?"),
+        ("p", "x,y\n0,0\n", "column x_mm is missing"),
+        ("m", "t_s,position_mm\n0,0\n", "needs two points at least"),
+        ("m", "t_s,position_mm\n0,0\n1,1\n1,2\n", "times of a motion must rise: point 3"),
+        ("m", "t_s,position_mm\n0,0\n0.001,1\n0.002,1\n5,1\n", "the motion has a gap"),
+        ("m", "t_s,x\n0,0\n", "column position_mm is missing"),
+    ],
+)
+def test_bad_files_are_one_line_with_the_file(refused, tmp_path, name, text, message):
+    (tmp_path / "p.csv").write_text("x_mm,height_mm\n0,0\n0.1,0\n0.2,0\n")
+    (tmp_path / "m.csv").write_text("t_s,position_mm\n0,0\n1,1\n")
+    (tmp_path / f"{name}.csv").write_text(text)
+    line = refused("slide", "--profile", "p.csv", "--motion", "m.csv", "--out", "log.csv")
+    assert message in line
+    assert f"{name}.csv" in line
+
+
+def test_an_input_is_not_overwritten(refused, tmp_path):
+    (tmp_path / "log.csv").write_text("t_s,position_mm\n0,0\n1,1\n")
+    assert "would overwrite the input" in refused(
+        "slide", "--motion", "log.csv", "--groove", 1, "--ridge", 1, "--out", "log.csv"
+    )

@@ -1,0 +1,150 @@
+"""The contact step against closed forms of the half-plane, and against a second solver on the same matrices."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _relax, rub
+
+E_STAR = 0.1
+
+
+def half_plane(x):
+    """Displacement (n, n) of hat loads on an incompressible half-plane, up to a constant: -2/(pi E*) ln|x| averaged."""
+    h = x[1] - x[0]
+    lags = np.arange(len(x)) * h
+
+    def primitive(s):
+        # Twice integrated ln|s|, and twice more: what two hat functions see of each other is a fourth difference of it
+        s = np.abs(s)
+        return np.where(s > 0, s**4 / 24 * (np.log(np.where(s > 0, s, 1.0)) - 25 / 12), 0.0)
+
+    weights, shifts = [1, -4, 6, -4, 1], [-2, -1, 0, 1, 2]
+    mean = sum(w * primitive(lags + s * h) for w, s in zip(weights, shifts, strict=True)) / h**4
+    kernel = -2 / (np.pi * E_STAR) * (mean - np.log(100.0))
+    return kernel[np.abs(np.subtract.outer(np.arange(len(x)), np.arange(len(x))))]
+
+
+def uncoupled(normal):
+    zero = np.zeros_like(normal)
+    return np.block([[normal, zero], [zero, normal]])
+
+
+def laws(C, rise, **given):
+    n = len(rise)
+    given = {"old": np.zeros(n), "drift": 0.0, "friction": 0.0, "free": np.zeros(2 * n), **given}
+    return Laws(C, rise, **given)
+
+
+def test_a_sinusoidal_indenter_is_westergaards():
+    n, period, amplitude, share = 256, 1.8, 0.02, 0.4
+    x = period * np.arange(n) / n
+    q = 2 * np.pi * np.abs(np.fft.fftfreq(n, period / n))
+    spectrum = np.divide(2.0, E_STAR * q, out=np.zeros(n), where=q > 0)
+    kernel = np.fft.ifft(spectrum).real / (period / n)
+    C = kernel[np.subtract.outer(np.arange(n), np.arange(n)) % n] + 1.0
+    mean = np.pi * E_STAR * amplitude / period * np.sin(np.pi * share / 2) ** 2
+    rise = amplitude * (1 - np.cos(2 * np.pi * x / period))
+    found = rub(laws(uncoupled(C), rise, load=mean * period), np.zeros(n, dtype=int))
+    # Height amplitude * cos: full contact at pi E* amplitude / period, contact share from sin^2
+    assert found.method == "newton"
+    assert (found.state != OPEN).mean() == pytest.approx(share, abs=3 / n)
+    pressure = found.force[n:] / (period / n)
+    inside = np.abs(np.sin(np.pi * x / period)) < np.sin(np.pi * share / 2) * 0.9
+    s = np.sin(np.pi * x[inside] / period)
+    exact = 2 * mean * np.abs(np.cos(np.pi * x[inside] / period)) / np.sin(np.pi * share / 2) ** 2
+    exact *= np.sqrt(np.sin(np.pi * share / 2) ** 2 - s**2)
+    assert np.abs(pressure[inside] - exact).max() < 0.02 * exact.max()
+
+
+@pytest.fixture(scope="module")
+def cylinder():
+    x = np.linspace(-1.5, 1.5, 241)
+    C = uncoupled(half_plane(x))
+    return x, C, x**2 / (2 * 20.0)
+
+
+def test_a_cylinder_that_begins_to_slip_is_cattaneos_and_mindlins(cylinder):
+    x, C, rise = cylinder
+    n, mu = len(x), 0.4
+    load = np.pi * E_STAR * 1.0**2 / (4 * 20.0)  # Contact of half width 1
+    pressed = rub(laws(C, rise, load=load, friction=mu), np.zeros(n, dtype=int))
+    assert np.abs(pressed.force[:n]).max() < 1e-12 * load
+    assert np.ptp(x[pressed.state != OPEN]) / 2 == pytest.approx(1.0, abs=2 * (x[1] - x[0]))
+
+    def pulled(drift):
+        return rub(laws(C, rise, load=load, friction=mu, drift=drift), pressed.state)
+
+    def short(drift):
+        return -pulled(drift).force[:n].sum() - 0.6 * mu * load
+
+    found = pulled(brentq(short, 1e-3, 1.0, xtol=1e-7))
+    stuck = x[found.state == STICK]
+    assert np.ptp(stuck) / 2 == pytest.approx(np.sqrt(1 - 0.6), abs=2 * (x[1] - x[0]))
+    assert set(found.state) == {OPEN, STICK, RIGHT}
+
+
+def test_a_flat_punch_that_slips_pulls_with_mu_times_its_load(cylinder):
+    x, C, _ = cylinder
+    n, half = len(x), 1.0 + 1e-9
+    rise = np.where(np.abs(x) < half, 0.0, 9.0)
+    for drift, state in ((5.0, RIGHT), (-5.0, LEFT)):
+        found = rub(laws(C, rise, load=0.01, friction=1.5, drift=drift), np.zeros(n, dtype=int))
+        assert -np.sign(drift) * found.force[:n].sum() / found.force[n:].sum() == pytest.approx(1.5, rel=1e-9)
+        assert (found.state[found.state != OPEN] == state).all()
+        inside = np.abs(x) < 0.8
+        exact = 0.01 / (np.pi * np.sqrt(1 - x[inside] ** 2)) * (x[1] - x[0])
+        np.testing.assert_allclose(found.force[n:][inside], exact, rtol=0.02)
+
+
+def test_a_punch_that_sticks_moves_with_the_counter_body(cylinder):
+    x, C, _ = cylinder
+    n = len(x)
+    rise = np.where(np.abs(x) < 1, 0.0, 9.0)
+    found = rub(laws(C, rise, load=0.01, friction=3.0, drift=1e-4), np.zeros(n, dtype=int))
+    inner = np.abs(x) < 0.9
+    assert (found.state[inner] == STICK).all()
+    np.testing.assert_allclose(found.moved[:n][inner], -1e-4, rtol=1e-9)
+
+
+def coupled_body(n, rng):
+    """Compliance of a body whose directions are coupled, well conditioned."""
+    x = np.arange(n)
+    near = np.exp(-np.abs(np.subtract.outer(x, x)) / 6.0)
+    odd = 0.2 * np.sign(np.subtract.outer(x, x)) * near
+    C = np.block([[1.3 * near, odd], [odd.T, near]])
+    return C + 0.2 * np.eye(2 * n) + 0.0 * rng.uniform()
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("given", ["depth", "load"])
+def test_newton_and_relaxation_agree(seed, given):
+    rng = np.random.default_rng(seed)
+    n = 16
+    C = coupled_body(n, rng)
+    mu = float(rng.uniform(0.1, 1.5))
+    step = laws(
+        C, rng.uniform(0, 0.5, n), friction=mu, drift=float(rng.uniform(-1, 1)), old=rng.normal(0, 0.2, n),
+        **{given: 1.0},
+    )  # fmt: skip
+    newton, relaxed = rub(step, np.zeros(n, dtype=int)), _relax(step, np.zeros(n, dtype=int))
+    assert relaxed.violation < 1e-8
+    np.testing.assert_allclose(newton.force, relaxed.force, atol=1e-6 * np.abs(newton.force).max())
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e9])
+def test_other_units_give_the_same_states_and_iterations(cylinder, scale):
+    x, C, rise = cylinder
+    n = len(x)
+    plain = rub(laws(C, rise, load=2e-3, friction=0.5, drift=0.01), np.zeros(n, dtype=int))
+    other = rub(laws(C * scale, rise, load=2e-3 / scale, friction=0.5, drift=0.01), np.zeros(n, dtype=int))
+    assert other.iterations == plain.iterations
+    assert (other.state == plain.state).all()
+    np.testing.assert_allclose(other.force * scale, plain.force, atol=1e-9 * np.abs(plain.force).max())
+
+
+def test_what_is_out_of_reach_is_not_touched(cylinder):
+    _, C, rise = cylinder
+    found = rub(laws(C, rise, depth=-0.01, friction=0.5, drift=1.0), np.ones(len(rise), dtype=int))
+    assert not found.force.any()
+    assert (found.state == OPEN).all()
