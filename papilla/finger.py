@@ -1,7 +1,8 @@
 """The sensor: shape, layers, bone, gauges and ridges, as frozen values in mm and MPa.
 
 `Finger.default()` is the human-finger-mimetic sensor of the papers; its file, `papilla/data/default_finger.toml`,
-lists every assumption. Axes: origin in the middle of the base plane, z out of the skin at the apex, x across the finger
+lists every assumption. `Finger.published()` is the same with the parameters that come closest to what was published of
+it. Axes: origin in the middle of the base plane, z out of the skin at the apex, x across the finger
 (the row of gauges), y along it.
 """
 
@@ -15,11 +16,15 @@ from typing import TYPE_CHECKING
 
 from papilla import checks
 from papilla.errors import FileAccessError, InputError
+from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
 
 if TYPE_CHECKING:
     from papilla.materials import Material
 
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
+SHIPPED_FINGERS = {"default": DEFAULT_FINGER, "published": DEFAULT_FINGER.with_name("published_finger.toml")}
+"""Names that `Finger.load` takes instead of a file."""
+
 ROUNDING = 0.005  # Relative difference of a layer's modulus from its material's that three written digits explain
 
 
@@ -157,11 +162,35 @@ class Ridges:
 
 
 @dataclass(frozen=True)
+class Bench:
+    """How a finger was pressed when its parameters were told, and is again unless something else is asked for.
+
+    thickness : of the blocks (mm). friction : Coulomb's coefficient, "stick", or None where it is not known.
+    touch_down : what depths of the bench exceed the indentation by (mm), its touch being told that much early.
+    """
+
+    thickness: float = THICKNESS_MM
+    friction: Friction | None = None
+    touch_down: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.positive("bench thickness (mm)", self.thickness)
+        checks.finite("bench touch_down (mm)", self.touch_down)
+        if self.friction is not None:
+            friction_coefficient(self.friction)
+
+    def specimen(self, modulus: float) -> Block:
+        """The block of a modulus (MPa) that is pressed."""
+        return Block(modulus, self.thickness)
+
+
+@dataclass(frozen=True)
 class Finger:
     """A two-layer soft finger over a bone.
 
     `bone` is a `Layer`, or None where the bone is rigid (its surface is then clamped, like the base plane).
-    `patch_radius` (mm) is how far from the touch-down point contact may spread.
+    `patch_radius` (mm) is how far from the touch-down point contact may spread. `bench` is no part of the
+    finger, and of none of its hashes.
     """
 
     name: str
@@ -172,6 +201,7 @@ class Finger:
     bone: Layer | None = None
     patch_radius: float = 15.0
     ridges: Ridges | None = None
+    bench: Bench = Bench()
 
     def __post_init__(self) -> None:
         checks.positive("patch_radius (mm)", self.patch_radius)
@@ -189,15 +219,20 @@ class Finger:
         return cls.load(DEFAULT_FINGER)
 
     @classmethod
+    def published(cls) -> "Finger":
+        """The finger that comes closest to the published regression and depths (`benchmarks/published_finger.py`)."""
+        return cls.load(SHIPPED_FINGERS["published"])
+
+    @classmethod
     def load(cls, path: str | Path) -> "Finger":
-        """A finger from its TOML design file.
+        """A finger from its TOML design file, or that of a name of `SHIPPED_FINGERS`.
 
         Raises `FileAccessError` where the file cannot be read, `FileFormatError` where it is not a finger; the
         message names the file and the key.
         """
         from papilla.finger_file import read_design
 
-        return read_design(Path(path))
+        return read_design(SHIPPED_FINGERS.get(str(path)) or Path(path))
 
     def __repr__(self) -> str:
         """Name, shape, layers and number of gauges: the whole design is in `describe()`."""
@@ -207,7 +242,8 @@ class Finger:
     def describe(self) -> dict:
         """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
         layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
-        return {**asdict(self), **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
+        design = {name: value for name, value in asdict(self).items() if name != "bench"}
+        return {**design, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
 
     @cached_property
     def sha256(self) -> str:

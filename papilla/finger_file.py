@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.file_models import first_problem, keys_of, table
 from papilla.files import reason
-from papilla.finger import Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 
 
@@ -44,6 +44,9 @@ _SHAPES: Any = (
     | table(Surfaces, keys_of(Surfaces, unit="_file"), {"kind": "surfaces"}, known=True)
 )
 _GAUGE = table(Gauge, keys_of(Gauge), known=True)
+_BENCH = table(
+    Bench, keys_of(Bench, unit={"thickness": "_mm", "touch_down": "_mm"}, friction=float | str | None), known=True
+)
 _FINGER = keys_of(
     Finger,
     unit={"patch_radius": "_mm"},
@@ -53,6 +56,7 @@ _FINGER = keys_of(
     bone=_LAYER | None,
     ridges=table(Ridges, keys_of(Ridges, unit="_mm"), known=True) | None,
     gauges=tuple[_GAUGE, ...],  # type: ignore[valid-type]
+    bench=_BENCH,
 )
 _DESIGN: TypeAdapter[Finger] = TypeAdapter(table(Finger, _FINGER, known=True))
 _TAGS = ("dome", "slab", "surfaces", "neo-hookean", "yeoh", "ogden")

@@ -19,6 +19,11 @@ SHORT = {
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
     "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
+    "published_finger": (
+        [],
+        {"SIZE_MM": 2.8, "INNER_MPA": np.geomspace(0.0265, 0.054, 4), "RATIOS": np.geomspace(2, 8, 4)},
+        "grid_length: ",
+    ),
     "recovered_modulus": (
         ["--moduli", "3", "--forces", "2", "--draws", "2"],
         {"MESHES": (4,), "FRICTIONS": (0.0, "stick")},
@@ -54,5 +59,7 @@ def test_short_form(name, monkeypatch, capsys, tmp_path):
     for constant, value in constants.items():
         assert hasattr(module, constant)
         monkeypatch.setattr(module, constant, value)
+    if name == "published_finger":
+        module.SHIPPED = module.Physics(0.0, False)
     module.main()
     assert expected in capsys.readouterr().out

@@ -8,8 +8,9 @@ import tomllib
 import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError, PapillaError
-from papilla.finger import DEFAULT_FINGER, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.finger import DEFAULT_FINGER, SHIPPED_FINGERS, Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.materials import NeoHookean, Ogden, Yeoh
+from papilla.specimen import Block
 
 TEXT = DEFAULT_FINGER.read_text()
 SLAB = """
@@ -364,6 +365,36 @@ def test_every_key_without_a_value_has_the_default_of_its_class(load):
     assert finger.gauges == (Gauge("left", x_mm=-3),)
     bare = Finger("slab", finger.shape, Layer(0.2), Layer(0.05, 0.5), finger.gauges, Layer(3000, 0.35))
     assert finger == bare
+
+
+def test_fingers_that_ship_have_names():
+    assert Finger.load("default") == Finger.default() and set(SHIPPED_FINGERS) == {"default", "published"}
+    published = Finger.load("published")
+    assert published == Finger.published() == Finger.load(SHIPPED_FINGERS["published"])
+    assert published.geometry_sha256 == Finger.default().geometry_sha256, "the reference meshes answer for both"
+    assert published.strain_sha256 != Finger.default().strain_sha256, "its grids are shorter"
+    assert published.bench == Bench(10.0, "stick", 0.1632)
+    assert {gauge.lever_mm for gauge in published.gauges} == {-1.172}
+
+
+def test_the_bench_is_no_part_of_the_finger(load):
+    found = load(TEXT + "[bench]\nthickness_mm = 12\nfriction = 0.3\ntouch_down_mm = -0.1\n")
+    assert found.bench == Bench(12, 0.3, -0.1) and Finger.default().bench == Bench()
+    assert found.sha256 == Finger.default().sha256
+    assert found.bench.specimen(0.2) == Block(0.2, 12.0)
+
+
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        ("thickness_mm = 0", r"bench thickness \(mm\) must be greater than 0"),
+        ('friction = "glue"', 'friction must be a number of at least 0 or "stick", got .glue.'),
+        ("touch_down_mm = true", "bench.touch_down_mm.*True"),
+        ("thickness = 10", "unknown key bench.thickness"),
+    ],
+)
+def test_an_unusable_bench(load, line, message):
+    assert re.search(message, refusal(load, f"{TEXT}[bench]\n{line}\n"))
 
 
 def test_a_finger_shows_itself_in_a_line():

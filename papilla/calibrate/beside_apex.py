@@ -7,7 +7,6 @@ import numpy as np
 from scipy.linalg import null_space
 
 from papilla import cache
-from papilla.calibrate.press_table import default_specimen
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, PositionTerms
 from papilla.calibration.surface import POWERS, power_vector
@@ -53,7 +52,9 @@ def with_positions(
         return move_presses(FingerModel(finger, build(finger)), reduced, domain, friction)
 
     try:
-        key = cache.key(__name__, finger.sha256, reduced.to_arrays(), domain, friction)
+        key = cache.key(
+            __name__, finger.sha256, reduced.to_arrays(), domain, friction, vars(finger.bench.specimen(1.0))
+        )
         return replace(calibration, position=fit_positions(cache.fetch("positions", key, make), error))
     except InputError as error:
         return replace(calibration, notes=(*calibration.notes, f"the apex alone is calibrated: {error}"))
@@ -80,7 +81,12 @@ def move_presses(
         for force in np.geomspace(*domain["force_N"], FORCES).tolist():
             try:
                 found = press(
-                    reduced, default_specimen(modulus), force=force, fidelity="contact", friction=friction, start=start
+                    reduced,
+                    model.finger.bench.specimen(modulus),
+                    force=force,
+                    fidelity="contact",
+                    friction=friction,
+                    start=start,
                 )
             except ContactRangeError:
                 break

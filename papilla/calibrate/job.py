@@ -1,6 +1,6 @@
 """The main job: from a finger's design, or from measured presses, to a calibration and how well it gives E back."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +12,14 @@ from papilla.calibrate.large_strain import ensure_large_strain
 from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.physics import Truth, press_truth
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, corrected, default_specimen, sweep
+from papilla.calibrate.published_depths import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.mesh import build
-from papilla.specimen import STICK, Friction, friction_coefficient
+from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
@@ -75,7 +76,7 @@ class Recovery:
 class Calibrated:
     """A calibration, the presses it was fitted to, and its checks: on its own mesh, and against physics.
 
-    `reduced` and `truth` are None for a bench calibration.
+    `reduced` and `truth` are None for a bench calibration, and `depths`, against the published ones, are none.
     """
 
     calibration: Calibration
@@ -83,6 +84,7 @@ class Calibrated:
     recovery: Recovery
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
+    depths: Sequence[Depth] = ()
 
 
 def calibrate_finger(
@@ -96,12 +98,14 @@ def calibrate_finger(
 
     Parameters
     ----------
-    friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None where it is not known: stick is
-        then the likeliest, as of silicone on silicone, and intervals take in presses without friction.
+    friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes what the finger's bench
+        says. Where that says nothing, too, stick is the likeliest, as of silicone on silicone, and intervals take in
+        presses without friction.
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
 
     Raises what meshing, reduction and fitting raise.
     """
+    friction = finger.bench.friction if friction is None else friction
     reduced = fem.prepare(finger, progress=progress)
     progress("large strain: presses at finite strain")
     mesh, known, doubts = build(finger), friction is not None, []
@@ -111,24 +115,26 @@ def calibrate_finger(
         friction = 0.0 if any(doubts) else STICK
     error = NOT_INCLUDED if any(doubts) else large_strain_error(reduced, friction_coefficient(friction))
     progress("sweeping over force and modulus")
-    presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, friction, steps)
-    free = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, 0.0, steps) if friction else None
+    block = finger.bench.specimen
+    presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, friction, steps)
+    free = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, 0.0, steps) if friction else None
     scatter = []
     for variant in SCATTER_VARIANTS:
         progress(f"mesh scatter, mesh {variant} of {len(SCATTER_VARIANTS)}")
         other = fem.prepare(finger, variant=variant, progress=progress)
-        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, 0.0, steps))
+        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, block, 0.0, steps))
     progress("fitting")
     calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
     calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced, friction)
-    recovery = recover(calibration, reduced, friction)
+    recovery = recover(calibration, reduced, friction, block)
     progress("against physics: presses at finite strain on another mesh")
     unseen, laws = press_truth(finger, build(finger, variant=UNSEEN_VARIANT), friction if known else None, steps)
     notes = (*calibration.notes, *([laws] if "unstable" in laws else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": laws})
-    return Calibrated(calibration, presses, recovery, reduced, Truth.of(calibration, unseen) if len(unseen) else None)
+    truth = Truth.of(calibration, unseen) if len(unseen) else None
+    return Calibrated(calibration, presses, recovery, reduced, truth, published_depths(finger, reduced))
 
 
 def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:
@@ -160,12 +166,17 @@ def _friction_notes(known: bool, doubts: list[str]) -> list[str]:
     return ["friction is not known: stick is taken, and intervals take in presses without (--friction says it)"]
 
 
-def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction) -> Recovery:
+def recover(
+    calibration: Calibration,
+    reduced: fem.ReducedFinger,
+    friction: Friction,
+    block: Callable[[float], Specimen] = default_specimen,
+) -> Recovery:
     """Press between the points of the default sweep, and let the calibration's surface tell the modulus."""
     rows = []
     for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
         for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
-            touched = default_specimen(modulus)
+            touched = block(modulus)
             linear = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
             found = corrected(reduced, touched, linear)
             rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))
@@ -184,11 +195,11 @@ def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
     return (values >= limits[0]) & (values <= limits[1])
 
 
-def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, friction: Friction, steps) -> Sweep:
+def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps) -> Sweep:
     def make():
-        return sweep(reduced, moduli, forces, progress=steps, friction=friction).to_arrays()
+        return sweep(reduced, moduli, forces, block, progress=steps, friction=friction).to_arrays()
 
     ends = ends_of(friction_coefficient(friction))
     tables = [(table.to_json(), weight) for stuck in ends for table, weight in tables_of(reduced, stuck)]
-    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, friction, tables)
+    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, vars(block(1.0)), friction, tables)
     return Sweep.from_arrays(cache.fetch("sweep", key, make))

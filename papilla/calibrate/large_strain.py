@@ -31,7 +31,7 @@ from papilla.files import write_text
 from papilla.finger import Finger, Layer
 from papilla.mesh import LayeredMesh, build
 from papilla.specimen import STICK as STUCK
-from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.specimen import Friction, friction_coefficient
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
 """F / E_inner in mm2: of the default finger, 0.03 to 1.2 N."""
@@ -66,7 +66,7 @@ def measure_large_strain(
     rows: list[tuple] = []
     loads = [force * inner for force in forces]
     for finite in finite_presses(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, steps):
-        touched = Block(finite.modulus, THICKNESS_MM)
+        touched = finger.bench.specimen(finite.modulus)
         try:
             linear = press(reduced, touched, force=finite.force, fidelity="contact", friction=friction)
         except (ContactRangeError, SolverError):
@@ -89,14 +89,15 @@ def finite_presses(
     friction: Friction,
     steps: Progress | None = None,
 ) -> Iterator[Press]:
-    """Presses at finite strain by rising forces (N) on blocks of some moduli (MPa), as far as either model goes.
+    """Presses at finite strain by rising forces (N) on the bench's blocks of some moduli (MPa), as far as either model
+    goes.
 
     Each force starts from the one before, and all share what was factorised: cheaper than as many `press_finite`.
     """
     held: Linearisation | None = None
     scene: Scene | None = None
     for count, modulus in enumerate(moduli):
-        specimen, state = Block(modulus, THICKNESS_MM), None
+        specimen, state = finger.bench.specimen(modulus), None
         if scene is None:
             scene = Scene.of(finger, mesh, specimen, {}, (0.0, 0.0), min(STICK, friction_coefficient(friction)))
         scene = replace(scene, touching=Touching(scene.touching.loaded, specimen, scene.touching.friction))

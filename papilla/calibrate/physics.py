@@ -98,5 +98,7 @@ def press_truth(
         worst = [said for said in laws if "unstable" in said] or laws
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst[-1])}
 
-    found = cache.fetch("truth", cache.key(__name__, finger.sha256, mesh.sha256, str(friction)), make)
+    found = cache.fetch(
+        "truth", cache.key(__name__, finger.sha256, mesh.sha256, str(friction), vars(finger.bench.specimen(1.0))), make
+    )
     return found["presses"], str(found["laws"])

@@ -30,11 +30,14 @@ __all__ = [
     "Comparison",
     "RoundingError",
     "compare",
+    "covered_comparison",
     "exact_inverse",
     "fit_quadratic",
     "published_sd",
     "rounding_error",
 ]
+HEAVY_GF = 30.0
+"""Force from which S_d of (9) depends little on what no contact can have: its modulus term where there is no force."""
 DEAD = 1e-10
 """Singular value of the normalised columns, against the largest, below which a combination of terms is undetermined."""
 
@@ -159,12 +162,14 @@ def rounding_error(inverse: QuadraticInverse, moduli: ArrayLike | None = None) -
 class Comparison:
     """A calibration against eq. (9) up to one scale factor.
 
-    scale : published S_d per microstrain of the calibration; relative_rms : of the difference, as a fraction of the rms
-    of the published values; force_gf (k,), published and scaled (k, 3): the values that were compared.
+    scale : published S_d per microstrain of the calibration; relative_rms : of the difference, over the rms of the
+    published values, and heavy_rms the same from `HEAVY_GF` on, with the same scale; force_gf (k,), published and
+    scaled (k, 3): the values that were compared.
     """
 
     scale: float
     relative_rms: float
+    heavy_rms: float
     force_gf: np.ndarray
     published: np.ndarray
     scaled: np.ndarray
@@ -178,6 +183,19 @@ def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101,
     """
     force = np.asarray(force_gf, float)
     ours, theirs, scale = beside_published(calibration, force)
-    difference = scale * ours - theirs
-    relative = float(np.sqrt((difference**2).mean() / (theirs**2).mean()))
-    return Comparison(scale, relative, force, theirs, scale * ours)
+    return Comparison(scale, *_misfits(scale * ours - theirs, theirs, force), force, theirs, scale * ours)
+
+
+def covered_comparison(calibration: Calibration) -> Comparison | None:
+    """`compare`, or None where the calibration does not cover the published forces and moduli."""
+    try:
+        return compare(calibration)
+    except InputError:
+        return None
+
+
+def _misfits(difference: np.ndarray, theirs: np.ndarray, force_gf: np.ndarray) -> tuple[float, float]:
+    """Relative root mean squares of differences (k, 3): of all, and of those from `HEAVY_GF` on; NaN of none."""
+    parts = (difference, theirs), (difference[force_gf >= HEAVY_GF], theirs[force_gf >= HEAVY_GF])
+    whole, heavy = (float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts)
+    return whole, heavy

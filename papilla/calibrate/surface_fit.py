@@ -263,7 +263,8 @@ def _neighbours(values: np.ndarray, value: float) -> tuple[float, float]:
 def _touched(axis: Axis, low: float, high: float) -> slice:
     """The cells that an open interval of an axis enters."""
     first, last = ((np.log(value) - axis.start) / axis.step for value in (low, high))
-    return slice(max(int(np.floor(first + 1e-9)), 0), min(int(np.ceil(last - 1e-9)), axis.cells))
+    begin, end = int(np.floor(first + 1e-9)), int(np.ceil(last - 1e-9))
+    return slice(*np.clip((begin, end), 0, axis.cells).tolist())
 
 
 def _longest_run(row: np.ndarray) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from papilla.cli.options import keep_inputs
+from papilla.cli.options import FingerOption, keep_inputs
 from papilla.cli.output import plain, print_json, progress, say, show_table, tell
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ PLOT = "speed_against_error.png"
 
 
 def bench(
-    finger: Annotated[Path | None, typer.Option(help="Design file; the default finger without it.")] = None,
+    finger: FingerOption = None,
     short: Annotated[bool, typer.Option("--short", help="Coarse meshes and few rows.")] = False,
     estimators: Annotated[bool, typer.Option("--estimators", help="Compare the estimators instead.")] = False,
     physics: Annotated[bool, typer.Option("--physics", help="What the press leaves out, effect by effect.")] = False,
@@ -56,7 +56,7 @@ def bench(
     plot = folder / PLOT
     keep_inputs([finger], [plot])
     check_writable(folder)
-    design = Finger.default() if finger is None else Finger.load(finger)
+    design = Finger.load(finger or "default")
     with progress() as shown:
         found = study.bench(design, study.SHORT if short else study.FULL, progress=shown.line)
         if not short:

@@ -16,7 +16,7 @@ def bench_physics(finger: Path | None, short: bool, as_json: bool) -> None:
     from papilla.mesh import DEFAULT_SIZE_MM
     from papilla.studies.physics import FORCES_GF, MODELLED, MODULI_MPA, physics
 
-    design = Finger.default() if finger is None else Finger.load(finger)
+    design = Finger.load(finger or "default")
     with progress() as shown:
         found = physics(design, SHORT_MM if short else DEFAULT_SIZE_MM, shown.line)
     if as_json:

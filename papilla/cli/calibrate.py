@@ -14,7 +14,7 @@ from papilla.cli.calibrate_check import (
     presses_to_check,
     print_check,
 )
-from papilla.cli.options import FrictionOption, about, keep_inputs, read_friction, surface_files
+from papilla.cli.options import FingerOption, FrictionOption, about, keep_inputs, read_friction, surface_files
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
 from papilla.errors import InputError
 
@@ -26,7 +26,7 @@ DEFAULT_OUT = Path("calibration")
 
 
 def calibrate(
-    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    finger: FingerOption = None,
     bench: Annotated[Path | None, typer.Option(help="Refit from this log of real presses (CSV).")] = None,
     friction: FrictionOption = None,
     check: CheckOption = None,
@@ -113,11 +113,29 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
         "rms_error": done.recovery.rms_error,
         "checked_presses": len(done.recovery.error),
         "unanswered": len(done.recovery.error) - done.recovery.answered,
+        "published": _against_published(done),
         "truth": done.truth and done.truth.to_json(),
         "dominant": done.calibration.dominant,
         "sigmas": done.calibration.sigmas,
         "notes": list(done.calibration.notes),
         "seconds": seconds,
+    }
+
+
+def _against_published(done: "Calibrated") -> dict | None:
+    """How far the calibration is from regression (9), up to one scale factor, and its finger from published depths."""
+    from dataclasses import asdict
+
+    from papilla.calibrate.published_form import covered_comparison
+
+    found = covered_comparison(done.calibration)
+    if found is None:
+        return None
+    return {
+        "scale": found.scale,
+        "rms": found.relative_rms,
+        "rms_30_100_gf": found.heavy_rms,
+        "depths": [{**asdict(depth), "error": depth.error} for depth in done.depths],
     }
 
 
@@ -144,6 +162,9 @@ def _print(summary: dict) -> None:
             f"rms, {compact['max']:.0%} at most, over {compact['modulus_MPa'][0]:g}-{compact['modulus_MPa'][1]:g} MPa."
         )
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
+    if published := summary["published"]:
+        rms, heavy = (_percent(published[key]) for key in ("rms", "rms_30_100_gf"))
+        tell(f"Published regression (9): {rms} % rms off over 10-100 gf, {heavy} % over 30-100 gf, one scale factor.")
     if truth := summary["truth"]:
         of_sd, of_modulus = truth["sd_max_error"], truth["max_error"]
         parts = (

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 
 SpecimenKind = Literal["half-space", "block", "sphere"]
 
+FingerOption = Annotated[
+    Path | None,
+    typer.Option(help="Design file (TOML), or the name of a finger that ships: published.  [default: default]"),
+]
+
 FrictionOption = Annotated[
     str | None,
     typer.Option(
@@ -39,9 +44,12 @@ def read_friction(text: str | None) -> "Friction | None":
     return friction
 
 
-def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None) -> "Specimen":
-    """The specimen of the options; refuses an option that its shape would ignore."""
-    from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Sphere
+def make_specimen(
+    kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None, design: "Finger"
+) -> "Specimen":
+    """The specimen of the options, a block as thick as those of the design's bench unless told; refuses an option that
+    its shape would ignore."""
+    from papilla.specimen import Block, HalfSpace, Sphere
 
     if thickness is not None and kind != "block":
         raise InputError(f"--thickness is for a block, not for a {kind}")
@@ -50,7 +58,7 @@ def make_specimen(kind: SpecimenKind, modulus: float, thickness: float | None, r
     if kind == "half-space":
         return HalfSpace(modulus)
     if kind == "block":
-        return Block(modulus, THICKNESS_MM if thickness is None else thickness)
+        return design.bench.specimen(modulus) if thickness is None else Block(modulus, thickness)
     if radius is None:
         raise InputError("a sphere needs --radius (mm)")
     return Sphere(modulus, radius)

@@ -1,12 +1,11 @@
 """`papilla press`: one scene."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from papilla.checks import place, positive
-from papilla.cli.options import FrictionOption, SpecimenKind, describe, make_specimen, read_friction
+from papilla.cli.options import FingerOption, FrictionOption, SpecimenKind, describe, make_specimen, read_friction
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -28,7 +27,7 @@ def press(
         Fidelity, typer.Option(help="auto: the cheaper of hertz and contact within 2 %; finite: large strain, seconds.")
     ] = "auto",
     friction: FrictionOption = None,
-    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    finger: FingerOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Press a specimen on the finger: indentation, contact, gauge readings.
@@ -38,7 +37,6 @@ def press(
     rubbing = read_friction(friction)
     if rubbing and fidelity == "hertz":
         raise InputError("--fidelity hertz knows no friction: leave it to auto, or take contact or finite")
-    touched = make_specimen(specimen, modulus, thickness, radius)
     if (force is None) == (indentation is None):
         raise InputError("give exactly one of --force and --indentation")
     if force is not None:
@@ -53,7 +51,9 @@ def press(
     from papilla.mesh import build
     from papilla.specimen import STICK, friction_words
 
-    design = Finger.load(finger) if finger else Finger.default()
+    design = Finger.load(finger or "default")
+    touched = make_specimen(specimen, modulus, thickness, radius, design)
+    rubbing = design.bench.friction if rubbing is None and fidelity != "hertz" else rubbing
     with progress() as shown:
         if fidelity == "finite":
             mesh = build(design, progress=shown.line)

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from papilla.cli.options import SpecimenKind, keep_inputs, make_specimen, surface_files
+from papilla.cli.options import FingerOption, SpecimenKind, keep_inputs, make_specimen, surface_files
 from papilla.cli.output import Stopwatch, print_json, progress, tell
 from papilla.errors import InputError
 
@@ -30,7 +30,7 @@ def view(
     radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
     at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
     gauge: Annotated[str | None, typer.Option(help="Gauge of a receptive field.  [default: the middle one]")] = None,
-    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    finger: FingerOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Draw the strain field of a press, its contact pressure, or the receptive field of a gauge."""
@@ -39,7 +39,6 @@ def view(
         raise InputError("a receptive field has no press: leave out --modulus, --force, --thickness and --radius")
     if what != "receptive" and gauge is not None:
         raise InputError(f"--gauge goes with a receptive field, not with {what}")
-    touched = make_specimen(specimen, SHOWN_MODULUS_MPA if modulus is None else modulus, thickness, radius)
     target = Path(f"{what}.png") if screenshot is None else screenshot
 
     from papilla import fem
@@ -50,7 +49,8 @@ def view(
 
     kind_of(target)
     keep_inputs([finger], [target])
-    design = Finger.load(finger) if finger else Finger.default()
+    design = Finger.load(finger or "default")
+    touched = make_specimen(specimen, SHOWN_MODULUS_MPA if modulus is None else modulus, thickness, radius, design)
     keep_inputs(surface_files(design), [target])
     check_writable(target.parent)
     facts = {"finger": design.name, "picture": what}

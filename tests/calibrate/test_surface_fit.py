@@ -89,6 +89,15 @@ def test_what_is_missing_is_not_usable():
     assert np.isnan(twofold).all()
 
 
+def test_what_is_missing_beyond_the_domain_takes_nothing_of_it():
+    """Presses on moduli that no row of the table could read do not reach the cells of the others."""
+    surface = rising_then_falling(turn=np.log(4.0), cells=(9, 9))
+    forces, moduli = surface.force_axis.nodes, surface.modulus_axis.nodes
+    wider = np.concatenate([[0.01, 0.012, 0.015], moduli])
+    usable, _ = usable_part(surface, forces[[3, 4]], wider[[0, 1]], forces, wider)
+    assert usable.tolist() == [[0, 9]] * 9
+
+
 def test_scatter_is_what_other_meshes_differ_by():
     surface = rising_then_falling(turn=np.log(4.0))
     rng = np.random.default_rng(1)

@@ -27,6 +27,18 @@ def test_json_of_the_published_scene(papilla):
 
 
 @pytest.mark.slow
+def test_the_published_finger_meets_the_published_depths(papilla):
+    """0.80 mm at 38.37 gf and 1.0 mm at 0.6 N, less its touch-down, on a hard flat; its bench is what is pressed."""
+    for depth, force in ((0.80, 0.37628), (1.0, 0.6)):
+        scene = ["press", "--finger", "published", "--specimen", "half-space", "--modulus", 1e4, "--force", force]
+        found = json.loads(papilla(*scene, "--json").out)
+        assert found["indentation_mm"] + 0.1632 == pytest.approx(depth, rel=0.02)
+        assert found["friction"] == "stick" and found["large_strain"]
+    scene = ["press", "--finger", "published", "--modulus", 0.51, "--force", 0.6, "--json"]
+    assert json.loads(papilla(*scene).out)["specimen"]["thickness_mm"] == 10
+
+
+@pytest.mark.slow
 def test_force_and_indentation_are_two_ways_to_one_scene(papilla):
     scene = ["press", "--modulus", 0.2, "--specimen", "sphere", "--radius", 30, "--fidelity", "contact", "--json"]
     by_force = json.loads(papilla(*scene, "--force", 0.4).out)

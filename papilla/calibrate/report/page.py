@@ -14,13 +14,13 @@ from markupsafe import Markup, escape
 
 from papilla import fem, mesh, view
 from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
-from papilla.calibrate.press_table import Sweep, default_specimen
+from papilla.calibrate.press_table import Sweep
 from papilla.calibrate.published_form import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
     Comparison,
-    compare,
+    covered_comparison,
     exact_inverse,
     rounding_error,
 )
@@ -57,7 +57,7 @@ def write_report(
     """
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
-    answers, comparison = AnswerMap.of(done.calibration), _comparison(done)
+    answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration)
     text = (
         _environment()
         .get_template("report.html")
@@ -71,6 +71,7 @@ def write_report(
             seconds=seconds,
             answers=answers,
             comparison=comparison,
+            depths=done.depths,
             published=PUBLISHED_FORWARD,
             specimens=SPECIMENS_MPA,
             inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
@@ -132,14 +133,6 @@ def symbols(text: str) -> Markup:
     return Markup(said)
 
 
-def _comparison(done: Calibrated) -> Comparison | None:
-    """Against (9), where the calibration covers its forces and moduli."""
-    try:
-        return compare(done.calibration)
-    except InputError:
-        return None
-
-
 def _uri(content: bytes, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
@@ -148,7 +141,7 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
     """What a model alone has: the figures of its mesh, and the picture of its strain field."""
     if done.reduced is None or finger is None:
         return {"quality": None, "strain_picture": None, "default_finger": False}
-    specimen = default_specimen(SHOWN_MODULUS_MPA)
+    specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
     press = fem.press(done.reduced, specimen, force=SHOWN_FORCE_N, fidelity="contact")
     return {
         "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),

@@ -26,6 +26,7 @@ from papilla.units import to_microstrain
 
 SCHEMA = "papilla.large_strain/1"
 SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"
+ALL_SHIPPED = (SHIPPED, SHIPPED.with_name("published_large_strain.json"))
 MEASURED_BY = "papilla.calibrate.large_strain"
 """Module whose code makes the tables that lie in the cache."""
 
@@ -313,10 +314,11 @@ def _known(key: str, _folder: Path) -> Family | None:
     kept = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
     if kept is not None:
         return Family(tuple(LargeStrain.from_json(table) for table in json.loads(str(kept["json"]))))
-    shipped = json.loads(SHIPPED.read_text(encoding="utf-8")) if SHIPPED.exists() else {}
-    if shipped.get("key") != key:
-        return None
-    return Family(tuple(LargeStrain.from_json(table) for table in shipped["tables"]))
+    for path in ALL_SHIPPED:
+        shipped = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        if shipped.get("key") == key:
+            return Family(tuple(LargeStrain.from_json(table) for table in shipped["tables"]))
+    return None
 
 
 def _readings(weights: np.ndarray, values: np.ndarray) -> np.ndarray:

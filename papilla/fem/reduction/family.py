@@ -17,7 +17,7 @@ from papilla.errors import InputError
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
-from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 
 RATIOS = (1.0, 16.0)
 """Softest and hardest skin of a family, against the layer below."""
@@ -106,9 +106,12 @@ def family(
     size_mm: float = DEFAULT_SIZE_MM,
     at: tuple[float, float] = (0.0, 0.0),
     variant: int = 0,
+    mesh: LayeredMesh | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> FingerFamily:
     """The family of a finger's geometry and Poisson's ratios on mesh number `variant`, at touch-down point `at` (mm).
+
+    mesh : one of the same shape instead, such as that of a finger whose gauges lie elsewhere.
 
     Seven reductions and three to check them, kept in the cache. Raises what `prepare` raises, and `InputError` for
     layers that are not neo-Hookean: there the ratio is not all that counts at large strain.
@@ -119,7 +122,8 @@ def family(
         raise InputError("a family is of fingers on a rigid bone: a third modulus counts on an elastic one")
     inner = finger.inner.modulus
     unit = with_moduli(finger, inner, inner)
-    mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
+    if mesh is None:
+        mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
     nodes = np.exp(_chebyshev(float(np.log(RATIOS[0])), float(np.log(RATIOS[1])), NODES))
 
     model = FingerModel(unit, mesh)

@@ -1,0 +1,42 @@
+"""How deep the published sensor was pressed by what force (2006, 2011), and how deep a finger is."""
+
+from dataclasses import dataclass
+
+from papilla.fem import ReducedFinger, press
+from papilla.fem.pressing.fidelity import including_large_strain
+from papilla.fem.pressing.large_strain import is_known
+from papilla.finger import Finger
+from papilla.specimen import HalfSpace
+from papilla.units import gf_to_newton
+
+PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.0, 0.6))
+"""Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
+
+RIGID = HalfSpace(1e4)
+"""In the place of the gratings, whose material and contact are not told."""
+
+
+@dataclass(frozen=True)
+class Depth:
+    """A published depth (mm) at a force (N), and that of a finger: indentation and its bench's touch-down."""
+
+    published_mm: float
+    force_N: float
+    depth_mm: float
+
+    @property
+    def error(self) -> float:
+        """Relative, of the finger's."""
+        return self.depth_mm / self.published_mm - 1
+
+
+def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
+    """The published depths and those of a finger on a rigid flat, in the place of the gratings of the papers."""
+    rubbing = finger.bench.friction
+    depths = []
+    for depth, force in PUBLISHED_POINTS:
+        found = press(reduced, RIGID, force_N=force, fidelity="contact", friction=0.0 if rubbing is None else rubbing)
+        table = is_known(reduced, found.friction)
+        found = (including_large_strain(reduced, RIGID, found, found.friction) if table else None) or found
+        depths.append(Depth(depth, force, found.indentation + finger.bench.touch_down))
+    return depths
