@@ -12,10 +12,11 @@ from time import perf_counter
 import numpy as np
 
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem import FingerModel, Press, ReducedFinger, press
+from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
+from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.pressing.large_strain import (
     POWERS,
     SHIPPED,
@@ -63,12 +64,14 @@ def measure_large_strain(
     out. Raises `InputError` where too few remain, and what reducing and factorising raise.
     """
     reduced, inner = FingerModel(finger, mesh).reduce(), finger.inner.modulus
+    coefficient = friction_coefficient(friction)
     rows: list[tuple] = []
     loads = [force * inner for force in forces]
     for finite in finite_presses(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, steps):
         touched = finger.bench.specimen(finite.modulus)
         try:
-            linear = press(reduced, touched, force=finite.force, fidelity="contact", friction=friction)
+            # What the nodes lose, presses at finite strain lose too
+            linear = on_nodes(reduced, touched, (finite.force, None), coefficient)
         except (ContactRangeError, SolverError):
             continue
         scaled = finite.force / inner, finite.modulus / inner
@@ -76,9 +79,7 @@ def measure_large_strain(
     if len(rows) <= len(POWERS):
         raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return LargeStrain(
-        finger.outer.modulus / inner, columns[0], columns[1], columns[2], columns[3], friction_coefficient(friction)
-    )
+    return LargeStrain(finger.outer.modulus / inner, columns[0], columns[1], columns[2], columns[3], coefficient)
 
 
 def finite_presses(

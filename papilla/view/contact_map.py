@@ -1,18 +1,24 @@
 """The pressure between finger and specimen, seen along the contact's normal."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from contourpy import contour_generator
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 
 from papilla.errors import InputError
 from papilla.fem.pressing.contact import contact_shape
+from papilla.fem.pressing.hertz import SHARPEST, layer_factor, peak_over_mean
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, nice_limit, styled, titled
 
 KPA = 1000.0
+PIXELS = 301
+LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the least peak on
 CONTACT_EDGE = 0.02  # Share of the peak pressure whose contour is the edge of a contact that is no ellipse
 
 
@@ -29,25 +35,55 @@ def whole_patch(reduced: ReducedFinger, press: Press) -> tuple[np.ndarray, np.nd
     return xy, triangles, np.tile(press.pressure, len(patch.images))
 
 
-def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
-    """Lines (k, 2) around the contact, in the contact plane.
+@dataclass(frozen=True)
+class Profile:
+    """The smooth pressure with the force, area and peak of a press.
 
-    An ellipse of the stated area with the axis ratio of the pressure's second moments, which is as smooth as the gauge
-    rows; where the contact is no ellipse, the contour of a small share of the peak pressure.
+    centre : (2,) mm. axes : (2, 2), each column from there to the edge, mm. mean : pressure, MPa. layer_term : as in
+    `papilla.fem.pressing.hertz`.
     """
+
+    centre: np.ndarray
+    axes: np.ndarray
+    mean: float
+    layer_term: float
+
+    def edge(self) -> np.ndarray:
+        """Line (181, 2) around the contact."""
+        angle = np.linspace(0, 2 * np.pi, 181)
+        return self.centre + np.stack([np.cos(angle), np.sin(angle)], axis=1) @ self.axes.T
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Pressure (n,) in MPa at points (n, 2)."""
+        square = ((points - self.centre) @ np.linalg.inv(self.axes).T) ** 2
+        return self.mean * layer_factor(np.sqrt(np.maximum(0.0, 1 - square.sum(axis=1))), self.layer_term)
+
+
+def contact_profile(reduced: ReducedFinger, press: Press) -> Profile | None:
+    """The profile of a press, its axes those of the pressure's second moments, which are as smooth as the gauge rows;
+    None where the contact is no ellipse."""
     xy, _, pressure = whole_patch(reduced, press)
     mass = np.tile(reduced.patch.mass, reduced.multiplicity)
     share = mass * pressure / (mass @ pressure)
     centre = share @ xy
     away = xy - centre
     square, axes = np.linalg.eigh(away.T @ (share[:, None] * away))
-    ratio = np.sqrt(square / np.sqrt(square.prod()))
-    angle = np.linspace(0, 2 * np.pi, 181)
-    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    ellipse = centre + np.sqrt(press.contact_area / np.pi) * (circle * ratio) @ axes.T
-    inside = (ellipse >= xy.min(axis=0)).all() and (ellipse <= xy.max(axis=0)).all()
-    if inside and (press.fidelity == "hertz" or contact_shape(reduced.patch, press.pressure).elliptic):
-        return [ellipse]
+    radii = np.sqrt(press.contact_area / np.pi * square / np.sqrt(square.prod()))
+    mean = press.force / press.contact_area
+    sharpness = np.array([peak_over_mean(q) for q in LAYER_TERMS])
+    profile = Profile(centre, axes * radii, mean, float(np.interp(press.peak_pressure / mean, sharpness, LAYER_TERMS)))
+    inside = (profile.edge() >= xy.min(axis=0)).all() and (profile.edge() <= xy.max(axis=0)).all()
+    elliptic = press.fidelity == "hertz" or contact_shape(reduced.patch, press.pressure).elliptic
+    return profile if inside and elliptic else None
+
+
+def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
+    """Lines (k, 2) around the contact, in the contact plane: its ellipse, or where it is none the contour of a small
+    share of the peak pressure."""
+    profile = contact_profile(reduced, press)
+    if profile is not None:
+        return [profile.edge()]
+    xy, _, pressure = whole_patch(reduced, press)
     x, y = np.meshgrid(*[np.linspace(xy.min(), xy.max(), 241)] * 2)
     generator = contour_generator(x, y, np.nan_to_num(LinearNDInterpolator(xy, pressure)(x, y)), line_type="Separate")
     lines: list[np.ndarray] = generator.lines(CONTACT_EDGE * float(pressure.max()))  # type: ignore[assignment]
@@ -55,17 +91,24 @@ def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
 
 
 def contact_figure(reduced: ReducedFinger, press: Press) -> Figure:
-    """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it."""
+    """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it.
+
+    The shade is the smooth profile, dots are the nodes' own pressures; of a contact that is no ellipse, these alone.
+    """
     xy, triangles, pressure = whole_patch(reduced, press)
-    edges = contact_edge(reduced, press)
+    edges, profile = contact_edge(reduced, press), contact_profile(reduced, press)
     reach = 1.3 * max(float(np.abs(line).max()) for line in edges)
-    limit = nice_limit(KPA * float(pressure.max()))
+    shown = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": nice_limit(KPA * max(float(pressure.max()), press.peak_pressure))}
     with styled(5.6, 5.2) as figure:
         axes = figure.add_axes((0.12, 0.1, 0.66, 0.72))
         mesh = Triangulation(*xy.T, triangles)
-        shades = axes.tripcolor(
-            mesh, KPA * pressure, shading="gouraud", cmap=SEQUENTIAL, vmin=0, vmax=limit, rasterized=True
-        )
+        if profile is None:
+            shades: ScalarMappable = axes.tripcolor(mesh, KPA * pressure, shading="gouraud", rasterized=True, **shown)
+        else:
+            grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, PIXELS)] * 2), axis=-1)
+            smooth = KPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
+            shades = axes.imshow(smooth, origin="lower", extent=(-reach, reach, -reach, reach), **shown)
+            axes.scatter(*xy[pressure > 0].T, c=KPA * pressure[pressure > 0], s=12, edgecolors=MUTED, lw=0.4, **shown)
         axes.triplot(mesh, color=MUTED, linewidth=0.3, alpha=0.5)
         for line in edges:
             axes.plot(*line.T, color=INK, linewidth=1.4, linestyle=(0, (4, 1.5)))
@@ -75,5 +118,6 @@ def contact_figure(reduced: ReducedFinger, press: Press) -> Figure:
         color_bar(figure, shades, (0.83, 0.1, 0.03, 0.72), "contact pressure (kPa)")
         what = f"{press.force:.3g} N on {press.modulus:.3g} MPa: peak {KPA * press.peak_pressure:.3g} kPa"
         facts = f"contact area {press.contact_area:.3g} mm² (dashed), indentation {press.indentation:.3g} mm"
-        titled(figure, what, facts + "; mesh in grey" + ", too coarse" * (not press.resolved))
+        drawn = "; mesh in grey" if profile is None else "; dots: nodes"
+        titled(figure, what, facts + drawn + ", mesh too coarse" * (not press.resolved))
     return figure

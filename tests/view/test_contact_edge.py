@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.view.contact_map import contact_edge
+from papilla.view.contact_map import contact_edge, contact_profile
 
 LONG, SHORT, TURN = 4.0, 1.6, 0.5
 """Semi-axes in mm, and the angle of the long one from x in rad."""
@@ -24,10 +24,14 @@ def test_an_elliptic_contact_is_drawn_with_its_own_axes(images):
     mirror = np.array([[1.0, 1.0], [-1.0, 1.0]])[:images]
     patch = SimpleNamespace(xy=np.column_stack([x, y]), triangles=np.zeros((0, 3), int), mass=mass, images=mirror)
     reduced = SimpleNamespace(patch=patch, multiplicity=images)
-    press = SimpleNamespace(pressure=pressure, contact_area=np.pi * LONG * SHORT, fidelity="hertz")
+    area, force = np.pi * LONG * SHORT, 2 / 3 * np.pi * LONG * SHORT
+    press = SimpleNamespace(pressure=pressure, contact_area=area, force=force, peak_pressure=1.0, fidelity="hertz")
     (line,) = contact_edge(reduced, press)
     along = line[:, 0] * np.cos(turn) + line[:, 1] * np.sin(turn)
     across = line[:, 1] * np.cos(turn) - line[:, 0] * np.sin(turn)
     assert np.abs(along).max() == pytest.approx(LONG, rel=0.01)
     assert np.abs(across).max() == pytest.approx(SHORT, rel=0.01)
     assert (along / LONG) ** 2 + (across / SHORT) ** 2 == pytest.approx(1, abs=0.03)
+    shade = contact_profile(reduced, press)(patch.xy)
+    assert np.abs(shade - pressure).max() < 0.15 and np.abs(shade - pressure).mean() < 5e-3
+    assert images * mass @ shade == pytest.approx(force, rel=1e-2)

@@ -148,7 +148,7 @@ def contact_result(
 
 def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
     """Active nodes (n,) of the Hertz fidelity, or None where it has no answer; only where the search starts."""
-    scene = _hertzian(reduced, specimen, force, indentation)
+    scene = hertzian(reduced, specimen, force, indentation)
     if scene is None:
         return None
     x, y = reduced.patch.xy.T
@@ -157,7 +157,7 @@ def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
 
 def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShape:
     """Area and peak of the nodal pressure (n,), the layer term from hertz where both see the same ellipse."""
-    scene = _hertzian(reduced, specimen, force, None)
+    scene = hertzian(reduced, specimen, force, None)
     if scene is not None:
         shape = contact_shape(reduced.patch, pressure, scene.layer_term)
         if abs(np.pi * np.prod(scene.semi_axes) / shape.area - 1) < SAME_ELLIPSE:
@@ -165,7 +165,10 @@ def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShap
     return contact_shape(reduced.patch, pressure)
 
 
-def _hertzian(reduced, specimen, force, indentation) -> HertzScene | None:
+def hertzian(
+    reduced: ReducedFinger, specimen: Specimen, force: float | None, indentation: float | None
+) -> HertzScene | None:
+    """The scene of the Hertz fidelity at a force (N) or indentation (mm); None where it has none."""
     if not _has_table(reduced, specimen):
         return None
     try:

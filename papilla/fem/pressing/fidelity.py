@@ -16,6 +16,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem.pressing.contact import NoContactError, contact_press
+from papilla.fem.pressing.few_elements import sharpened
 from papilla.fem.pressing.friction import friction_press
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
@@ -137,10 +138,30 @@ def including_large_strain(reduced: ReducedFinger, specimen: Specimen, found: Pr
     return between_ends(reduced, found, (free, held), (free_told, held_told), lambda lower: linear(friction=lower))
 
 
-def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
+def on_nodes(
+    reduced: ReducedFinger,
+    specimen: Specimen,
+    load: Load,
+    friction: float,
+    start: np.ndarray | None = None,
+    began: float | None = None,
+) -> Press:
+    """The contact of the patch's nodes alone, as a press on the mesh has it; the search begins from `start` (n,)."""
+    began = perf_counter() if began is None else began
     if friction:
         return friction_press(reduced, specimen, *load, friction, began)
     return contact_press(reduced, specimen, *load, start, began)
+
+
+def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
+    """The contact with what its nodes lose; the nodes are pressed to where it is the indentation that was asked for."""
+    indentation, nodes = load[1], on_nodes(reduced, specimen, load, friction, start, began)
+    found = sharpened(reduced, specimen, nodes)
+    for _ in range(0 if indentation is None or found is nodes else SETTLED):
+        aim = nodes.indentation * indentation / found.indentation
+        nodes = on_nodes(reduced, specimen, (None, aim), friction, nodes.active, began)
+        found = sharpened(reduced, specimen, nodes)
+    return found
 
 
 def _with_large_strain(reduced, specimen, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
@@ -164,7 +185,7 @@ def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> 
     if error is not None and error.error <= tolerance:
         return hertz_press(reduced, specimen, *load, f"hertz: {error}, within {100 * tolerance:g} %", began)
     try:
-        found = contact_press(reduced, specimen, *load, start, began)
+        found = _linear(reduced, specimen, load, 0.0, start, began)
     except NoContactError:
         found = None
     if found is None or not found.resolved:
@@ -178,7 +199,7 @@ def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> 
                 return hertz_press(reduced, specimen, *load, reason, began)
             except ContactRangeError:
                 pass
-        return found or contact_press(reduced, specimen, *load, start, began)
+        return found or _linear(reduced, specimen, load, 0.0, start, began)
     if error is None:
         return replace(found, status=f"{found.status}; hertz is not measured at this force")
     return replace(found, status=f"{found.status}; hertz is off by {error}, over {100 * tolerance:g} %")

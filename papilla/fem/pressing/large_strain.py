@@ -18,7 +18,7 @@ import numpy as np
 
 from papilla import cache
 from papilla.errors import FileFormatError
-from papilla.fem.pressing.press import Press
+from papilla.fem.pressing.press import Press, with_values
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import DEFAULT_FINGER
@@ -253,12 +253,11 @@ def between_ends(
 
 def _with(reduced: ReducedFinger, found: Press, values: np.ndarray, measures: dict) -> Press:
     """A press whose gauges' values (q, g) and `MEASURES` large strain has changed."""
-    reading, error = _readings(reduced.weights, values), large_strain_error(reduced, found.friction)
-    sd = float(reading.std())
-    change = f"{100 * (sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
-    told = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
-    status = f"{found.status}; {told}"
-    return replace(found, values=values, reading=reading, sd=sd, status=status, large_strain=True, **measures)
+    error = large_strain_error(reduced, found.friction)
+    told = with_values(found, reduced.weights, values, large_strain=True, **measures)
+    change = f"{100 * (told.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
+    said = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
+    return replace(told, status=f"{found.status}; {said}")
 
 
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:

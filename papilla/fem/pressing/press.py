@@ -1,7 +1,8 @@
 """What presses of every fidelity share: the check of a scene, its limits, what makes it doubtful, and its result."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -212,12 +213,15 @@ def linear_press(
 
 def press_result(weights: np.ndarray, specimen: Specimen, began: float, *, values: np.ndarray, **others) -> Press:
     """A `Press` from gauge values (q, g), weights (q, g) that mix them to readings, and the other fields of it."""
+    felt = _felt(weights, values)
+    return Press(modulus=specimen.modulus, seconds=perf_counter() - began, **felt, **others)
+
+
+def with_values(found: Press, weights: np.ndarray, values: np.ndarray, **others: Any) -> Press:
+    """The same press with other gauge values (q, g), which weights (q, g) mix to readings, and other fields."""
+    return replace(found, **_felt(weights, values), **others)
+
+
+def _felt(weights: np.ndarray, values: np.ndarray) -> dict[str, Any]:
     reading = to_microstrain((weights * values).sum(axis=0))
-    return Press(
-        modulus=specimen.modulus,
-        values=values,
-        reading=reading,
-        sd=float(reading.std()),
-        seconds=perf_counter() - began,
-        **others,
-    )
+    return {"values": values, "reading": reading, "sd": float(reading.std())}

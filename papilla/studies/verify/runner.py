@@ -15,6 +15,7 @@ from papilla.studies.verify.incompressible import incompressible
 from papilla.studies.verify.invariance import invariance
 from papilla.studies.verify.manufactured import manufactured
 from papilla.studies.verify.patch_test import patch_test
+from papilla.studies.verify.revolution import revolution
 from papilla.studies.verify.scatter import scatter
 
 FAMILIES: dict[str, Family] = {
@@ -31,6 +32,7 @@ FAMILIES: dict[str, Family] = {
     "places": places,
     "thin-layer": thin_layer,
     "slivers": slivers,
+    "revolution": revolution,
     "scatter": scatter,
     "invariance": invariance,
     "engines": engines,

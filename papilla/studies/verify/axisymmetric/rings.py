@@ -1,4 +1,4 @@
-"""Contact without friction or large strain of `axisymmetric`: its skin condensed to pressures on rings.
+"""Contact without friction or large strain of `bodies`: the skin condensed to pressures on rings.
 
 The problem that the 3-D press solves, by another mesh and element: pressure linear between rings a twentieth of a
 millimetre apart, so that the contact's edge and its largest pressure can be read from a smooth profile.
@@ -6,14 +6,13 @@ millimetre apart, so that the contact's edge and its largest pressure can be rea
 
 from dataclasses import dataclass
 
-import axisymmetric
 import numpy as np
 import scipy.sparse as sp
-from axisymmetric import APART, Bodies, quadratic
 from scipy.optimize import minimize_scalar
 
 from papilla.fem.discrete.solver import factorise
 from papilla.fem.pressing.contact import solve_contact
+from papilla.studies.verify.axisymmetric.bodies import APART, Bodies, quadratic
 
 REACH = 9.0  # Radius (mm) up to which the skin may be touched
 TERMS = 4  # Of the profile sqrt(1 - x^2) (c_0 + c_1 (1 - x^2) + ...)
@@ -91,9 +90,3 @@ class Rings:
                 np.add.at(loads, at, weights * hat * specimen[..., a])
         self.radius = places[rings, 0]
         return loads
-
-
-def fine(monkeypatch) -> None:
-    """Let the next bodies have most of their cells where a finger is touched."""
-    monkeypatch.setattr(axisymmetric, "NEAR", 0.2)
-    monkeypatch.setattr(axisymmetric, "NEAR_SHARE", 0.86)

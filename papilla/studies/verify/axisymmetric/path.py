@@ -1,4 +1,4 @@
-"""The press of `axisymmetric`: contact by penalty at Gauss points of the skin, without friction or stuck.
+"""The press of `bodies`: contact by penalty at Gauss points of the skin, without friction or stuck.
 
 Without friction a point is pushed along the normal of the specimen where it is nearest; stuck, it is tied to the point
 of the specimen that it met first. The penalty takes less than a thousandth of the indentation.
@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from axisymmetric import APART, Bodies, quadratic
+from scipy.interpolate import CubicSpline
 
 from papilla.errors import SolverError
 from papilla.fem.discrete.solver import factorise
+from papilla.studies.verify.axisymmetric.bodies import APART, Bodies, quadratic
 
 PENALTY = 3e3
 """Of the contact, in moduli of the finger per mm."""
@@ -32,8 +33,6 @@ class Path:
 
     def at(self, force: float) -> np.ndarray:
         """Indentation, radius and elongations (2 + g,) at a force (N) within the path, by a cubic through it."""
-        from scipy.interpolate import CubicSpline
-
         columns = np.column_stack([self.indentation, self.radius, self.strain])
         zero = np.zeros((1, columns.shape[1]))
         return CubicSpline(np.append(0, self.force ** (1 / 3)), np.concatenate([zero, columns]))(force ** (1 / 3))

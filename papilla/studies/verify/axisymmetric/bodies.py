@@ -7,6 +7,7 @@ product it shares the stress of a point alone, whose derivatives and closed form
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,8 +21,6 @@ from papilla.mesh.surfaces import Ellipsoid
 
 OUTER, INNER, SPECIMEN = 0, 1, 2
 QUADRATURE_ORDER = 5
-NEAR, NEAR_SHARE = 0.22, 0.6
-"""Share of the cells along the skin that the first part of it has: contact is there."""
 APART = 10.0
 """Parameter of the specimen's surface, away from the finger's."""
 
@@ -31,6 +30,7 @@ class Shape:
     """Half ellipses (r, z) of skin, interface and bone, and a bonded cylinder of `thickness` and `width`, all in mm.
 
     cells : along the skin, through the outer and the inner layer, and through the specimen.
+    near : of the skin's parameter, up to where `near_share` of the cells along it lie: contact is there.
     """
 
     outer: tuple[float, float] = (24.0, 20.0)
@@ -39,6 +39,8 @@ class Shape:
     thickness: float = 10.0
     width: float = 45.0
     cells: tuple[int, int, int, int] = (40, 5, 6, 9)
+    near: float = 0.22
+    near_share: float = 0.6
 
     @property
     def finger(self) -> Finger:
@@ -63,8 +65,8 @@ class Bodies:
     def __init__(self, shape: Shape, cards: Sequence[Card], linear: bool = False):
         self.shape, self.cards, self.linear = shape, tuple(cards), linear
         along, outer, inner, deep = shape.cells
-        near = round(NEAR_SHARE * along)
-        x = np.append(np.linspace(0, NEAR, near + 1), NEAR + (1 - NEAR) * _growing(along - near)[1:])
+        near = round(shape.near_share * along)
+        x = np.append(np.linspace(0, shape.near, near + 1), shape.near + (1 - shape.near) * _growing(along - near)[1:])
         through = np.concatenate([np.linspace(0, 1, inner + 1), 2 - _growing(outer, 1.3)[-2::-1]])
         flat = MeshTri.init_tensor(x, through) + MeshTri.init_tensor(x, APART + _growing(deep))
         curved = MeshTri2.from_mesh(flat)
@@ -198,7 +200,11 @@ class Bodies:
         return np.concatenate([displacements, 2 * self.nodes + self.pressure_dofs.T], axis=1)
 
 
-def quadratic(s):
+FINE = Shape(cells=(220, 12, 10, 16), near=0.2, near_share=0.86)
+"""Rings of 0.02 mm where a finger is touched."""
+
+
+def quadratic(s: Any) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes (..., 3) on an edge, s from -1 to 1, of the functions of its (end, end, middle)."""
     s = np.asarray(s)[..., None]
     values = np.concatenate([s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s], axis=-1)

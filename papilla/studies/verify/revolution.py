@@ -1,0 +1,87 @@
+"""Presses of a finger of revolution against the axisymmetric reference: linear, and what large strain changes."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
+from papilla.fem.finite.body import Card
+from papilla.materials import NeoHookean
+from papilla.mesh import LayeredMesh, build
+from papilla.specimen import STICK, THICKNESS_MM, Block, Friction
+from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Shape
+from papilla.studies.verify.axisymmetric.path import press_path
+from papilla.studies.verify.axisymmetric.rings import Rings
+from papilla.studies.verify.bodies import off
+from papilla.studies.verify.case import Case
+from papilla.units import gf_to_newton
+
+MODULI = (0.05, 0.51, 100.0)
+FORCES_GF = (5, 20, 60)
+
+LINEAR = {"S_d": 5e-3, "gauges": 1e-2, "indentation": 5e-3, "contact area": 0.03, "peak pressure": 0.03}
+"""Bounds of linear presses: twice the worst of six meshes, which differ from machine to machine."""
+
+PRESSED_N, PRESSED_MPA, DEEPEST_MM, STEPS = 0.6, 0.51, 1.15, 14
+"""The press whose change by large strain is compared, and the reference's way there."""
+
+CHANGE = {"S_d": 6e-3, "indentation": 3e-3}
+"""Bounds of what large strain changes: the press finds its block linear, and in other steps."""
+
+
+def revolution() -> Iterator[Case]:
+    """The default layers as a dome of revolution, on blocks from soft to rigid."""
+    mesh = build(FINE.finger)
+    reduced = FingerModel(FINE.finger, mesh).reduce()
+    yield from _linear(reduced)
+    yield from _large_strain(mesh, press(reduced, _block(PRESSED_MPA), force=PRESSED_N, fidelity="contact"))
+
+
+def _linear(reduced: ReducedFinger) -> Iterator[Case]:
+    for modulus in MODULI:
+        rings = Rings(_bodies(FINE, modulus, linear=True))
+        for force_gf in FORCES_GF:
+            force = gf_to_newton(force_gf)
+            exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
+            errors = {
+                "S_d": off(found.strain.std(), _spread(exact.strain)),
+                "gauges": float(np.abs(found.strain[2:] / exact.strain - 1).max()),
+                "indentation": off(found.indentation, exact.indentation),
+                "contact area": off(found.contact_area, exact.contact_area),
+                "peak pressure": off(found.peak_pressure, exact.peak_pressure),
+            }
+            for name, error in errors.items():
+                case = f"{modulus:g} MPa, {force_gf} gf, {name}"
+                yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR[name])
+
+
+def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
+    """Changes from a linear press without friction, in which the elements' own errors cancel."""
+    before = press_path(_bodies(Shape(), PRESSED_MPA, linear=True), DEEPEST_MM, STEPS).at(PRESSED_N)
+    frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK, "stuck"))
+    for friction, name in frictions:
+        bodies = _bodies(Shape(), PRESSED_MPA, linear=False)
+        exact = press_path(bodies, DEEPEST_MM, STEPS, friction == STICK).at(PRESSED_N)
+        found = press_finite(FINE.finger, mesh, _block(PRESSED_MPA), force=PRESSED_N, friction=friction)
+        changes = {
+            "S_d": (found.strain.std() / linear.strain.std(), _spread(exact[2:]) / _spread(before[2:])),
+            "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
+        }
+        for quantity, change in changes.items():
+            measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
+            yield Case(f"large strain {name}, {quantity}", measure, off(*change), CHANGE[quantity])
+
+
+def _bodies(shape: Shape, modulus: float, linear: bool) -> Bodies:
+    layers = [(layer.modulus, layer.nu) for layer in (shape.finger.outer, shape.finger.inner)]
+    cards = [Card(NeoHookean(E / (2 * (1 + nu))), nu) for E, nu in (*layers, (modulus, _block(modulus).nu))]
+    return Bodies(shape, cards, linear)
+
+
+def _block(modulus: float) -> Block:
+    return Block(modulus, THICKNESS_MM)
+
+
+def _spread(strain: np.ndarray) -> float:
+    """Standard deviation over five gauges of those at and on one side of the axis (3,)."""
+    return float(np.std([*strain[:0:-1], *strain]))
