@@ -1,6 +1,7 @@
 """The pressure between finger and specimen, seen along the contact's normal."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from contourpy import contour_generator
@@ -98,7 +99,11 @@ def contact_figure(reduced: ReducedFinger, press: Press) -> Figure:
     xy, triangles, pressure = whole_patch(reduced, press)
     edges, profile = contact_edge(reduced, press), contact_profile(reduced, press)
     reach = 1.3 * max(float(np.abs(line).max()) for line in edges)
-    shown = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": nice_limit(KPA * max(float(pressure.max()), press.peak_pressure))}
+    shown: dict[str, Any] = {
+        "cmap": SEQUENTIAL,
+        "vmin": 0,
+        "vmax": nice_limit(KPA * max(float(pressure.max()), press.peak_pressure)),
+    }
     with styled(5.6, 5.2) as figure:
         axes = figure.add_axes((0.12, 0.1, 0.66, 0.72))
         mesh = Triangulation(*xy.T, triangles)
@@ -108,7 +113,8 @@ def contact_figure(reduced: ReducedFinger, press: Press) -> Figure:
             grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, PIXELS)] * 2), axis=-1)
             smooth = KPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
             shades = axes.imshow(smooth, origin="lower", extent=(-reach, reach, -reach, reach), **shown)
-            axes.scatter(*xy[pressure > 0].T, c=KPA * pressure[pressure > 0], s=12, edgecolors=MUTED, lw=0.4, **shown)
+            x, y = xy[pressure > 0].T
+            axes.scatter(x, y, s=12, c=KPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=0.4, **shown)
         axes.triplot(mesh, color=MUTED, linewidth=0.3, alpha=0.5)
         for line in edges:
             axes.plot(*line.T, color=INK, linewidth=1.4, linestyle=(0, (4, 1.5)))

@@ -157,7 +157,9 @@ def _linear(reduced, specimen, load: Load, friction: float, start, began: float)
     """The contact with what its nodes lose; the nodes are pressed to where it is the indentation that was asked for."""
     indentation, nodes = load[1], on_nodes(reduced, specimen, load, friction, start, began)
     found = sharpened(reduced, specimen, nodes)
-    for _ in range(0 if indentation is None or found is nodes else SETTLED):
+    if indentation is None or found is nodes:
+        return found
+    for _ in range(SETTLED):
         aim = nodes.indentation * indentation / found.indentation
         nodes = on_nodes(reduced, specimen, (None, aim), friction, nodes.active, began)
         found = sharpened(reduced, specimen, nodes)
