@@ -5,6 +5,7 @@ from papilla.calibrate.checking import Check, check
 from papilla.calibrate.export_c import c_header
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Identification, identify
+from papilla.calibrate.indentation import IndentationModulus, fit_indentation
 from papilla.calibrate.material_fit import MaterialTests, fit_material
 from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
@@ -14,12 +15,14 @@ __all__ = [
     "DEFAULT_MODULI",
     "Check",
     "Identification",
+    "IndentationModulus",
     "MaterialTests",
     "Sweep",
     "c_header",
     "check",
     "fit",
     "fit_bench",
+    "fit_indentation",
     "fit_material",
     "identify",
     "sweep",

@@ -116,13 +116,13 @@ def calibrate_finger(
     error = NOT_INCLUDED if any(doubts) else large_strain_error(reduced, friction_coefficient(friction))
     progress("sweeping over force and modulus")
     block = finger.bench.specimen
-    presses = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, friction, steps)
-    free = _cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, 0.0, steps) if friction else None
+    presses = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, friction, steps)
+    free = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, 0.0, steps) if friction else None
     scatter = []
     for variant in SCATTER_VARIANTS:
         progress(f"mesh scatter, mesh {variant} of {len(SCATTER_VARIANTS)}")
         other = fem.prepare(finger, variant=variant, progress=progress)
-        scatter.append(_cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, block, 0.0, steps))
+        scatter.append(cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, block, 0.0, steps))
     progress("fitting")
     calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
     calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
@@ -195,7 +195,9 @@ def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
     return (values >= limits[0]) & (values <= limits[1])
 
 
-def _cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps) -> Sweep:
+def cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps=None) -> Sweep:
+    """`sweep` on specimens like `block`, kept in the cache; arguments as there."""
+
     def make():
         return sweep(reduced, moduli, forces, block, progress=steps, friction=friction).to_arrays()
 

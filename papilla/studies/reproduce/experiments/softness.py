@@ -1,0 +1,302 @@
+"""2006 IV: S_d against force and modulus, equations (9) and (10), softness online, and the slow way it replaces."""
+
+import numpy as np
+
+from papilla import fem
+from papilla.calibrate import fit
+from papilla.calibrate.compact_fit import with_compact
+from papilla.calibrate.indentation import fit_indentation, on_bonded_layer, on_finger, on_half_space
+from papilla.calibrate.job import cached_sweep
+from papilla.calibrate.press_table import DEFAULT_MODULI, Sweep, default_specimen
+from papilla.calibrate.published_form import rounding_error
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.calibration.published import (
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    beside_published,
+    exact_inverse,
+    published_sd,
+)
+from papilla.estimators import Doubts, GaugeSoftness, Pipeline, PrintedSoftness
+from papilla.finger import Finger
+from papilla.references import bonded_layer_sphere, hertz_sphere_at
+from papilla.specimen import STICK
+from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, above, below, near
+from papilla.units import gf_to_newton
+
+OTHER_MESH = 1
+"""The mesh of the presses that are recovered: another one than the calibration's."""
+FORCES_GF = (20.0, 40.0, 60.0, 80.0, 100.0)
+CONFUSED_N = (0.2, 0.4, 0.6, 0.8)
+FORCES_N = tuple(np.geomspace(0.05, 1.0, 22).tolist())
+GAUGE_NOISE, FORCE_ERROR, DRAWS = 5.0, 0.01, 40
+CALIBRATE = "papilla calibrate"
+ONLINE = "papilla estimate LOG.csv --calibration C.json"
+
+CLAIMS = (
+    Claim("A29", "2006 IV", "The usual modulus from force and indentation, which is slow: here of finite presses",
+          "the baseline", below(2.0), "% largest error", "slow_error",
+          "calibrate.fit_indentation(force, depth, on_finger(sweep))", "presses with large strain on another mesh, "
+          "depth offset unknown: {slow_each}; a series needs a loading of a second, the gauges one sample"),
+    Claim("A29b", "2006 IV",
+          "The same of a vendor-like curve: ball on a thick specimen, contact point unknown, noise", "the baseline",
+          below(0.5), "% error", "vendor_error", "calibrate.fit_indentation(..., on_half_space(R))",
+          "0.3 MPa, 1 % noise, 400 points: {vendor}; on a bonded layer of 10 mm Hertz is off by "
+          "{hertz_on_layer:+.0%}, corrected for the layer {layer:+.2%}"),
+    Claim("A35", "2006 IV.B", "Specimens of 0.72, 0.51 and 0.089 MPa", 3.0, near(3.0), "specimens in the table",
+          "specimens", CALIBRATE),
+    Claim("A36", "2006 fig. 11(a)", "S_d tells the three specimens apart up to about 100 gf", 1.0, near(1.0),
+          "share of forces in the right order", "ordered", CALIBRATE, "0.089 over 0.51 MPa {low_ratio:.3f} at 100 gf "
+          "against 0.942 by (9); 0.72 over 0.51 {high_ratio:.3f} against 1.040"),
+    Claim("A36b", "2006 fig. 11(a)", "0.72 MPa gives 4 % more S_d than 0.51 MPa at 100 gf", 1.040,
+          near(1.040, by=0.015), "ratio", "high_ratio", CALIBRATE,
+          "a specimen five times as hard as the skin is nearly rigid to it"),
+    Claim("A37", "2006 fig. 11(b)", "S_d grows with the modulus", "plot", TRUE, "share of steps that rise", "rises",
+          "papilla calibrate: report.html", "0.02-5 MPa at 60 gf"),
+    Claim("A38", "2006 eq. (9)", "S_d is a quadratic of force and modulus with the printed coefficients", 0.0,
+          below(4.0), "% rms, one scale factor, 10-100 gf", "rms_9", CALIBRATE, "{rms_9_30:.1f} % over 30-100 gf; "
+          "the default finger's readings are strains, a foil also reads bending; refitted coefficients {refit}"),
+    Claim("A39", "2006 eq. (10)", "The printed inverse is the inverse of (9)", 0.0, below(0.01), "MPa largest error",
+          "digits_cost", "calibration.published.PUBLISHED_INVERSE", "misprint: two digits cost up to "
+          "{digits_cost:.4f} MPa, at 100 gf, rms {digits_rms:.4f}; four digits {four:.4f}"),
+    Claim("A40", "2006 eq. (10), IV", "The refitted inverse gives E back", 0.0, below(0.10), "largest error of E",
+          "quadratic_worst", "Calibration.inverse", "{refused} of {pressed} presses refused, the others off by "
+          "{quadratic_least:.0%} to {quadratic_worst:.0%}; the surface by at most {surface_worst:.1%}, all answered; "
+          "five other coefficients (softness.compact) {compact_rms:.1%} rms"),
+    Claim("X6", "2006 eq. (10), IV", "The same with five coefficients that follow the physics", 0.0, below(0.10),
+          "rms error of E", "compact_rms", "papilla calibrate --export-c",
+          "over 10-100 gf and 0.05-0.72 MPa, all answered; the quadratic there {quadratic_rms:.0%} where it answers"),
+    Claim("A41", "2006 IV", "E online from S_d and f by (10)", "formula", below(1e-9), "relative difference",
+          "online_is_formula", "estimators.PrintedSoftness", "sample by sample, as printed, exact and refitted; its "
+          "status and sigma say what it is worth: ok in {online_ok:.0%} of the presses, {online_inside:.0%} within 2 "
+          "sigma"),
+    Claim("A42", "2006 IV", "The modulus is estimated at once while pressing", 1.0, near(1.0, by=0.15),
+          "answer over truth", "gauges_worst", ONLINE, "200 samples with 5 microstrain and 1 mN of noise, on another "
+          "mesh: {gauge_each}; worst ratio of those that say ok"),
+    Claim("F8", "card", "The online estimator uses the fitted coefficients", "word", TRUE, "share of answers alike",
+          "online_uses", "papilla estimate --softness quadratic",
+          "against Calibration.inverse; by default it uses the surfaces, which are better"),
+    Claim("X7", "2006 IV", "The three specimens are told apart at 0.2-0.8 N with 1 % error of the force", 1.0,
+          above(0.9), "share right", "confusion", "Calibration.invert", "nearest of the three in ln E: {matrix}; "
+          "{unanswered:.0%} had no answer; simulated presses on another mesh, 5 microstrain"),
+    Claim("X8", "2006 IV", "Nine silicone mixes of 0.015-0.15 MPa, 20-40 % apart, are told apart likewise", 1.0,
+          above(0.9), "share right", "mixes", "Calibration.invert", "moduli a factor 1.33 apart, as measured mixes "
+          "of soft silicone are; {mixes_next:.0%} within the neighbour; simulated"),
+    Claim("A49", "2006 V", "Softness, roughness and friction come from one apparatus at once", 3.0, near(3.0),
+          "quantities", "together", ONLINE, "{row}"),
+)  # fmt: skip
+
+
+def run(tell) -> Found:
+    """A calibration of the default finger, and presses on another mesh."""
+    tell("calibration")
+    reduced, other = fem.prepare(Finger.default()), fem.prepare(Finger.default(), variant=OTHER_MESH)
+    moduli = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
+    table, again = sweep(reduced, moduli, FORCES_N), sweep(other, moduli, FORCES_N[::3])
+    calibration = with_compact(fit(table, [again]))
+    tell("presses on another mesh")
+    presses = sweep(other, SPECIMENS_MPA, [gf_to_newton(force) for force in FORCES_GF])
+    values = {
+        "specimens": float(sum(modulus in moduli for modulus in SPECIMENS_MPA)),
+        **_published(calibration, table),
+        **_inverses(calibration, presses),
+        **_online(calibration, presses),
+        **_slow(calibration, table, again),
+    }
+    tell("telling specimens apart")
+    told, matrix, unanswered = _confusion(other, calibration, SPECIMENS_MPA)
+    words = "; ".join(
+        f"{modulus:g} MPa: " + " ".join(f"{share:.0%}" for share in row)
+        for modulus, row in zip(SPECIMENS_MPA, matrix, strict=True)
+    )
+    mixes = np.geomspace(0.015, 0.15, 9)
+    share, confused, _ = _confusion(other, calibration, mixes[mixes >= moduli[0]])
+    near_it = sum(np.trace(confused, offset) for offset in (-1, 0, 1)) / len(confused)
+    values |= {
+        "confusion": told,
+        "matrix": words,
+        "unanswered": unanswered,
+        "mixes": share,
+        "mixes_next": float(near_it),
+    }
+    tell("everything at once")
+    values |= _together(calibration)
+    force = np.linspace(10, 100, 60)
+    series = []
+    some = force[::6]
+    for modulus in SPECIMENS_MPA:
+        printed = published_sd(some, modulus) / values["scale"]
+        series.append(Series(f"papilla, {modulus:g} MPa", force, calibration.predict(gf_to_newton(force), modulus)))
+        series.append(Series(f"(9), scaled, {modulus:g} MPa", some, printed, "points"))
+    title = "S_d against force: the soft specimen stands apart, the two hard ones are nearly alike"
+    return Found(values, title, "force, gf", "S_d, microstrain", tuple(series))
+
+
+def sweep(reduced: fem.ReducedFinger, moduli, forces) -> Sweep:
+    """Presses that stick, with large strain, as silicone does on silicone; kept in the cache."""
+    ordered = [tuple(sorted(float(value) for value in values)) for values in (moduli, forces)]
+    return cached_sweep(reduced, ordered[0], ordered[1], default_specimen, STICK)
+
+
+def _published(calibration: Calibration, table: Sweep) -> dict:
+    """The calibration against (9), and (10) against (9)."""
+    off = {}
+    for name, low in (("rms_9", 10), ("rms_9_30", 30)):
+        ours, theirs, scale = beside_published(calibration, np.arange(low, 101, 10))
+        off[name] = 100 * float(np.sqrt(np.mean((scale * ours - theirs) ** 2) / np.mean(theirs**2)))
+    _, _, scale = beside_published(calibration, np.arange(10, 101, 10))
+    sd = calibration.predict(gf_to_newton(np.arange(10.0, 101, 10))[:, None], np.array(SPECIMENS_MPA))
+    along = calibration.predict(gf_to_newton(60.0), np.geomspace(0.021, 4.9, 40))
+    cost, four = rounding_error(PUBLISHED_INVERSE), rounding_error(exact_inverse(4))
+    return off | {
+        "scale": scale,
+        "ordered": float(np.mean((np.diff(sd, axis=1) > 0).all(axis=1))),
+        "low_ratio": sd[-1, 0] / sd[-1, 1],
+        "high_ratio": sd[-1, 2] / sd[-1, 1],
+        "rises": float(np.mean(np.diff(along) > 0)),
+        "refit": ", ".join(f"{value:.4g}" for value in calibration.forward.coefficients),
+        "digits_cost": abs(cost.largest_MPa),
+        "digits_rms": cost.rms_MPa,
+        "four": abs(four.largest_MPa),
+        "presses_in_table": len(table),
+    }
+
+
+def _inverses(calibration: Calibration, presses: Sweep) -> dict:
+    """What the refitted quadratic, the surface and the compact form make of presses on another mesh."""
+    force, modulus, sd = presses.force_N, presses.modulus_MPa, presses.sd_microstrain
+    quadratic = calibration.inverse(sd, np.array(force) / gf_to_newton(1.0)) / modulus - 1
+    surface = np.asarray(calibration.invert(sd, force).modulus_MPa) / modulus - 1
+    answered = np.abs(quadratic[np.isfinite(quadratic)])
+    form = calibration.compact
+    assert form is not None
+    grid_f, grid_e = (
+        part.ravel() for part in np.meshgrid(np.geomspace(*form.force_N, 16), np.geomspace(0.051, 0.71, 16))
+    )
+    on_grid = calibration.inverse(calibration.predict(grid_f, grid_e), grid_f / gf_to_newton(1.0)) / grid_e - 1
+    return {
+        "refused": int((~np.isfinite(quadratic)).sum()),
+        "pressed": len(sd),
+        "quadratic_least": float(answered.min()) if answered.size else float("nan"),
+        "quadratic_worst": float(answered.max()) if answered.size else float("nan"),
+        "surface_worst": float(np.nanmax(np.abs(surface))),
+        "compact_rms": form.rms,
+        "quadratic_rms": float(np.sqrt(np.nanmean(on_grid**2))),
+    }
+
+
+def _online(calibration: Calibration, presses: Sweep) -> dict:
+    """The published form and the gauges' estimator, sample by sample."""
+    rows = np.column_stack([presses.reading, presses.force_N])
+    found = PrintedSoftness(calibration, form="quadratic", gauge_sigma=GAUGE_NOISE).process(rows)
+    by_hand = np.asarray(calibration.inverse(presses.sd_microstrain, presses.force_N / gf_to_newton(1.0)))
+    modulus, sigma = np.asarray(found.modulus_MPa), np.asarray(found.modulus_sigma_MPa)
+    both = np.isfinite(modulus)
+    inside = np.abs(modulus - presses.modulus_MPa)[both] <= 2 * sigma[both]
+    sd, force = 700.0, 50.0
+    printed = PrintedSoftness(form="printed", scale=1.0, gauges=2).update((-sd, sd, gf_to_newton(force)))
+    exact = np.sqrt(0.0115 * sd + 0.00036 * force**2 - 0.166 * force + 1.3) - 0.6
+    rng, each, ratios = np.random.default_rng(40), [], []
+    for stated in (0.05, *SPECIMENS_MPA):
+        press = sweep(fem.prepare(Finger.default(), variant=OTHER_MESH), [stated], [0.3, 0.6]).reading[1]
+        noisy = press + GAUGE_NOISE * rng.standard_normal((200, len(press)))
+        block = np.column_stack([noisy, 0.6 + 1e-3 * rng.standard_normal(200)])
+        gauges = GaugeSoftness(calibration, gauge_sigma=GAUGE_NOISE, force_sigma_N=1e-3, doubts=Doubts.NONE)
+        answer = gauges.process(block)
+        last, spread = float(np.asarray(answer.modulus_MPa)[-1]), float(np.asarray(answer.modulus_sigma_MPa)[-1])
+        status = SoftnessStatus(int(np.asarray(answer.status)[-1]))
+        each.append(f"{last:.4f} ± {spread:.4f} for {stated:g} ({status.sentence.split(':')[0]})")
+        if status == SoftnessStatus.OK:
+            ratios.append(last / stated)
+    return {
+        "online_is_formula": abs(float(printed.modulus_MPa) / exact - 1),
+        "online_uses": float(np.mean(np.isclose(modulus, by_hand, rtol=1e-9, equal_nan=True))),
+        "online_ok": float(np.mean(np.asarray(found.status) == SoftnessStatus.OK)),
+        "online_inside": float(inside.mean()) if inside.size else 0.0,
+        "gauge_each": ", ".join(each),
+        "gauges_worst": max(ratios, key=lambda ratio: abs(np.log(ratio))) if ratios else float("nan"),
+    }
+
+
+def _slow(calibration: Calibration, table: Sweep, again: Sweep) -> dict:
+    """Modulus from force and indentation: on the finger of another mesh, on a thick specimen, on a layer."""
+    errors, each = [], []
+    model = on_finger(table)
+    for modulus in (SPECIMENS_MPA[0], 0.2, SPECIMENS_MPA[1]):
+        stated = float(again.modulus_MPa[np.argmin(np.abs(np.log(again.modulus_MPa / modulus)))])
+        rows = again.modulus_MPa == stated
+        found = fit_indentation(again.force_N[rows], again.indentation_mm[rows] + 0.07, model)
+        errors.append(found.modulus_MPa / stated - 1)
+        each.append(f"{found.modulus_MPa:.4f} ± {found.sigma_MPa:.4f} for {stated:.4f} MPa")
+    rng, depth, radius = np.random.default_rng(41), np.linspace(0.0, 0.6, 400), 5.0
+    e_star = 0.3 / (1 - 0.5**2)
+    force = np.array([hertz_sphere_at(one, radius, e_star).force if one > 0 else 0.0 for one in depth])
+    noisy = force + 0.01 * force.max() * rng.standard_normal(len(force))
+    beyond = depth > 0.1
+    vendor = fit_indentation(noisy[beyond], depth[beyond] + 0.123, on_half_space(radius))
+    layered = [bonded_layer_sphere(float(one), 25.0, 10.0, 0.1).force for one in depth[20::20]]
+    shallow = fit_indentation(layered, depth[20::20], on_half_space(25.0))
+    right = fit_indentation(layered, depth[20::20], on_bonded_layer(25.0, 10.0, 1.2))
+    return {
+        "slow_error": 100 * float(np.abs(errors).max()),
+        "slow_each": ", ".join(each),
+        "vendor_error": 100 * abs(vendor.modulus_MPa / 0.3 - 1),
+        "vendor": f"{vendor.modulus_MPa:.4f} ± {vendor.sigma_MPa:.4f} MPa, contact at {vendor.offset_mm:.4f} mm",
+        "hertz_on_layer": shallow.modulus_MPa / 0.1 - 1,
+        "layer": right.modulus_MPa / 0.1 - 1,
+    }
+
+
+def _confusion(reduced, calibration: Calibration, moduli) -> tuple[float, np.ndarray, float]:
+    """Share of right names, matrix (stated, told) of shares, and share without an answer."""
+    rng, known = np.random.default_rng(42), np.log(np.asarray(moduli, float))
+    matrix, lost = np.zeros((len(known), len(known))), 0
+    table = sweep(reduced, sorted(float(value) for value in moduli), CONFUSED_N)
+    for number, stated in enumerate(sorted(moduli)):
+        for force in CONFUSED_N:
+            row = int(np.flatnonzero((table.modulus_MPa == stated) & (table.force_N == force))[0])
+            noise = rng.standard_normal((DRAWS, table.reading.shape[1]))
+            sd = (table.reading[row] + GAUGE_NOISE * noise).std(axis=1)
+            read = force * (1 + FORCE_ERROR * rng.standard_normal(DRAWS))
+            found = calibration.invert(sd, read)
+            for told, status in zip(np.asarray(found.modulus_MPa), np.asarray(found.status), strict=True):
+                if np.isfinite(told):
+                    matrix[number, int(np.argmin(np.abs(known - np.log(told))))] += 1
+                elif status in (SoftnessStatus.SOFTER, SoftnessStatus.HARDER):
+                    matrix[number, 0 if status == SoftnessStatus.SOFTER else -1] += 1
+                    lost += 1
+    total = matrix.sum()
+    return float(np.trace(matrix) / total), matrix / matrix.sum(axis=1, keepdims=True), lost / total
+
+
+def _together(calibration: Calibration) -> dict:
+    """One stream with a press, a grating and friction in it."""
+    time = np.arange(2500) / 1000
+    velocity = 40.0 * np.sign(np.sin(2 * np.pi * 0.5 * time + 0.1))
+    place = np.cumsum(velocity) / 1000
+    force = 0.5 + 0.05 * np.sin(2 * np.pi * 0.3 * time)
+    rng = np.random.default_rng(43)
+    readings = calibration.predict_readings(force, 0.3) + 20 * np.sin(2 * np.pi * place / 1.8)[:, None]
+    readings = readings + rng.standard_normal(readings.shape)
+    drag = 0.45 * force * np.sign(velocity) + 0.03 + 1e-3 * rng.standard_normal(len(time))
+    block = np.column_stack([time, readings, force, velocity, drag])
+    pipeline = Pipeline(calibration, columns=("force_N", "velocity_mm_s", "tangential_N"), doubts=Doubts.NONE)
+    found = pipeline.process(block)
+    last = {
+        name: float(np.asarray(getattr(found, name))[np.isfinite(getattr(found, name))][-1])
+        if np.isfinite(getattr(found, name)).any() else float("nan")
+        for name in ("modulus_MPa", "wavelength_mm", "mu_kinetic")
+    }  # fmt: skip
+    truth = {"modulus_MPa": 0.3, "wavelength_mm": 1.8, "mu_kinetic": 0.45}
+    right = [abs(last[name] / true - 1) < 0.1 for name, true in truth.items()]
+    row = ", ".join(f"{name} {last[name]:.4g} for {true:g}" for name, true in truth.items())
+    return {"together": float(sum(right)), "row": row}
+
+
+EXPERIMENT = Experiment(
+    "softness",
+    "S_d against force and modulus, equations (9) and (10) offline and online, and the modulus from force and depth",
+    CLAIMS,
+    run,
+    "presses of the default finger (finite elements with large strain, stuck), noise where it is stated",
+)
