@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.fem import FingerModel, press
+from papilla.fem import FingerModel
 from papilla.fem.pressing.derivatives import place_slope, press_slopes
+from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.reduction.family import FingerFamily, family
 from papilla.finger import Finger
 from papilla.mesh import build
@@ -45,7 +46,7 @@ class Scene:
 
     def press(self):
         reduced = self.relatives.at(self.outer, self.inner)
-        return press(reduced, self.specimen, **self.load, fidelity="contact", friction=0.0)
+        return on_nodes(reduced, self.specimen, (self.load.get("force"), self.load.get("indentation")), 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -89,10 +90,10 @@ def test_a_place_moves_the_readings_of_mirrored_gauges_against_each_other(relati
     mesh = build(finger, size_mm=SIZE_MM)
     model = FingerModel(finger, mesh)
     reduced = relatives.at(finger.outer.modulus, finger.inner.modulus)
-    found = press(reduced, Block(0.3, 10.0), force=0.5, fidelity="contact", friction=0.0)
+    found = on_nodes(reduced, Block(0.3, 10.0), (0.5, None), 0.0)
     slope = place_slope(model, reduced, found)
     assert slope == pytest.approx(-slope[::-1], abs=1e-6 * np.abs(slope).max())
-    moved = press(model.reduce((0.4, 0.0)), Block(0.3, 10.0), force=0.5, fidelity="contact", friction=0.0)
+    moved = on_nodes(model.reduce((0.4, 0.0)), Block(0.3, 10.0), (0.5, None), 0.0)
     # Solved anew beside the apex on a coarse mesh: the sign, and the size of the largest
     largest = np.abs(slope).argmax()
     assert (moved.reading - found.reading)[largest] / 0.4 == pytest.approx(slope[largest], rel=0.5)

@@ -65,6 +65,7 @@ def press_slopes(
 ) -> PressSlopes:
     """The linear frictionless press of a family's finger with moduli `outer` and `inner` (MPa), with its derivatives.
 
+    It is the contact of the nodes alone (`on_nodes`): what a light press takes from its ellipse is not in it.
     force (N) or indentation (mm) : the one that is given is kept when anything else changes. By a touch-down that is
     told t mm early: a depth of the bench is indentation + t, so by t the derivatives at a given depth are those by
     indentation, with the other sign. Raises what `press` and `FingerFamily.at` raise.
