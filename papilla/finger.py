@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from papilla import checks
 from papilla.errors import FileAccessError, InputError
+from papilla.identified import Identified
 from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
 
 if TYPE_CHECKING:
@@ -189,8 +190,8 @@ class Finger:
     """A two-layer soft finger over a bone.
 
     `bone` is a `Layer`, or None where the bone is rigid (its surface is then clamped, like the base plane).
-    `patch_radius` (mm) is how far from the touch-down point contact may spread. `bench` is no part of the
-    finger, and of none of its hashes.
+    `patch_radius` (mm) is how far from the touch-down point contact may spread. `bench` and `identified`, what presses
+    of the real finger told of it, are no part of the finger, and of none of its hashes.
     """
 
     name: str
@@ -202,6 +203,7 @@ class Finger:
     patch_radius: float = 15.0
     ridges: Ridges | None = None
     bench: Bench = Bench()
+    identified: Identified | None = None
 
     def __post_init__(self) -> None:
         checks.positive("patch_radius (mm)", self.patch_radius)
@@ -212,6 +214,8 @@ class Finger:
             raise InputError(f"gauge names must differ, got {', '.join(names)}")
         for gauge in self.gauges:
             _check_site(gauge, self.shape)
+        if self.identified is not None and len(self.identified.zeros_microstrain) != len(self.gauges):
+            raise InputError(f"identified zeros_microstrain must hold {len(self.gauges)} numbers, one a gauge")
 
     @classmethod
     def default(cls) -> "Finger":
@@ -234,6 +238,12 @@ class Finger:
 
         return read_design(SHIPPED_FINGERS.get(str(path)) or Path(path))
 
+    def save(self, path: str | Path) -> None:
+        """Write the design file, whole or not at all; raises `FileAccessError`."""
+        from papilla.finger_file import write_design
+
+        write_design(self, Path(path))
+
     def __repr__(self) -> str:
         """Name, shape, layers and number of gauges: the whole design is in `describe()`."""
         layers = f"{self.outer.modulus:g} over {self.inner.modulus:g} MPa"
@@ -242,8 +252,8 @@ class Finger:
     def describe(self) -> dict:
         """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
         layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
-        design = {name: value for name, value in asdict(self).items() if name != "bench"}
-        return {**design, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
+        own = {name: value for name, value in asdict(self).items() if name not in ("bench", "identified")}
+        return {**own, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
 
     @cached_property
     def sha256(self) -> str:

@@ -1,7 +1,9 @@
 """The finger's TOML design file: its keys, types and defaults are those of the classes in `papilla.finger`."""
 
+import json
+import os
 import tomllib
-from dataclasses import astuple, replace
+from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,8 +11,9 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.file_models import first_problem, keys_of, table
-from papilla.files import reason
+from papilla.files import reason, write_text
 from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.identified import Identified
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 
 
@@ -47,6 +50,8 @@ _GAUGE = table(Gauge, keys_of(Gauge), known=True)
 _BENCH = table(
     Bench, keys_of(Bench, unit={"thickness": "_mm", "touch_down": "_mm"}, friction=float | str | None), known=True
 )
+_ROW: Any = Annotated[tuple[float, ...], Field(strict=False)]
+_IDENTIFIED: Any = table(Identified, keys_of(Identified, covariance=tuple[_ROW, ...]), known=True)
 _FINGER = keys_of(
     Finger,
     unit={"patch_radius": "_mm"},
@@ -57,6 +62,7 @@ _FINGER = keys_of(
     ridges=table(Ridges, keys_of(Ridges, unit="_mm"), known=True) | None,
     gauges=tuple[_GAUGE, ...],  # type: ignore[valid-type]
     bench=_BENCH,
+    identified=_IDENTIFIED | None,
 )
 _DESIGN: TypeAdapter[Finger] = TypeAdapter(table(Finger, _FINGER, known=True))
 _TAGS = ("dome", "slab", "surfaces", "neo-hookean", "yeoh", "ogden")
@@ -85,3 +91,63 @@ def read_design(path: Path) -> Finger:
     except ValidationError as error:
         raise FileFormatError(f"{path}: {first_problem(error, _TAGS)}") from error
     return finger
+
+
+def write_design(finger: Finger, path: Path) -> None:
+    """Write a finger as a design file that `read_design` makes the same finger of; raises `FileAccessError`."""
+    shape: dict[str, Any] = {"kind": type(finger.shape).__name__.lower()}
+    if isinstance(finger.shape, Surfaces):
+        here = path.resolve().parent
+        shape |= {
+            f"{key}_file": os.path.relpath(Path(name).resolve(), here) for key, name in vars(finger.shape).items()
+        }
+    else:
+        shape |= {f"{key}_mm": value for key, value in vars(finger.shape).items()}
+    tables: dict[str, dict[str, Any] | None] = {"shape": shape}
+    tables |= {name: _layer_table(getattr(finger, name)) for name in ("outer", "inner", "bone")}
+    if finger.ridges is not None:
+        tables["ridges"] = {f"{key}_mm": value for key, value in vars(finger.ridges).items()}
+    if finger.bench != Bench():
+        of_bench = {"thickness_mm": finger.bench.thickness, "touch_down_mm": finger.bench.touch_down}
+        tables["bench"] = of_bench | ({} if finger.bench.friction is None else {"friction": finger.bench.friction})
+    lines = _lines({"name": finger.name, "patch_radius_mm": finger.patch_radius})
+    for name, content in tables.items():
+        if content is not None:
+            lines += ["", f"[{name}]", *_lines(content)]
+    for gauge in finger.gauges:
+        given = {item.name: getattr(gauge, item.name) for item in fields(gauge)}
+        changed = {item.name for item in fields(gauge) if given[item.name] != item.default}
+        lines += ["", "[[gauges]]", *_lines({key: value for key, value in given.items() if key in changed})]
+    if finger.identified is not None:
+        lines += [
+            "",
+            "[identified]",
+            *_lines({one.name: getattr(finger.identified, one.name) for one in fields(Identified)}),
+        ]
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def _layer_table(layer: Layer | None) -> dict[str, Any] | None:
+    if layer is None:
+        return None
+    found: dict[str, Any] = {"modulus_MPa": layer.modulus, "nu": layer.nu}
+    if layer.material is not None:
+        card = layer.material.describe()
+        names = {key: f"{key}_MPa" if key.startswith(("mu", "c")) else key for key in card if key != "kind"}
+        found["material"] = {"model": card["kind"]} | {name: card[key] for key, name in names.items()}
+    return found
+
+
+def _lines(content: dict[str, Any]) -> list[str]:
+    return [f"{key} = {_toml(value)}" for key, value in content.items()]
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML writes it; a list of lists has a line each."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(_lines(value)) + " }"
+    if isinstance(value, list | tuple):
+        rows, nested = [_toml(one) for one in value], any(isinstance(one, tuple) for one in value)
+        return "[\n  " + ",\n  ".join(rows) + ",\n]" if nested else f"[{', '.join(rows)}]"
+    # What JSON writes of text, booleans and finite numbers is TOML too, but for DEL
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

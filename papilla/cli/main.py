@@ -13,6 +13,7 @@ import typer
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
+from papilla.cli.identify import identify
 from papilla.cli.output import plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
@@ -34,7 +35,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (calibrate, press, slide, estimate, view, verify, bench, reproduce):
+for command in (calibrate, identify, press, slide, estimate, view, verify, bench, reproduce):
     app.command()(command)
 app.add_typer(texture, name="texture")
 app.add_typer(telepresence, name="telepresence")

@@ -51,6 +51,45 @@ def sd_against_force(
     return figure
 
 
+def sd_of_presses(
+    force_N: np.ndarray,
+    moduli: Sequence[float],
+    sd: np.ndarray,
+    measured: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+) -> Figure:
+    """S_d in microstrain (force, modulus) against force in N, a curve per modulus (MPa), with measured presses on it.
+
+    measured : force (N), modulus (MPa), S_d and its standard deviation (microstrain) of n presses.
+    """
+    colors = _spread(len(moduli))
+    with styled(7.2, 4.3) as figure:
+        axes = figure.add_axes((0.11, 0.13, 0.66, 0.8))
+        ends = []
+        for modulus, values, color in zip(moduli, sd.T, colors, strict=True):
+            axes.plot(force_N, values, color=color, linewidth=1.6)
+            ends.append((float(values[-1]), f"{modulus:.3g} MPa", color))
+        for force, modulus, value, bar in zip(*measured, strict=True):
+            color = colors[_nearest(moduli, modulus)]
+            axes.errorbar(
+                force, value, yerr=bar, fmt="o", markersize=4, color=color, markeredgecolor="white", capsize=2
+            )
+        axes.set(xlabel="force (N)", ylabel=r"$S_d$ (µε)", xlim=(0, None), ylim=(0, None))
+        _label_ends(axes, float(force_N.max()), ends)
+    return figure
+
+
+def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual: np.ndarray) -> Figure:
+    """Residuals (n, g) in standard deviations against force (n,) in N, a colour per gauge."""
+    with styled(7.2, 3.2) as figure:
+        axes = figure.add_axes((0.11, 0.18, 0.66, 0.75))
+        axes.axhspan(-2, 2, color=FAINT, linewidth=0)
+        for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
+            axes.plot(force_N, values, "o", markersize=4, color=color, label=name)
+        axes.set(xlabel="force (N)", ylabel="residual (sigma)", xlim=(0, None))
+        axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=9)
+    return figure
+
+
 def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.ndarray) -> Figure:
     """S_d in microstrain (force, modulus) against modulus in MPa on a logarithmic axis, a curve per force (N)."""
     colors = _spread(len(forces))

@@ -1,7 +1,8 @@
 """Which finger made these presses: its moduli, gauges and bench, from a log, with intervals and what to doubt."""
 
+from papilla.calibrate.identification.confession import Confession, confess, record
 from papilla.calibrate.identification.fit import Identification, identify
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import PARAMETERS
 
-__all__ = ["PARAMETERS", "Identification", "Noise", "identify"]
+__all__ = ["PARAMETERS", "Confession", "Identification", "Noise", "confess", "identify", "record"]

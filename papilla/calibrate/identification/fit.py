@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import least_squares
 
+from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import (
     PARAMETERS,
@@ -22,6 +23,7 @@ from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.finger import Finger
+from papilla.identified import Identified
 from papilla.logs import PressLog
 from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen
 
@@ -101,6 +103,25 @@ class Identification:
         )
         return replace(found, gauges=gauges)
 
+    def with_record(self, told: Identified) -> Finger:
+        """The identified finger that carries what was told of it, and its bench."""
+        bench = replace(self.finger.bench, touch_down=told.touch_down_mm, thickness=self.values["thickness_mm"])
+        return replace(self.finger, identified=told, bench=bench)
+
+    def at(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
+        """(n, c) what other presses by forces (n,) on specimens of moduli (n,) measure, zeros included."""
+        return self.other_presses(force_N, modulus_MPa).modelled(self.vector).values
+
+    def other_presses(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> Problem:
+        """The problem of other presses (n,) on the first shape of specimen: what they measure, and its derivatives."""
+        n = len(force_N)
+        deep = None if self.problem.log.indentation_mm is None else np.ones(n)
+        log = PressLog(
+            force_N, modulus_MPa, np.zeros((n, self.problem.gauge_count)), self.problem.log.gauge_names, deep
+        )
+        shape = replace(self.problem.shapes[0], rows=np.arange(n))
+        return replace(self.problem, log=log, shapes=(shape,), weights=None, robust=None)
+
     @cached_property
     def residuals(self) -> np.ndarray:
         """(n, c) what was measured less what the finger measures: readings in microstrain, then indentation in mm."""
@@ -116,7 +137,7 @@ def identify(
     specimen: Specimen | None = None,
     noise: Noise | None = None,
     friction: Friction | None = None,
-    size_mm: float = SIZE_MM,
+    size_mm: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Identification:
     """Identify a finger of known geometry from presses on specimens of known modulus.
@@ -126,13 +147,12 @@ def identify(
     finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
     free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
         are indentations. fix : values (in their units) at which parameters are held.
-    specimen : what was pressed where the log does not say it; its modulus does not count. A block of 10 mm by default.
-    noise : of the presses. friction : as for `papilla.fem.press`. size_mm : elements at the contact.
+    specimen : what was pressed; its modulus does not count. noise : of the presses. friction : as for
+        `papilla.fem.press`. Where they are None, those of the finger's `bench`. size_mm : elements at the contact.
 
     Raises `InputError` for a log of another finger, of presses beside the apex, unknown names, or fewer measurements
     than a fit needs, and what `papilla.fem.reduction.family.family` raises.
     """
-    refuse(log, finger)
     return solve(problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress), progress)
 
 
@@ -144,17 +164,23 @@ def problem_of(
     specimen: Specimen | None = None,
     noise: Noise | None = None,
     friction: Friction | None = None,
-    size_mm: float = SIZE_MM,
+    size_mm: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Problem:
     """The problem that `identify` solves, not yet weighted; arguments as there."""
+    refuse(log, finger)
     held = checked_values(fix or {}, finger)
     wanted = free_parameters(log, finger, free, held)
-    relatives = family(finger, size_mm=size_mm, progress=progress)
-    shapes = shapes_of(log, specimen, relatives, "thickness_mm" in wanted, friction, progress)
-    touched = specimen if isinstance(specimen, Block) else Block(1.0, THICKNESS_MM)
-    start = start_of(finger, touched.thickness) | held
-    return Problem(log, finger, shapes, start, wanted, noise or Noise())
+    relatives = family(finger, size_mm=size_mm or SIZE_MM, progress=progress)
+    touched = finger.bench.specimen(1.0) if specimen is None else specimen
+    if isinstance(touched, Block) and "thickness_mm" in held:
+        touched = replace(touched, thickness=held["thickness_mm"])
+    friction = finger.bench.friction if friction is None else friction
+    shapes = shapes_of(log, touched, relatives, "thickness_mm" in wanted, friction, progress)
+    start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held
+    problem = Problem(log, finger, shapes, start, wanted, noise or Noise())
+    refuse_beyond(problem)
+    return problem
 
 
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
@@ -176,14 +202,13 @@ def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Ma
 
 def shapes_of(
     log: PressLog,
-    specimen: Specimen | None,
+    touched: Specimen,
     relatives: FingerFamily,
     thickness_free: bool,
     friction: Friction | None,
     progress: Callable[[str], None] | None,
 ) -> tuple[Shape, ...]:
     """The specimens' shapes of a log with the family's responses to them."""
-    touched = specimen or Block(1.0, THICKNESS_MM)
     if thickness_free and not isinstance(touched, Block):
         raise InputError(f"thickness_mm is that of a block, and the presses are on a {touched.words}")
     made: tuple[Specimen, ...] = (touched,)
@@ -195,31 +220,12 @@ def shapes_of(
     return (Shape(np.arange(len(log)), responses, thicknesses),)
 
 
-def refuse(log: PressLog, finger: Finger) -> None:
-    """Raise `InputError` for a log that is not of this finger, or of presses beside the apex."""
-    names = tuple(gauge.name for gauge in finger.gauges)
-    if len(log.gauge_names) != len(names):
-        raise InputError(
-            f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
-            f"the finger {finger.name!r} has {len(names)}"
-        )
-    if log.gauge_names != names:
-        raise InputError(
-            f"the log has the gauges {', '.join(log.gauge_names)}, the finger {finger.name!r} {', '.join(names)}"
-        )
-    for axis in ("x_mm", "y_mm"):
-        place = getattr(log, axis)
-        if place is not None and np.any(place != 0):
-            row = int(np.argmax(place != 0))
-            raise InputError(f"{axis} is {place[row]:g} in press {row + 1}: a finger is identified at the apex alone")
-
-
 def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Identification:
     """Fit a problem from several starts, each with the weights that the fit before it implies."""
     if progress is not None:
         progress("identifying")
     first = problem.weighted()
-    found = sorted((_descend(first, start) for start in _starts(first)), key=lambda one: one[0])
+    found = sorted((descend(first, start) for start in _starts(first)), key=lambda one: one[0])
     ends: list[tuple[float, Problem, np.ndarray]] = []
     for _, vector in _distinct(found)[:KEPT]:
         ends.append(_followed(first, vector))
@@ -238,7 +244,7 @@ def _starts(problem: Problem) -> list[np.ndarray]:
     return [middle, *(middle + widths), *(middle - widths)]
 
 
-def _descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
+def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
     """Cost and vector (f,) of the best fit from a start (others,) of the nonlinear parameters."""
     if not len(start):
         vector = problem.solved(start)
@@ -281,7 +287,7 @@ def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.
     for _ in range(ROUNDS):
         problem = problem.weighted(vector).downweighted(vector, OUTLYING)
         before = vector
-        cost, vector = _descend(problem, vector[~problem.linear])
+        cost, vector = descend(problem, vector[~problem.linear])
         sigma = np.sqrt(np.diag(_covariance(problem, vector)))
         if np.abs((vector - before) / sigma).max() < SETTLED:
             break

@@ -70,7 +70,7 @@ def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, fl
         "outer_modulus_MPa": finger.outer.modulus,
         "inner_modulus_MPa": finger.inner.modulus,
         "thickness_mm": thickness_mm,
-        "touch_down_mm": 0.0,
+        "touch_down_mm": finger.bench.touch_down,
     }
     for gauge in finger.gauges:
         found[f"gain.{gauge.name}"] = gauge.membrane_gain

@@ -59,7 +59,7 @@ def write_report(
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
     answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration)
     text = (
-        _environment()
+        environment()
         .get_template("report.html")
         .render(
             done=done,
@@ -85,7 +85,8 @@ def write_report(
     write_text(path, text)
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Templates of this package, with the filters that set numbers."""
     made = Environment(
         loader=PackageLoader("papilla.calibrate.report"),
         autoescape=True,
@@ -133,7 +134,8 @@ def symbols(text: str) -> Markup:
     return Markup(said)
 
 
-def _uri(content: bytes, kind: str) -> str:
+def data_uri(content: bytes, kind: str) -> str:
+    """The address that holds an image of a kind ("png", "svg+xml")."""
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
@@ -145,7 +147,9 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
     press = fem.press(done.reduced, specimen, force=SHOWN_FORCE_N, fidelity="contact")
     return {
         "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),
-        "strain_picture": _uri(view.strain_picture(finger, done.reduced, press, specimen, progress=progress), "png"),
+        "strain_picture": data_uri(
+            view.strain_picture(finger, done.reduced, press, specimen, progress=progress), "png"
+        ),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
     }
 
@@ -190,4 +194,4 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
         if len(recovery.error)
         else None,
     }
-    return {name: None if plot is None else _uri(view.svg(plot), "svg+xml") for name, plot in figures.items()}
+    return {name: None if plot is None else data_uri(view.svg(plot), "svg+xml") for name, plot in figures.items()}

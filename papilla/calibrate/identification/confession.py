@@ -1,0 +1,298 @@
+"""What a fit of a finger has to confess: what presses do not tell, what decides instead, and which press decides."""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from papilla.calibrate.identification.fit import MISFIT, Identification, descend
+from papilla.calibrate.identification.parameters import PARAMETERS, kind, physical
+from papilla.calibrate.identification.problem import Problem
+from papilla.identified import Identified
+from papilla.specimen import friction_words
+
+NORMAL = 1.959964
+"""Half width of a 95 % interval, in standard deviations."""
+
+TOLD = 0.7
+"""Share of a prior's width that is left in a parameter, from which the prior decides it."""
+
+CORRELATED = 0.95
+"""Between two parameters that readings do not follow linearly, from which they are told together only."""
+
+POORLY = 0.15
+"""Standard deviation (relative, for logarithmic ones) from which an interval is that of the profile likelihood."""
+
+INFLUENTIAL = 1.0
+"""Change of a modulus, in standard deviations, by leaving one press out, from which the press is named."""
+
+SWAPPED = 0.3
+"""Share of chi-square that is left with two gauges swapped, from which they are taken to be."""
+
+CLOSE_TO_BOUND = 1e-3
+PROFILE_STEPS, PROFILE_BISECTIONS = 12, 6
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The 95 % interval of a parameter (in its unit) where chi-square with all others fitted rises by 3.84.
+
+    verdict : "bounded"; "one-sided" or "flat" where it does not rise that far before its bounds; "cut off by NAME"
+    where another parameter came to its bound on the way, which makes it rise too soon.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    verdict: str
+
+
+@dataclass(frozen=True, eq=False)
+class Confession:
+    """What to doubt of an `Identification` of n presses. influence : (n,) change of the moduli, in standard deviations,
+    by leaving out each press. condition : condition number of the presses' information, columns scaled."""
+
+    status: str
+    doubts: tuple[str, ...]
+    intervals: dict[str, tuple[float, float]]
+    profiles: tuple[Profile, ...]
+    influence: np.ndarray
+    condition: float
+
+
+def confess(found: Identification) -> Confession:
+    """All that a reader of an identification should be told; costs a few fits where a parameter is poorly told."""
+    profiles = tuple(
+        profile(found, name)
+        for name, sigma, linear in zip(found.names, found.sigma, found.problem.linear, strict=True)
+        if not linear and sigma > POORLY
+    )
+    intervals = {
+        name: (physical(name, value - NORMAL * sigma), physical(name, value + NORMAL * sigma))
+        for name, value, sigma in zip(found.names, found.vector.tolist(), found.sigma.tolist(), strict=True)
+    }
+    intervals |= {one.name: (one.lower, one.upper) for one in profiles}
+    moved = influence(found)
+    doubts = (*found.problem.log.notes, *_of_the_presses(found), *_of_the_fit(found), *_of_gauges(found))
+    doubts += tuple(_in_words(one) for one in profiles if one.verdict != "bounded")
+    if moved.size and moved.max() > INFLUENTIAL:
+        row = int(moved.argmax())
+        doubts += (f"press {row + 1} alone moves a modulus by {moved[row]:.2g} of its standard deviations",)
+    n = len(found.problem.log)
+    good = "ok" if not doubts else "doubtful"
+    doubts += tuple(_backwards(found))
+    status = f"{good}: identified from {n} presses, chi-square {found.chi_square:.3g} at {found.freedom:.3g} of freedom"
+    return Confession(status, doubts, intervals, profiles, moved, _condition(found))
+
+
+def record(found: Identification, told: Confession, specimen: str) -> Identified:
+    """The `[identified]` table of an identification."""
+    names, problem = found.names, found.problem
+    response = problem.shapes[0].responses[0]
+    friction = friction_words(response.friction)
+    return Identified(
+        status=told.status,
+        presses=len(problem.log),
+        specimen=specimen,
+        friction=friction,
+        zeros_microstrain=tuple(found.values[f"zero_microstrain.{gauge.name}"] for gauge in problem.finger.gauges),
+        touch_down_mm=found.values["touch_down_mm"],
+        parameters=names,
+        logarithmic=tuple(PARAMETERS[kind(name)].logarithmic for name in names),
+        values=tuple(found.values[name] for name in names),
+        lower=tuple(told.intervals[name][0] for name in names),
+        upper=tuple(told.intervals[name][1] for name in names),
+        covariance=tuple(map(tuple, ((found.covariance + found.covariance.T) / 2).tolist())),
+        chi_square=found.chi_square,
+        freedom=found.freedom,
+        force_error=problem.noise.force,
+        noise_microstrain=problem.noise.readings_microstrain,
+        notes=told.doubts,
+    )
+
+
+def profile(found: Identification, name: str) -> Profile:
+    """The profile likelihood interval of a parameter that readings do not follow linearly."""
+    problem, place = found.problem, found.names.index(name)
+    best, sigma = found.vector[place], found.sigma[place]
+    scale = max(1.0, found.chi_square / found.freedom) if found.freedom > 0 else 1.0
+    scale = scale if scale > MISFIT else 1.0
+    limits = [side[place] for side in problem.bounds]
+    least = float((problem.residuals(found.vector) ** 2).sum())
+    cut: set[str] = set()
+
+    def rise(value: float) -> float:
+        cost, others, at = _cost_at(problem, name, value, found.vector)
+        cut.update(_at_bounds(others, at))
+        return (cost - least) / scale - NORMAL**2
+
+    ends, open_sides = [], 0
+    for limit, sign in zip(limits, (-1.0, 1.0), strict=True):
+        inside, outside = best, None
+        for k in range(1, PROFILE_STEPS + 1):
+            value = best + sign * 0.75 * k * sigma
+            value = min(value, limit) if sign > 0 else max(value, limit)
+            if rise(value) > 0:
+                outside = value
+                break
+            inside = value
+            if value == limit:
+                break
+        if outside is None:
+            open_sides += 1
+            ends.append(physical(name, inside))
+            continue
+        for _ in range(PROFILE_BISECTIONS):
+            middle = (inside + outside) / 2
+            inside, outside = (inside, middle) if rise(middle) > 0 else (middle, outside)
+        ends.append(physical(name, (inside + outside) / 2))
+    verdict = ("bounded", "one-sided", "flat")[open_sides]
+    if verdict == "bounded" and cut:
+        verdict = f"cut off by {', '.join(sorted(cut))}"
+    return Profile(name, ends[0], ends[1], verdict)
+
+
+def _cost_at(problem: Problem, name: str, value: float, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
+    """Least cost with a parameter held at a value in the scale of the fit, and where the others then are."""
+    place = problem.free.index(name)
+    others = replace(
+        problem,
+        free=tuple(one for one in problem.free if one != name),
+        held={**problem.held, name: physical(name, value)},
+    )
+    start = np.delete(vector, place)
+    cost, at = descend(others, start[~others.linear])
+    one = PARAMETERS[kind(name)]
+    return cost + ((value - problem.start[place]) / one.sigma) ** 2, others, at
+
+
+def _at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
+    low, high = problem.bounds
+    near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
+    return [
+        name for name, close, linear in zip(problem.free, near, problem.linear, strict=True) if close and not linear
+    ]
+
+
+def influence(found: Identification) -> np.ndarray:
+    """(n,) largest change of a parameter other than the gauges', in standard deviations, by leaving out a press.
+
+    One Gauss-Newton step from the fit (Cook and Weisberg, Residuals and Influence in Regression, 1982, chapter 5).
+    """
+    problem = found.problem
+    which = np.array([not PARAMETERS[kind(name)].each_gauge for name in found.names])
+    n, channels = problem.measured.shape
+    if not which.any() or n < 2:
+        return np.zeros(0)
+    jacobian, residuals = problem.jacobian(found.vector), problem.residuals(found.vector)
+    size = np.linalg.norm(jacobian, axis=0)
+    scaled = jacobian / size
+    information = scaled.T @ scaled
+    spread = np.sqrt(np.diag(np.linalg.inv(information)))[which]
+    moved = np.zeros(n)
+    for row in range(n):
+        part = slice(row * channels, (row + 1) * channels)
+        without = information - scaled[part].T @ scaled[part]
+        shift = np.linalg.lstsq(without, scaled[part].T @ residuals[part])[0]
+        moved[row] = np.abs(shift[which] / spread).max()
+    return moved
+
+
+def _condition(found: Identification) -> float:
+    rows = found.problem.jacobian(found.vector)[: -(len(found.names) + 1)]
+    values = np.linalg.svd(rows / np.maximum(np.linalg.norm(rows, axis=0), np.finfo(float).tiny), compute_uv=False)
+    return float(values[0] / max(values[-1], np.finfo(float).tiny))
+
+
+def _of_the_presses(found: Identification) -> list[str]:
+    """What the presses themselves leave open."""
+    problem, log = found.problem, found.problem.log
+    said = []
+    inner, outer = found.values["inner_modulus_MPa"], found.values["outer_modulus_MPa"]
+    if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
+        said.append("all presses are one and the same scene: priors decide most of what is told")
+    elif np.ptp(log.modulus_MPa) == 0:
+        said.append("all presses are on one modulus: another, far from it, tells the finger's moduli apart from gains")
+    if hard := int(problem.strained(inner).sum()):
+        said.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
+    outside = np.zeros(len(log), bool)
+    for shape in problem.shapes:
+        loads = log.force_N[shape.rows], log.modulus_MPa[shape.rows]
+        outside[shape.rows] = ~shape.responses[0].inside(*loads, outer, inner)
+    if outside.any():
+        said.append(f"{int(outside.sum())} of {len(log)} presses lie outside of what the model covers for this finger")
+    if not problem.shapes[0].responses[0].large_strain:
+        said.append(
+            "large strain is not known for this geometry, friction or specimen, and not included: 2 to 4 % of S_d"
+        )
+    return said
+
+
+def _of_the_fit(found: Identification) -> list[str]:
+    problem, said = found.problem, []
+    said += [
+        f"{name} ended at its bound, beyond what is known of silicones" for name in _at_bounds(problem, found.vector)
+    ]
+    if beyond := problem.beyond(found.vector):
+        said.append(f"the ratio of the moduli is {100 * abs(beyond):.1g} % outside of 1 to 16, where fingers are known")
+    for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
+        if not linear and sigma > TOLD * PARAMETERS[kind(name)].sigma:
+            said.append(f"the presses do not tell {name}: its prior decides")
+    outside = np.flatnonzero(~problem.linear)
+    for one, other in combinations(outside.tolist(), 2):
+        together = found.covariance[one, other] / (found.sigma[one] * found.sigma[other])
+        if abs(together) > CORRELATED:
+            names = found.names[one], found.names[other]
+            said.append(f"{names[0]} and {names[1]} are told together only (correlation {together:.3f})")
+    if found.freedom > 0 and found.chi_square / found.freedom > MISFIT:
+        excess = found.chi_square / found.freedom
+        said.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
+        said += _swaps(found)
+    if found.rival is not None and found.rival < NORMAL**2:
+        said.append(f"another finger fits as well, chi-square only {found.rival:.2g} more: press other specimens too")
+    return said
+
+
+def _swaps(found: Identification) -> list[str]:
+    """Pairs of gauges that fit far better with their readings swapped."""
+    problem, said = found.problem, []
+    names = [gauge.name for gauge in problem.finger.gauges]
+    for one, other in combinations(range(len(names)), 2):
+        order = np.arange(len(names))
+        order[[one, other]] = other, one
+        turned = replace(problem, log=replace(problem.log, readings=problem.log.readings[:, order])).weighted()
+        cost, vector = descend(turned, found.vector[~problem.linear])
+        turned = turned.weighted(vector)
+        cost, vector = descend(turned, vector[~problem.linear])
+        if cost < SWAPPED * found.chi_square:
+            said.append(f"{names[one]} and {names[other]} look swapped: chi-square would be {cost:.3g}")
+    return said
+
+
+def _of_gauges(found: Identification) -> list[str]:
+    said, problem = [], found.problem
+    moved = np.ptp(problem.log.readings, axis=0)
+    for number, gauge in enumerate(problem.finger.gauges):
+        lever = f"lever_mm.{gauge.name}"
+        if moved[number] < 4 * problem.noise.readings_microstrain:
+            said.append(
+                f"{gauge.name} hardly follows the presses ({moved[number]:.3g} µε in all): dead, loose, or far away"
+            )
+            continue
+        if lever in found.names:
+            prior = PARAMETERS["lever_mm"].sigma * float(problem.gains[number]) if problem.gains is not None else np.inf
+            if found[lever][1] > TOLD * prior:
+                said.append(f"the presses do not tell lever and gain of {gauge.name} apart: the prior decides")
+    return said
+
+
+def _backwards(found: Identification) -> list[str]:
+    """Gauges of negative gain, which is no doubt: leads may be swapped."""
+    gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
+    turned = [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
+    return turned
+
+
+def _in_words(one: Profile) -> str:
+    low, high = f"{one.lower:.3g}", f"{one.upper:.3g}"
+    return f"{one.name} is {one.verdict}: its 95 % interval is {low} to {high} at least"

@@ -1,0 +1,113 @@
+"""One page on an identification: parameters with intervals, measured against identified, residuals, what to doubt."""
+
+from itertools import combinations
+from os import PathLike
+
+import numpy as np
+
+from papilla import view
+from papilla.calibrate.identification import PARAMETERS, Confession, Identification
+from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.report.page import data_uri, environment, number, plain
+from papilla.files import write_text
+from papilla.specimen import friction_words
+
+CURVE_POINTS = 60
+TOLD_CORRELATION = 0.9
+MOST_NAMED = 8
+"""Presses and correlations that the page lists, the largest first."""
+
+
+def write_identification(path: str | PathLike, found: Identification, told: Confession) -> None:
+    """Write the page of an identification as one HTML file: no script, no link; raises `FileAccessError`."""
+    problem = found.problem
+    response = problem.shapes[0].responses[0]
+    text = (
+        environment()
+        .get_template("identification.html")
+        .render(
+            name=problem.finger.name,
+            told=told,
+            friction=friction_words(response.friction),
+            specimen=response.specimen,
+            parameters=_parameters(found, told),
+            gauges=_gauges(found),
+            runs="Runs of one sign against force say that the model bends otherwise than the presses.",
+            influential=_influential(found, told),
+            correlations=_correlations(found),
+            curves=data_uri(view.svg(_curves(found)), "svg+xml"),
+            residuals=data_uri(view.svg(_residuals(found)), "svg+xml"),
+        )
+    )
+    write_text(path, text)
+
+
+def weighted_residuals(found: Identification) -> np.ndarray:
+    """(n, c) residuals in the standard deviations that noise gives each reading, force error apart."""
+    noise = found.problem.noise
+    unsure = found.problem.modelled(found.vector).unsure
+    own = np.full(unsure.shape, noise.readings_microstrain)
+    own[:, found.problem.gauge_count :] = noise.indentation_mm
+    slope = noise.force * found.problem.modelled(found.vector).by_ln_force
+    return found.residuals / np.sqrt(own**2 + unsure**2 + slope**2)
+
+
+def _parameters(found: Identification, told: Confession) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for name, value in found.values.items():
+        low, high = told.intervals.get(name, (None, None))
+        interval = "held" if low is None else f"{number(low, 4)} to {number(high, 4)}"
+        rows.append((name, number(value, 4), interval, PARAMETERS[kind(name)].unit))
+    return rows
+
+
+def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
+    """Of each gauge: rms residual, the same weighted, and how often its sign changes with rising force."""
+    problem, order = found.problem, np.lexsort((found.problem.log.force_N, found.problem.log.modulus_MPa))
+    weighted, rows = weighted_residuals(found), []
+    for k, gauge in enumerate(problem.finger.gauges):
+        residual = found.residuals[:, k]
+        changes = int((np.diff(np.sign(residual[order])) != 0).sum())
+        size, told = (float(np.sqrt(np.mean(values**2))) for values in (residual, weighted[:, k]))
+        rows.append((gauge.name, f"{number(size)} µε", number(told), f"{changes} of {len(residual) - 1}"))
+    return rows
+
+
+def _influential(found: Identification, told: Confession) -> list[tuple[str, str, str, str]]:
+    log = found.problem.log
+    first = np.argsort(-told.influence)[:MOST_NAMED].tolist()
+    return [
+        (
+            str(row + 1),
+            plain(float(log.force_N[row])),
+            plain(float(log.modulus_MPa[row])),
+            number(told.influence[row], 2),
+        )
+        for row in first
+    ]
+
+
+def _correlations(found: Identification) -> list[str]:
+    together = found.covariance / np.outer(found.sigma, found.sigma)
+    pairs = [(abs(together[a, b]), a, b) for a, b in combinations(range(len(found.names)), 2)]
+    large = sorted((pair for pair in pairs if pair[0] > TOLD_CORRELATION), reverse=True)[:MOST_NAMED]
+    return [f"{found.names[a]} with {found.names[b]} {number(together[a, b], 3, True)}" for _, a, b in large]
+
+
+def _curves(found: Identification):
+    problem = found.problem
+    log, g = problem.log, problem.gauge_count
+    forces = np.geomspace(log.force_N.min(), log.force_N.max(), CURVE_POINTS)
+    moduli = np.unique(log.modulus_MPa)
+    shown = moduli if len(moduli) <= MOST_NAMED else moduli[np.linspace(0, len(moduli) - 1, MOST_NAMED).astype(int)]
+    curves = np.array([found.at(forces, np.full(len(forces), modulus))[:, :g].std(axis=1) for modulus in shown]).T
+    zeros = np.array([found.values[f"zero_microstrain.{gauge.name}"] for gauge in problem.finger.gauges])
+    sd = (log.readings - zeros).std(axis=1)
+    bars = problem.noise.readings_microstrain / np.sqrt(g) + problem.noise.force * sd
+    return view.plots.sd_of_presses(forces, shown.tolist(), curves, (log.force_N, log.modulus_MPa, sd, bars))
+
+
+def _residuals(found: Identification):
+    names = [gauge.name for gauge in found.problem.finger.gauges]
+    weighted = weighted_residuals(found)[:, : len(names)]
+    return view.plots.residuals_against_force(found.problem.log.force_N, names, weighted)

@@ -1,0 +1,149 @@
+"""`papilla identify`: which finger made a log of presses."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from papilla.cli.options import (
+    FingerOption,
+    FrictionOption,
+    SpecimenKind,
+    about,
+    describe,
+    keep_inputs,
+    make_specimen,
+    read_friction,
+    surface_files,
+)
+from papilla.cli.output import Stopwatch, print_json, print_table, progress, tell
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.calibrate.identification import Confession, Identification
+
+
+def identify(
+    log: Annotated[Path, typer.Argument(help="Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv")],
+    out: Annotated[Path, typer.Option(help="Design file of the identified finger to write (TOML).")],
+    finger: FingerOption = None,
+    free: Annotated[list[str] | None, typer.Option(help="A further parameter to fit, such as thickness_mm.")] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option(help="Hold a parameter, such as lever_mm=0 or gain.g1=1.", metavar="NAME=VALUE")
+    ] = None,
+    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what was pressed.")] = "block",
+    thickness: Annotated[
+        float | None, typer.Option(help="Thickness of a block, mm.  [default: the bench's of the finger, else 10]")
+    ] = None,
+    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
+    friction: FrictionOption = None,
+    noise: Annotated[float, typer.Option(help="Noise of a reading, microstrain.")] = 5.0,
+    force_error: Annotated[float, typer.Option(help="Relative error of a force.")] = 0.01,
+    report: Annotated[Path | None, typer.Option(help="Page to write on the fit (HTML).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
+
+    The written finger is one that every command takes; calibrate carries its uncertainty on.
+    """
+    watch = Stopwatch()
+    rubbing, held = read_friction(friction), _held(fix or [])
+    from papilla.calibrate.identification import Noise, confess, record
+    from papilla.calibrate.identification import identify as fit
+    from papilla.calibrate.report.identification_page import write_identification
+    from papilla.files import check_writable, replacing_set
+    from papilla.finger import Finger
+    from papilla.logs import read_presses
+
+    outputs = [path for path in (out, report) if path is not None]
+    keep_inputs([log, finger], outputs)
+    design = Finger.load(finger) if finger else Finger.default()
+    touched = make_specimen(specimen, 1.0, thickness, radius, design)
+    keep_inputs(surface_files(design), outputs)
+    stated = Noise(readings_microstrain=noise, force=force_error)
+    presses = read_presses(log)
+    for path in outputs:
+        check_writable(path.parent)
+    with progress() as shown:
+        with about(log):
+            found = fit(
+                presses,
+                design,
+                free=free or (),
+                fix=held,
+                specimen=touched,
+                noise=stated,
+                friction=rubbing,
+                progress=shown.line,
+            )
+        shown.line("what to doubt")
+        told = confess(found)
+        identified = found.with_record(record(found, told, touched.words))
+        with replacing_set(outputs) as files:
+            identified.save(files[0])
+            if report is not None:
+                write_identification(files[1], found, told)
+    summary = _summary(found, told)
+    summary |= {"finger": str(out), "specimen": describe(touched), "seconds": watch.seconds}
+    if report is not None:
+        summary["report"] = str(report)
+    if as_json:
+        print_json(summary)
+    else:
+        _print(summary)
+
+
+def _held(fix: list[str]) -> dict[str, float]:
+    found = {}
+    for text in fix:
+        name, sign, value = text.partition("=")
+        if not sign:
+            raise InputError(f"--fix takes NAME=VALUE, got {text!r}")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError as error:
+            raise InputError(f"--fix {name.strip()} must be a number, got {value!r}") from error
+    return found
+
+
+def _summary(found: "Identification", told: "Confession") -> dict:
+    """Parameters with intervals, and what the fit confesses, as plain values."""
+    from papilla.specimen import friction_words
+
+    parameters = {}
+    for name, value in found.values.items():
+        parameters[name] = {"value": value, "free": name in found.names}
+        if name in found.names:
+            low, high = told.intervals[name]
+            parameters[name] |= {"sigma": found[name][1], "lower": low, "upper": high}
+    return {
+        "presses": len(found.problem.log),
+        "status": told.status,
+        "parameters": parameters,
+        "chi_square": found.chi_square,
+        "freedom": found.freedom,
+        "condition": told.condition,
+        "friction": friction_words(found.problem.shapes[0].responses[0].friction),
+        "profiles": [vars(one) for one in told.profiles],
+        "influence": told.influence.tolist(),
+        "doubts": list(told.doubts),
+    }
+
+
+def _print(summary: dict) -> None:
+    rows = []
+    for name, one in summary["parameters"].items():
+        unit = next((unit for key, unit in _UNITS.items() if name.split(".")[0].endswith(key)), "")
+        value = f"{one['value']:.4g}"
+        rows.append(
+            (name, value, f"{unit}  {one['lower']:.4g} to {one['upper']:.4g}" if one["free"] else f"{unit}  held")
+        )
+    tell(f"{summary['presses']} presses, friction {summary['friction']}; values and 95 % intervals:")
+    print_table(rows)
+    tell(f"Status: {summary['status']}.")
+    for doubt in summary["doubts"]:
+        tell(f"Doubt: {doubt}.")
+    tell(f"Wrote {', '.join(summary[key] for key in ('finger', 'report') if key in summary)}")
+
+
+_UNITS = {"_MPa": "MPa", "_mm": "mm", "_microstrain": "µε"}
