@@ -410,3 +410,69 @@ def test_a_finger_built_in_python_is_checked_alike():
         Layer("0.1")
     with pytest.raises(InputError, match="gauge a y_mm must be finite, got nan"):
         Gauge("a", angle_deg=0.0, y_mm=float("nan"))
+
+
+def test_a_saved_design_is_the_same_finger(tmp_path):
+    from papilla.finger import Bench
+    from papilla.identified import Identified
+    from papilla.materials import Ogden
+
+    told = Identified(
+        status='ok: "quoted", µ and\ttab',
+        presses=3,
+        specimen="block",
+        friction="stick",
+        zeros_microstrain=(1.0, 2.0, 3.0, 4.0, -5e-3),
+        touch_down_mm=0.1,
+        parameters=("outer_modulus_MPa", "gain.g1"),
+        logarithmic=(True, False),
+        values=(1.0, 2.0),
+        lower=(0.9, 1.5),
+        upper=(1.1, 2.5),
+        covariance=((1e-3, 0.0), (0.0, 1e-4)),
+        chi_square=3.2,
+        freedom=4.5,
+        force_error=0.01,
+        noise_microstrain=5.0,
+        notes=("one \U0001f590", "two\x7f"),
+    )
+    plain = Finger.default()
+    whole = dataclasses.replace(
+        plain,
+        inner=Layer.of(Ogden(0.012, 3.0)),
+        bone=Layer(3000.0, 0.3),
+        gauges=(dataclasses.replace(plain.gauges[0], membrane_gain=-0.3, backing_mm=(3.0, 1.0)), *plain.gauges[1:]),
+        bench=Bench(12.0, "stick", 0.1),
+        identified=told,
+    )
+    for finger in (plain, whole):
+        finger.save(tmp_path / "finger.toml")
+        again = Finger.load(tmp_path / "finger.toml")
+        assert again == finger and again.sha256 == finger.sha256
+    assert dataclasses.replace(plain, identified=told).sha256 == plain.sha256
+    assert told.sigma("gain.g1") == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"values": (1.0,)}, "identified values must hold 2 entries"),
+        ({"covariance": ((1.0,), (1.0,))}, "identified covariance must be 2 x 2"),
+        ({"covariance": ((-1.0, 0.0), (0.0, 1.0))}, "negative variance"),
+        ({"touch_down_mm": float("nan")}, "identified numbers must be finite"),
+        ({"values": (-1.0, 1.0)}, "identified outer_modulus_MPa must be greater than 0"),
+        ({"zeros_microstrain": (1.0,)}, "identified zeros_microstrain must hold 5 numbers"),
+    ],
+)
+def test_an_identification_that_does_not_fit_together_is_refused(change, message):
+    from papilla.identified import Identified
+
+    given = {
+        **{"status": "ok", "presses": 3, "specimen": "block", "friction": 0.0, "touch_down_mm": 0.0},
+        **{"parameters": ("outer_modulus_MPa", "gain.g1"), "logarithmic": (True, False), "values": (1.0, 2.0)},
+        **{"zeros_microstrain": (0.0,) * 5, "lower": (0.9, 1.5), "upper": (1.1, 2.5)},
+        **{"covariance": ((1.0, 0.0), (0.0, 1.0)), "chi_square": 1.0, "freedom": 1.0},
+        **{"force_error": 0.01, "noise_microstrain": 5.0},
+    }
+    with pytest.raises(InputError, match=message):
+        dataclasses.replace(Finger.default(), identified=Identified(**{**given, **change}))

@@ -1,0 +1,107 @@
+"""`papilla identify`: a finger that every command takes, what it says of it, and what it refuses."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+from papilla.calibrate.identification import fit
+from papilla.fem.pressing.response import response
+from papilla.fem.reduction.family import family
+from papilla.finger import Finger
+from papilla.specimen import Block
+
+SIZE_MM = 2.8
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    return response(family(Finger.default(), size_mm=SIZE_MM), Block(1.0, 10.0))
+
+
+@pytest.fixture
+def bench(smooth, tmp_path, monkeypatch):
+    """Writes a log of presses; changes: columns by name, or a factor of one."""
+    monkeypatch.setattr(fit, "SIZE_MM", SIZE_MM)
+
+    def write(name="log.csv", **changes):
+        rng = np.random.default_rng(2)
+        force, modulus = (one.ravel() for one in np.meshgrid((0.1, 0.2, 0.4, 0.7, 0.98), (0.089, 0.51)))
+        felt = smooth.felt(force * (1 + 0.01 * rng.normal(size=10)), modulus, 0.2, 0.04)
+        gain, lever = np.array([0.1, -0.3, 0.2, 0.15, 0.1]), np.array([0.05, 0.1, -0.2, -0.1, 0.0])
+        readings = 1e6 * (gain * felt.values[:, 0] + lever * felt.values[:, 1]) + [5, -10, 15, 0, -20]
+        columns = {"force_N": force, "modulus_MPa": modulus}
+        columns |= {f"g{k + 1}": readings[:, k] + 5 * rng.normal(size=10) for k in range(5)}
+        columns["indentation_mm"] = felt.indentation + 0.15
+        for key, change in changes.items():
+            columns[key] = change(columns[key]) if callable(change) else change
+        columns = {key: values for key, values in columns.items() if values is not None}
+        path = tmp_path / name
+        np.savetxt(path, np.column_stack([*columns.values()]), delimiter=",", header=",".join(columns), comments="")
+        return path
+
+    return write
+
+
+def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_path):
+    out, report = tmp_path / "f.toml", tmp_path / "r.html"
+    answer = papilla("identify", bench(), "--out", out, "--report", report, "--json")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)
+    outer = found["parameters"]["outer_modulus_MPa"]
+    assert outer["lower"] < 0.2 < outer["upper"] and outer["lower"] < outer["value"] < outer["upper"]
+    assert found["presses"] == 10 and found["friction"] == "stick" and found["finger"] == str(out)
+    assert any("g2 reads backwards" in doubt for doubt in found["doubts"])
+    finger = Finger.load(out)
+    assert finger.outer.modulus == outer["value"] and finger.gauges[1].membrane_gain < 0
+    assert finger.identified.zeros_microstrain[2] == found["parameters"]["zero_microstrain.g3"]["value"]
+    assert finger.bench.touch_down == pytest.approx(0.15, abs=0.03)
+    assert finger.sha256 == Finger.load(out).sha256
+    page = report.read_text()
+    assert "inner_modulus_MPa" in page and page.count("<img") == 2 and "http" not in page.split("<img")[0]
+    again = tmp_path / "again.toml"
+    finger.save(again)
+    assert tomllib.loads(again.read_text()) == tomllib.loads(out.read_text())
+
+
+def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_path):
+    answer = papilla("identify", bench(), "--out", "f.toml", "--fix", "lever_mm.g5=0")
+    assert answer.code == 0, answer.err
+    assert "inner_modulus_MPa" in answer.out and "held" in answer.out and "Status: " in answer.out
+    assert Finger.load("f.toml").gauges[4].lever_mm == 0
+
+
+@pytest.mark.parametrize(
+    "changes, options, message",
+    [
+        ({"force_N": lambda force: 102 * force}, [], "is force_N in N (1 gf is 0.0098 N)"),
+        ({"modulus_MPa": lambda modulus: 1000 * modulus}, [], "is it in kPa?"),
+        ({f"g{k}": lambda reading: 1e-6 * reading for k in range(1, 6)}, [], "are these strains?"),
+        ({"g5": None}, [], "the log has 4 gauges (g1, g2, g3, g4), the finger"),
+        ({"g6": np.ones(10)}, [], "the log has 6 gauges"),
+        ({"x_mm": np.ones(10)}, [], "a finger is identified at the apex alone"),
+        ({"g2": np.full(10, np.nan)}, [], "expected a finite number, got nan"),
+        ({}, ["--fix", "gain"], "--fix takes NAME=VALUE, got 'gain'"),
+        ({}, ["--fix", "gain=many"], "--fix gain must be a number, got 'many'"),
+        ({}, ["--free", "thicknes_mm"], "did you mean thickness_mm?"),
+        ({}, ["--out", "log.csv"], "would overwrite the input"),
+        ({}, ["--specimen", "sphere"], "a sphere needs --radius"),
+    ],
+)
+def test_what_cannot_be_identified_is_one_line(refused, bench, changes, options, message):
+    path = bench(**changes)
+    out = [] if "--out" in options else ["--out", "f.toml"]
+    assert message in refused("identify", path, *out, *options)
+
+
+@pytest.mark.parametrize(
+    "changes, doubt",
+    [
+        ({"g4": lambda reading: 0 * reading + 3.0}, "g4 hardly follows the presses"),
+        ({"modulus_MPa": lambda modulus: 0 * modulus + 0.51}, "all presses are on one modulus"),
+    ],
+)
+def test_what_presses_leave_open_is_a_doubt(papilla, bench, changes, doubt):
+    found = json.loads(papilla("identify", bench(**changes), "--out", "f.toml", "--json").out)
+    assert any(doubt in one for one in found["doubts"]) and found["status"].startswith("doubtful")
