@@ -68,6 +68,7 @@ def simulate(
     parameters_rate: RateOption = 50.0,
     seed: Annotated[int, typer.Option(help="Of noise and links.", min=0)] = 0,
     out: Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")] = None,
+    html: Annotated[Path | None, typer.Option(help="Page to play with: finger, grating, sliders (HTML).")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Simulate hand, link, sensor and display, with the local model and with direct feedback on the same signals.
@@ -81,21 +82,15 @@ def simulate(
     """
     from papilla import checks
     from papilla.files import check_writable
-    from papilla.telepresence.link import LinkModel
     from papilla.telepresence.loop import Motion, Set, run
 
-    outputs = [out] if out else []
+    outputs = [path for path in (out, html) if path is not None]
     keep_inputs([log], outputs)
     checks.within("--uplink-share", uplink_share, 0, 1)
     common = {"jitter_ms": jitter_ms, "loss": loss, "reordering": reordering, "duplication": duplication}
     if bandwidth is not None:
         common["bandwidth_bytes_s"] = checks.positive("--bandwidth", bandwidth)
-    checks.within("--round-trip-ms", round_trip_ms, 0, 10_000)
-    checks.within("--round-trip-sd-ms", round_trip_sd_ms, 0, 10_000)
-
-    def way(share: float) -> "LinkModel":
-        return LinkModel(one_way_ms=share * round_trip_ms, one_way_sd_ms=share**0.5 * round_trip_sd_ms, **common)
-
+    up, down = (_way(share, round_trip_ms, round_trip_sd_ms, common) for share in (uplink_share, 1 - uplink_share))
     motion = Motion(speed, strokes)
     texture, start = _texture(wavelength, second_wavelength, amplitude, log, motion, seconds)
     for path in outputs:
@@ -104,8 +99,8 @@ def simulate(
         texture,
         motion,
         seconds,
-        way(uplink_share),
-        way(1 - uplink_share),
+        up,
+        down,
         noise if log is None else 0.0,
         components,
         parameters_rate,
@@ -117,10 +112,23 @@ def simulate(
     if out is not None:
         _write(out, record)
         found["table"] = str(out)
+    if html is not None:
+        _write_page(html, scene, record, round_trip_ms)
+        found["page"] = str(html)
     if as_json:
         print_json(found)
     else:
         _print(found)
+
+
+def _way(share: float, round_trip_ms: float, round_trip_sd_ms: float, common: dict) -> "LinkModel":
+    """One way of the link, with its share of the round trip."""
+    from papilla import checks
+    from papilla.telepresence.link import LinkModel
+
+    mean = share * checks.within("--round-trip-ms", round_trip_ms, 0, 10_000)
+    sd = share**0.5 * checks.within("--round-trip-sd-ms", round_trip_sd_ms, 0, 10_000)
+    return LinkModel(one_way_ms=mean, one_way_sd_ms=sd, **common)
 
 
 def _texture(wavelength, second, amplitude, log, motion, seconds) -> "tuple[Texture, float]":
@@ -203,3 +211,24 @@ def _write(path: Path, record: "Record") -> None:
     columns = [record.time_s, record.hand_mm, record.local_um, record.direct_um, record.wavelength_mm]
     with table_writer(path, names) as write:
         write([*columns, record.direct_mm, record.truth_mm, record.round_trip_ms])
+
+
+def _write_page(path: Path, scene, record: "Record", round_trip_ms: float) -> None:
+    """The page, which begins with the wavelength, motion, delay and loss of the run."""
+    from papilla.telepresence.amplitude import Measured
+    from papilla.telepresence.loop import RATE_HZ
+    from papilla.telepresence.page import settings, write_page
+
+    wavelength = scene.texture.wavelength(scene.start_mm)
+    if not wavelength > 0:
+        raise InputError("the recorded texture has no significant line, so there is no grating for --html")
+    begin = settings(
+        scene.motion,
+        wavelength_mm=wavelength,
+        round_trip_ms=round_trip_ms,
+        loss=scene.downlink.loss,
+        amplitude_um=Measured()(wavelength, 50.0),
+        bytes_local=record.bytes_per_s["local"] / scene.parameters_Hz,
+        bytes_direct=record.bytes_per_s["direct"] / RATE_HZ,
+    )
+    write_page(path, begin)

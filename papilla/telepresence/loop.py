@@ -23,6 +23,8 @@ from papilla.telepresence.texture import Texture
 HAND_HZ, RATE_HZ = 250.0, 1000.0
 """Positions and control periods a second: Okamoto et al. 2011, section 3."""
 PARAMETERS_HZ = 50.0
+WANDER_HZ = 0.31
+"""How often the rate of the strokes wanders."""
 SETTLE_S = 1.0
 """Of the begin, left out of every measure."""
 SCALE_SIGMA = 1e-3
@@ -33,15 +35,18 @@ SCALE_SIGMA = 1e-3
 class Motion:
     """What the hand does: strokes to and fro of this peak speed and rate, or, at 0 Hz, one at a constant speed.
 
-    The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s.
+    The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s, of which the rate wanders
+    by 10 % and back every 3.2 s as a hand's does. Strokes that repeat exactly would look the same half a stroke later.
     """
 
     peak_mm_s: float = 197.0
     strokes_Hz: float = 1.07
+    wander: float = 0.1
 
     def __post_init__(self):
         checks.within("peak_mm_s", self.peak_mm_s, 1, 1000)
         checks.within("strokes_Hz", self.strokes_Hz, 0, 10)
+        checks.within("wander", self.wander, 0, 0.5)
 
     @property
     def length_mm(self) -> float:
@@ -52,7 +57,9 @@ class Motion:
         """Position at a time or times; the strokes begin at 0 and go forth first."""
         if self.strokes_Hz == 0:
             return self.peak_mm_s * np.asarray(time_s)
-        return 0.5 * self.length_mm * (1 - np.cos(2 * math.pi * self.strokes_Hz * np.asarray(time_s)))
+        time, slow = np.asarray(time_s), 2 * math.pi * WANDER_HZ
+        turned = 2 * math.pi * self.strokes_Hz * (time + self.wander / slow * (1 - np.cos(slow * time)))
+        return 0.5 * self.length_mm * (1 - np.cos(turned))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ SLOW = 0.3
 SILENT = 0.05
 """Of the greatest rms of a window: below it nothing is felt."""
 
+NEAR_S, BROAD_S = 0.15, 0.02
+"""How far from the common lag a window's may be, and over how much of a lag windows agree: delays change."""
 STEADY = 0.2
 """Share of the greatest speed by which the speed must change within a window that tells a lag."""
 
@@ -18,9 +20,10 @@ STEADY = 0.2
 def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: float = -0.05) -> float:
     """How late a displayed signal is behind the hand: the shift that makes it fit the texture under the hand best.
 
-    Window by window (0.25 s), the greatest |sum shown(t) exp(-2 pi i turns(t - lag))| between `earliest_s` and
-    `longest_s`; the median over windows. NaN where nothing is displayed or the speed never changes: a steady sine fits
-    at any lag.
+    In windows of 0.25 s, |sum shown(t) exp(-2 pi i turns(t - lag))| over lags from `earliest_s` to `longest_s`. To and
+    fro fit alike, so one window fits half a stroke later too; their sum does not, where strokes differ. The answer is
+    the median over windows of the best lag within 0.15 s of the best of that sum. NaN where nothing is displayed or
+    the speed never changes: a steady sine fits at any lag.
 
     Parameters
     ----------
@@ -29,18 +32,24 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
     """
     signal = np.asarray(shown, float)
     wave, place = np.exp(-2j * math.pi * np.asarray(turns, float)), np.asarray(place_mm, float)
-    size, first, last = round(LAG_WINDOW_S * rate_Hz), round(earliest_s * rate_Hz), round(longest_s * rate_Hz)
-    loudest = _loudest(signal, size)
-    found = []
+    size, first, last = (round(own * rate_Hz) for own in (LAG_WINDOW_S, earliest_s, longest_s))
+    loudest, scores = _loudest(signal, size), []
     for begin in range(max(0, last), signal.size - size + min(0, first), size // 2):
-        part = signal[begin : begin + size]
-        around = wave[begin - last : begin - first + size]
-        speeds = np.abs(np.diff(place[begin - last : begin - first + size]))
+        part, around = signal[begin : begin + size], slice(begin - last, begin - first + size)
+        speeds = np.abs(np.diff(place[around]))
         if loudest == 0 or part.std() < SILENT * loudest or np.ptp(speeds) < STEADY * speeds.max():
             continue
         # `correlate` conjugates its second argument; the signal is real, so nothing changes.
-        score = np.abs(np.correlate(around, part - part.mean(), "valid"))[::-1]
-        best = int(np.argmax(score))
+        score = np.abs(np.correlate(wave[around], part - part.mean(), "valid"))[::-1]
+        scores.append(score / score.max())
+    if not scores:
+        return math.nan
+    near, found = round(NEAR_S * rate_Hz), []
+    broad = np.convolve(np.sum(scores, axis=0), np.ones(round(BROAD_S * rate_Hz)), "same")
+    middle = int(np.argmax(broad))
+    low = max(0, middle - near)
+    for score in scores:
+        best = low + int(np.argmax(score[low : middle + near + 1]))
         if 0 < best < score.size - 1:
             found.append((first + best + _vertex(score[best - 1 : best + 2])) / rate_Hz)
     return float(np.median(found)) if found else math.nan
@@ -70,7 +79,8 @@ def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.
     """The strongest line of what is displayed over the hand's own path, in windows of 0.25 s, each a quarter later.
 
     It is what "frequency over own speed" tells an observer who knows his movement exactly, also where it changes.
-    Windows in which the hand is slower than 30 % of its peak, or the true wavelength changes, are left out.
+    Windows in which the hand is slower than 30 % of its peak, or the true wavelength changes, are left out; in one of
+    which a quarter is silent nothing is felt.
 
     Parameters
     ----------
@@ -89,7 +99,8 @@ def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.
         part = signal[rows] - signal[rows].mean()
         times.append((begin + size) / rate_Hz)
         true.append(truth[begin])
-        if loudest == 0 or part.std() < SILENT * loudest:
+        quarters = part[: size // 4 * 4].reshape(4, -1).std(axis=1)
+        if loudest == 0 or quarters.min() < SILENT * loudest:
             felt.append(math.nan)
             continue
         power = np.abs(np.exp(-2j * math.pi * np.outer(wavenumbers, place[rows])) @ part)

@@ -42,7 +42,7 @@ class Pairwise:
         return int((np.round(self.rates, 1) >= 0.9).sum())
 
 
-def pairwise_2007(seed: int = 0, seconds: float = 3.0, round_trip_ms: float = 0.0) -> Pairwise:
+def pairwise_2007(seed: int = 0, seconds: float = 4.0, round_trip_ms: float = 0.0) -> Pairwise:
     """Run the loop on each grating, and let the fitted observer compare what is displayed."""
     logs = []
     for number, wavelength in enumerate(WAVELENGTHS_2007_MM):

@@ -1,0 +1,63 @@
+"""A page to play with: hand, grating, sliders for delay and loss, and what both displays do; one file, no network."""
+
+import json
+from importlib.resources import files
+from os import PathLike
+from typing import Any
+
+from papilla.files import write_text
+from papilla.telepresence.actuator import FADE, PIEZO
+from papilla.telepresence.hand import FASTEST_MM_S
+from papilla.telepresence.local_model import RAMP_S
+from papilla.telepresence.loop import WANDER_HZ, Motion
+from papilla.telepresence.safety import Safety
+
+MARK = "/*SETTINGS*/{}"
+
+
+def settings(
+    motion: Motion,
+    *,
+    wavelength_mm: float,
+    round_trip_ms: float,
+    loss: float,
+    amplitude_um: float,
+    bytes_local: float,
+    bytes_direct: float,
+) -> dict[str, Any]:
+    """What the page begins with, and the limits of its local model, which are those of `LocalModel`.
+
+    bytes_local, bytes_direct : of one message. A hand at constant speed makes strokes of one a second on the page.
+    """
+    safety, strokes = Safety(), motion.strokes_Hz or 1.0
+    return {
+        "wavelength_mm": wavelength_mm,
+        "round_trip_ms": round_trip_ms,
+        "loss": loss,
+        "amplitude_um": min(amplitude_um, PIEZO.amplitude_um),
+        "strokes_Hz": strokes,
+        "wander": motion.wander,
+        "wander_Hz": WANDER_HZ,
+        "length_mm": Motion(motion.peak_mm_s, strokes).length_mm,
+        "bytes_local": bytes_local,
+        "bytes_direct": bytes_direct,
+        "stroke": True,
+        "cut": False,
+        "slow": 1,
+        "limits": {
+            "band_Hz": PIEZO.band_Hz,
+            "amplitude_um": PIEZO.amplitude_um,
+            "fade": FADE,
+            "ramp_s": RAMP_S,
+            "fastest_mm_s": FASTEST_MM_S,
+            "hold_s": safety.hold_s,
+            "decay_s": safety.decay_s,
+            "attack_s": safety.attack_s,
+        },
+    }
+
+
+def write_page(path: str | PathLike, begin: dict[str, Any]) -> None:
+    """Write the page that begins with these `settings`; raises `FileAccessError`."""
+    template = (files("papilla") / "telepresence" / "templates" / "page.html").read_text(encoding="utf-8")
+    write_text(path, template.replace(MARK, json.dumps(begin, allow_nan=False).replace("</", "<\\/")))
