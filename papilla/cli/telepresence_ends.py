@@ -2,9 +2,9 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -26,10 +26,14 @@ from papilla.errors import InputError
 if TYPE_CHECKING:
     from papilla.telepresence.period import Period
     from papilla.telepresence.processes import Live, Report
+    from papilla.telepresence.sensing import Sensing
+    from papilla.telepresence.sources import Source
     from papilla.telepresence.udp import Endpoint
 
 ROWS = 100
 """Of a table that are written at once, which takes less than a control period."""
+TOLD = ("modulus_MPa", "modulus_sigma_MPa", "contact_area_mm2", "mu_kinetic", "mu_static")
+"""Columns of the display's table that are for other displays than that of texture."""
 AWAY_S = 5.0
 """Between two live lines of one state where nobody sits at a terminal."""
 
@@ -38,6 +42,9 @@ PeerOption = Annotated[str, typer.Option(help="The other end: the only address t
 KeyOption = Annotated[
     Path | None, typer.Option(help="File with a secret of 16 bytes or more that both ends share (HMAC).")
 ]
+LogOption = Annotated[Path | None, typer.Option(help="Time log to play again, in place of the grating.")]
+CalibrationOption = Annotated[Path | None, typer.Option(help="Calibration file (JSON) of the log's finger.")]
+SweepOption = Annotated[Path | None, typer.Option(help="sweep.csv of the calibration, for the contact area.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time; without it, at Ctrl-C.")]
 
 
@@ -49,6 +56,9 @@ def sensor(
     wavelength: WavelengthOption = 1.2,
     amplitude: AmplitudeOption = 50.0,
     noise: NoiseOption = 3.5,
+    log: LogOption = None,
+    calibration: CalibrationOption = None,
+    sweep: SweepOption = None,
     components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
     seconds: SecondsOption = None,
@@ -57,26 +67,25 @@ def sensor(
 ) -> None:
     """Follow a remote hand over a simulated grating, estimate its wavelength at 1 kHz, and send that.
 
+    With --log, the rows of a log are played again at their times instead: with --calibration and a column force_N the
+    modulus is sent too, with tangential_N friction, and with --sweep the contact area.
+
     Start `papilla telepresence display` on another machine or in another terminal, in any order; either may be stopped,
     killed and started again. The grating stands for finger, arm and board: with those, write the same few lines around
     `papilla.telepresence.Sensing` and `Endpoint`.
     """
-    import random
-
     from papilla import checks
     from papilla.telepresence.processes import run_sensor
-    from papilla.telepresence.texture import GratingTexture
 
-    texture, draw = GratingTexture(wavelength, amplitude), random.Random(seed)
-    sigma = checks.within("--noise", noise, 0, 1e6)
     checks.within("--parameters-rate", parameters_rate, 1, 1000)
+    source = _source(log, wavelength, amplitude, checks.within("--noise", noise, 0, 1e6), seed)
+    sensing = _sensing(source, log, calibration, sweep, components)
     with _endpoint(listen, peer, key_file) as endpoint, _live() as report:
         stopped = _until_stopped(
             lambda period: run_sensor(
                 endpoint,
-                texture,
-                noise=lambda: draw.gauss(0.0, sigma),
-                components=components,
+                source,
+                sensing,
                 parameters_Hz=parameters_rate,
                 seconds=_time(seconds),
                 report=report,
@@ -121,11 +130,11 @@ def display(
         keep = {}
         if out is not None:
             check_writable(out.parent)
-            names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain")
+            names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain", *TOLD)
             write = stack.enter_context(table_writer(out, names))
 
-            def kept(now, place, shown):
-                rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain))
+            def kept(now, place, shown, told):
+                rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *_told(told)))
                 if len(rows) >= ROWS:
                     write(zip(*rows, strict=True))
                     rows.clear()
@@ -142,6 +151,54 @@ def display(
         if rows:
             write(zip(*rows, strict=True))
     raise typer.Exit(stopped)
+
+
+def _told(message) -> list[float]:
+    """What a message tells of softness and friction, NaN where it does not."""
+    if message is None:
+        return [float("nan")] * len(TOLD)
+    modulus, area = message.modulus, message.area
+    values = [modulus and modulus.value, modulus and modulus.sigma, area and area.value]
+    values += [one and one.value for one in (message.mu_kinetic, message.mu_static)]
+    return [float("nan") if value is None else value for value in values]
+
+
+def _source(log: Path | None, wavelength: float, amplitude: float, noise: float, seed: int) -> "Source":
+    """The texture or log of the options."""
+    import random
+
+    from papilla.logs import read_time_log
+    from papilla.telepresence.sources import LogSource, TextureSource
+    from papilla.telepresence.texture import GratingTexture
+
+    if log is not None:
+        return LogSource(read_time_log(log))
+    draw = random.Random(seed)
+    return TextureSource(GratingTexture(wavelength, amplitude), lambda: draw.gauss(0.0, noise))
+
+
+def _sensing(source: "Source", log, calibration: Path | None, sweep: Path | None, components: int) -> "Sensing":
+    """The estimators of a source, with modulus and contact area where there is what they need."""
+    from papilla.calibration import Calibration
+    from papilla.estimators import Pipeline
+    from papilla.telepresence.contact_area import ContactArea
+    from papilla.telepresence.loop import SCALE_SIGMA
+    from papilla.telepresence.sensing import Sensing
+
+    if log is None and (calibration or sweep):
+        raise InputError("--calibration and --sweep are for a --log: the simulated grating has no softness")
+    if sweep and not calibration:
+        raise InputError("--sweep needs --calibration: the contact area is of a force and a modulus")
+    path: dict[str, Any] = {} if log is not None else {"scale_sigma": SCALE_SIGMA, "latency_s": 0.0}
+    with about(log) if log is not None else nullcontext():
+        pipeline = Pipeline(
+            Calibration.load(calibration) if calibration else None,
+            gauges=source.gauges,
+            columns=source.columns,
+            **path,
+        )
+        area = ContactArea.load(sweep) if sweep else None
+        return Sensing(pipeline, components=components, area=area)
 
 
 def _time(seconds: float | None) -> float:

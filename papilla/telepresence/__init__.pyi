@@ -10,6 +10,7 @@ from .answer import DisplayStatus as DisplayStatus
 from .answer import Shown as Shown
 from .answer import Trust as Trust
 from .components import Component as Component
+from .contact_area import ContactArea as ContactArea
 from .direct import DirectFeedback as DirectFeedback
 from .gate import Gate as Gate
 from .hand import Hand as Hand

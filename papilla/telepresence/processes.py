@@ -5,20 +5,20 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from papilla.estimators.pipeline import Pipeline
 from papilla.telepresence.answer import DisplayStatus, Shown, Trust
 from papilla.telepresence.gate import Counts
-from papilla.telepresence.hand import RemoteHand
 from papilla.telepresence.local_model import LocalModel
-from papilla.telepresence.loop import HAND_HZ, PARAMETERS_HZ, SCALE_SIGMA, Motion
+from papilla.telepresence.loop import HAND_HZ, PARAMETERS_HZ, Motion
 from papilla.telepresence.messages import HandReading, Length, Parameters, quantity
 from papilla.telepresence.period import Period
 from papilla.telepresence.sensing import Sensing
-from papilla.telepresence.texture import Texture
+from papilla.telepresence.sources import Source
 from papilla.telepresence.udp import Endpoint
 
 LIVE_S = 0.25
 """How often the live line is renewed."""
+CATCH_UP = 4
+"""Samples that one period takes at most."""
 
 
 class Live(NamedTuple):
@@ -36,33 +36,32 @@ Report = Callable[[Live], None]
 
 def run_sensor(
     endpoint: Endpoint,
-    texture: Texture,
+    source: Source,
+    sensing: Sensing,
     *,
-    noise: Callable[[], float] = lambda: 0.0,
-    components: int = 1,
     parameters_Hz: float = PARAMETERS_HZ,
     seconds: float = math.inf,
     report: Report = lambda live: None,
     period: Period | None = None,
 ) -> Period:
-    """Follow the remote hand over a texture at 1 kHz and send what the estimators find.
+    """Sample a source at 1 kHz and send what the estimators find, until it is over or so many seconds have passed.
 
-    The texture stands for finger, arm and board, which a user of `Sensing` and `Endpoint` puts in its place. Returns
-    what the period kept.
+    Returns what the period kept.
     """
     period = Period() if period is None else period
-    pipeline = Pipeline(gauges=1, columns=("position_mm",), scale_sigma=SCALE_SIGMA, latency_s=0.0)
-    sensing, remote = Sensing(pipeline, components=components), RemoteHand()
     told_s = live_s = heard_s = -math.inf
     for now in period.ticks(seconds):
         for heard in endpoint.receive():
-            position = heard.message.position.value if isinstance(heard.message, HandReading) else None
-            if position is not None:
-                heard_s = now
-                remote.read(1e-9 * heard.arrived_ns, 1e-9 * heard.sent_ns, position)
-        place, speed = remote.at(1e-9 * endpoint.now_ns())
-        if math.isfinite(place):
-            sensing.update((now, texture.reading(place, speed) + noise(), place))
+            heard_s = now
+            source.hear(heard)
+        # A row that came late is made up for at once, some at a time.
+        for _ in range(CATCH_UP):
+            sample = source.sample(now, endpoint.now_ns())
+            if sample is None:
+                break
+            sensing.update(sample)
+            if sample[0] > now - period.period_s:
+                break
         if now - told_s >= 1 / parameters_Hz - 0.5 * period.period_s:
             told_s = now
             endpoint.send(sensing.parameters)
@@ -72,8 +71,10 @@ def run_sensor(
             found = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
             state = {Trust.OK: "ok", Trust.HELD: "wavelength held", Trust.UNKNOWN: "no wavelength"}[trust]
             if now - heard_s > 1:
-                state = "no hand is heard"
-            report(Live(now, state, f"hand at {place:.1f} mm{found}", endpoint.gate.counts, period))
+                state = "no display is heard"
+            report(Live(now, state, f"{source.said}{found}", endpoint.gate.counts, period))
+        if source.over:
+            break
     return period
 
 
@@ -84,17 +85,18 @@ def run_display(
     *,
     seconds: float = math.inf,
     report: Report = lambda live: None,
-    keep: Callable[[float, float, Shown], None] = lambda now, place, shown: None,
+    keep: Callable[[float, float, Shown, Parameters | None], None] = lambda now, place, shown, told: None,
     period: Period | None = None,
 ) -> Period:
     """Send where the hand is at 250 Hz and display the texture under it at 1 kHz.
 
-    The motion stands for the encoder of the operator's slider. `keep` is called with the time, the hand's position and
-    what is displayed in every period. Returns what the period kept.
+    The motion stands for the encoder of the operator's slider. `keep` is called in every period with the time, the
+    hand's position, what is displayed, and the last message: its modulus, friction and contact area are for displays of
+    those. Returns what the period kept.
     """
     period = Period(1 / model.rate_Hz) if period is None else period
     hand_s = live_s = -math.inf
-    age_ns = math.nan
+    age_ns, told = math.nan, None
     for now in period.ticks(seconds):
         place = float(motion.place_mm(now))
         if now - hand_s >= 1 / HAND_HZ - 0.5 * period.period_s:
@@ -103,14 +105,20 @@ def run_display(
             endpoint.send(partial(HandReading, position=quantity(Length, place)))
         for heard in endpoint.receive():
             if isinstance(heard.message, Parameters):
-                age_ns = heard.age_ns
-                model.learn(now, heard.message.components, Trust(heard.message.texture))
+                age_ns, told = heard.age_ns, heard.message
+                model.learn(now, told.components, Trust(told.texture))
         shown = model.update(now)
-        keep(now, place, shown)
+        keep(now, place, shown, told)
         if now - live_s >= LIVE_S:
             live_s = now
             said = f"{shown.wavelength_mm:.3f} mm, {shown.frequency_Hz:.0f} Hz, gain {shown.gain:.2f}, "
-            said += f"last message {1e-6 * age_ns:.1f} ms old when it came"
+            said += _softness(told) + f"last message {1e-6 * age_ns:.1f} ms old when it came"
             state = DisplayStatus(shown.status).sentence
             report(Live(now, state, said, endpoint.gate.counts, period))
     return period
+
+
+def _softness(told: Parameters | None) -> str:
+    """Modulus and contact area of a message, where it has them."""
+    parts = [] if told is None else [(told.modulus, "MPa"), (told.area, "mm²")]
+    return "".join(f"{one.value:.3g} {unit}, " for one, unit in parts if one is not None and one.value is not None)

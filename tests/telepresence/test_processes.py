@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from papilla.errors import FileAccessError, InputError
@@ -61,28 +62,43 @@ class End:
         return code, out
 
 
+@pytest.fixture
+def start():
+    """Starts an `End`; what still runs after the test is killed."""
+    ends = []
+
+    def begin(*arguments):
+        ends.append(End(*arguments))
+        return ends[-1]
+
+    yield begin
+    for one in ends:
+        if one.process.returncode is None:
+            one.end(signal.SIGKILL)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("with_key", [False, True])
-def test_either_process_survives_kill_9_of_the_other(tmp_path, with_key):
+def test_either_process_survives_kill_9_of_the_other(start, tmp_path, with_key):
     ports, options = free_ports(2), ()
     if with_key:
         (tmp_path / "key").write_bytes(b"a secret of more than 16 bytes")
         options = ("--key-file", str(tmp_path / "key"))
-    sensor = End("sensor", *ports, *options)
-    display = End("display", *reversed(ports), *options, "--out", str(tmp_path / "shown.csv"))
+    sensor = start("sensor", *ports, *options)
+    display = start("display", *reversed(ports), *options, "--out", str(tmp_path / "shown.csv"))
     display.wait_for("ok")
     assert sensor.end(signal.SIGKILL)[0] == -signal.SIGKILL
     display.wait_for("no message for too long")
-    sensor = End("sensor", *ports, *options)
+    sensor = start("sensor", *ports, *options)
     display.wait_for("ok")
     code, out = display.end()
     assert code == 130 and json.loads(out)["received"]["forged"] == 0
     assert (tmp_path / "shown.csv").read_text().startswith("t_s,position_mm,displacement_um")
-    sensor.wait_for("no hand")
-    display = End("display", *reversed(ports), *options)
+    sensor.wait_for("no display")
+    display = start("display", *reversed(ports), *options)
     display.wait_for("ok")
     assert display.end(signal.SIGKILL)[0] == -signal.SIGKILL
-    sensor.wait_for("no hand")
+    sensor.wait_for("no display")
     code, out = sensor.end()
     assert code == 130 and json.loads(out)["sent"] > 0
 
@@ -162,3 +178,25 @@ def test_quantiles_of_times_are_right_to_a_bin():
     assert spread.quantile_s(0.999) == pytest.approx(999e-6, rel=0.05)
     spread.add(1e9)
     assert spread.greatest_s == 1e9 and Spread().quantile_s(0.5) != Spread().quantile_s(0.5)
+
+
+@pytest.mark.slow
+def test_a_log_is_played_again_with_softness_friction_and_area(start, tmp_path):
+    time, number = np.arange(4000) / 1000, 4000
+    force, speed = np.full(number, 0.5), np.full(number, 40.0) * (1 + 0.3 * np.sin(2 * np.pi * time))
+    place = np.cumsum(speed) / 1000
+    readings = [40 * np.sin(2 * np.pi * place / 2.1), 30 * np.sin(2 * np.pi * place / 2.1 + 1)]
+    rows = np.column_stack([time, *readings, force, place, 0.4 * force])
+    header = "t_s,g1,g2,force_N,position_mm,tangential_N"
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=header, comments="")
+    ports = free_ports(2)
+    display = start("display", *reversed(ports), "--out", str(tmp_path / "shown.csv"), "--seconds", "40")
+    display.wait_for("nothing was heard")
+    sensor = start("sensor", *ports, "--log", str(tmp_path / "log.csv"))
+    display.wait_for("ok")
+    assert sensor.process.wait(PATIENCE_S) == 0
+    display.end()
+    shown = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)
+    wavelength, friction = (shown[name][np.isfinite(shown[name])] for name in ("wavelength_mm", "mu_kinetic"))
+    assert np.median(wavelength) == pytest.approx(2.1, rel=0.02) and friction[-1] == pytest.approx(0.4, rel=0.3)
+    assert np.isnan(shown["modulus_MPa"]).all(), "without a calibration there is no modulus"

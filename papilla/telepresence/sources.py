@@ -1,0 +1,94 @@
+"""What a sensor process samples: a texture under the remote hand, or a log that is played again."""
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from papilla.logs import TimeLog
+from papilla.telepresence.gate import Heard
+from papilla.telepresence.hand import RemoteHand
+from papilla.telepresence.messages import HandReading
+from papilla.telepresence.texture import Texture
+
+
+class Source(Protocol):
+    """Finger, arm and board, or what stands for them; a user of real ones writes his own."""
+
+    columns: tuple[str, ...]
+    gauges: int
+
+    def hear(self, heard: Heard) -> None:
+        """Take a message of the display."""
+
+    def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
+        """The sample of now, (t_s, gauges ..., columns ...); None where there is none yet, or none any more."""
+
+    @property
+    def over(self) -> bool:
+        """Whether no sample will come any more."""
+
+    @property
+    def said(self) -> str:
+        """Its state in a few words."""
+
+
+class TextureSource:
+    """A texture that one gauge slides over where the remote hand is; noise : what is added to a reading."""
+
+    columns: tuple[str, ...] = ("position_mm",)
+    gauges = 1
+    over = False
+
+    def __init__(self, texture: Texture, noise: Callable[[], float] = lambda: 0.0):
+        self._texture, self._noise, self._remote = texture, noise, RemoteHand()
+        self._place = math.nan
+
+    def hear(self, heard: Heard) -> None:
+        """Follow the hand."""
+        if isinstance(heard.message, HandReading) and heard.message.position.value is not None:
+            self._remote.read(1e-9 * heard.arrived_ns, 1e-9 * heard.sent_ns, heard.message.position.value)
+
+    def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
+        """Time, reading and place; None before a hand is heard."""
+        self._place, speed = self._remote.at(1e-9 * now_ns)
+        if not math.isfinite(self._place):
+            return None
+        return now_s, self._texture.reading(self._place, speed) + self._noise(), self._place
+
+    @property
+    def said(self) -> str:
+        """Where the hand is."""
+        return f"hand at {self._place:.1f} mm"
+
+
+class LogSource:
+    """The rows of a log at their times, as if they were measured now; the display's hand moves by itself."""
+
+    def __init__(self, log: TimeLog):
+        optional = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
+        self.columns = tuple(name for name in optional if getattr(log, name) is not None)
+        self.gauges, self._next = len(log.gauge_names), 0
+        rows = np.column_stack([log.t_s - log.t_s[0], log.readings, *(getattr(log, name) for name in self.columns)])
+        self._rows = [tuple(row) for row in rows.tolist()]
+
+    def hear(self, heard: Heard) -> None:
+        """The log does not follow the hand."""
+
+    def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
+        """The next row, once its time has come."""
+        if self.over or self._rows[self._next][0] > now_s:
+            return None
+        self._next += 1
+        return self._rows[self._next - 1]
+
+    @property
+    def over(self) -> bool:
+        """Whether the last row was given."""
+        return self._next >= len(self._rows)
+
+    @property
+    def said(self) -> str:
+        """How far it is."""
+        return f"row {self._next} of {len(self._rows)}"
