@@ -153,3 +153,15 @@ def test_a_profile_that_ends_under_the_finger_is_refused(finger, coarse):
     short = MeasuredProfile(np.linspace(0, 20, 201), np.zeros(201))
     with pytest.raises(ContactRangeError, match="leaves the profile, 0 to 20 mm"):
         slide(finger, short, Motion.sampled([0, 0.2], [10.0, 19.0]), section=coarse, **SLOW)
+
+
+def test_a_grating_finer_than_the_elements_is_refused(finger, coarse):
+    with pytest.raises(InputError, match="wavelength 0.2 mm is finer than the skin's elements of 0.15 mm resolve"):
+        slide(finger, Grating(0.1, 0.1, 0.5), steady(10.0, 0.1), section=coarse, **SLOW)
+
+
+def test_a_groove_wider_than_the_contact_ends_in_its_bottom(finger, coarse):
+    wide = Grating(1e6, 20.0, 0.2)
+    found = slide(finger, wide, Motion.sampled([0, 0.5], [0.0, 30.0]), section=coarse, **SLOW)
+    assert found.depth_mm[-1] - found.depth_mm[0] == pytest.approx(0.2, rel=1e-6)
+    np.testing.assert_allclose(found.readings[-1], found.readings[0], rtol=1e-6)

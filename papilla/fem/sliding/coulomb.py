@@ -9,7 +9,8 @@ slip s = u - u_old + drift of the node over the counter-body,
 Active sets (open, stick, slip to either side) are the Newton iteration of the complementarity functions that this is
 (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). Where the sets begin to circle, only the node that violates
 its law most changes at a time; where that does not end either, nodes are relaxed one by one (Gauss-Seidel), each to its
-own exact law. No convexified law: that one lifts the body while it slips.
+own exact law: for sets to begin anew with or, at last, to the end. No convexified law: that one lifts the
+body while it slips.
 """
 
 import math
@@ -21,8 +22,8 @@ from scipy.linalg.lapack import dgesv
 OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
 """State of a node: `RIGHT` and `LEFT` are the sign of its slip."""
 
-MOST_SETS, MOST_SWEEPS = 200, 400
-"""Active sets that are tried, and sweeps of the relaxation after them."""
+MOST_SETS, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 4, 10, 400
+"""Active sets that are tried, restarts of them after a few sweeps of relaxation, and sweeps of the last resort."""
 
 TOLERANCE = 1e-9
 """Of gaps and slips, in terms of the largest displacement of the step; of forces, of their sum."""
@@ -60,23 +61,43 @@ class Laws:
 
 def rub(laws: Laws, start: np.ndarray) -> Rubbed:
     """Solve a step from states (n,) to begin with."""
-    state, seen, circles = start.copy(), set(), False
+    found, state = None, start
+    for _ in range(1 + RESTARTS):
+        found, last = _newton(laws, state)
+        if found is not None:
+            return found
+        # Some sweeps at the depth of the last try find other sets to begin with
+        guess = _relax_at(laws, last.depth, last.force, FEW_SWEEPS)
+        state = guess.state
+    return _relax(laws)
+
+
+def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
+    """The step by active sets, None where they do not end; and the last set's solution."""
+    state, seen, circles = start.copy(), set(), 0
+    none = np.zeros(2 * len(start))
+    last = Rubbed(none, laws.free, laws.depth or 0.0, state, 0, "newton", math.inf)
     for count in range(1, MOST_SETS + 1):
         solved = _solve(laws, state)
         if solved is None:
             break
         force, moved, depth = solved
         following, urgency, violation = _judge(laws, state, force, moved, depth)
+        last = Rubbed(force, moved, depth, state, count, "newton", violation)
         if (following == state).all():
-            return Rubbed(force, moved, depth, state, count, "newton", violation)
+            return last, last
         if circles:
             worst = int(np.argmax(np.where(following != state, urgency, -1.0)))
+            state = state.copy()
             state[worst] = following[worst]
-            continue
-        state = following
-        circles = (key := following.tobytes()) in seen
+        else:
+            state = following
+        if (key := state.tobytes()) in seen:
+            circles += 1
+            if circles > 2:
+                break
         seen.add(key)
-    return _relax(laws, start)
+    return None, last
 
 
 def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float] | None:
@@ -146,12 +167,12 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
     return following, urgency, error
 
 
-def _relax(laws: Laws, start: np.ndarray) -> Rubbed:
+def _relax(laws: Laws) -> Rubbed:
     """The step by relaxation; of a given load, by the depth at which it is carried (secant within a bracket)."""
     if laws.load is None:
         assert laws.depth is not None
-        return _relax_at(laws, laws.depth, np.zeros(2 * len(start)))
-    n = len(start)
+        return _relax_at(laws, laws.depth, np.zeros(2 * len(laws.rise)))
+    n = len(laws.rise)
     low = float((laws.free[n:] + laws.rise).min())
     high, begun = low + laws.load * float(np.diag(laws.compliance)[n:].max()), np.zeros(2 * n)
     found = _relax_at(laws, high, begun)
@@ -173,14 +194,14 @@ def _relax(laws: Laws, start: np.ndarray) -> Rubbed:
     return found
 
 
-def _relax_at(laws: Laws, depth: float, start: np.ndarray) -> Rubbed:
+def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEEPS) -> Rubbed:
     """Nodes one by one to their own exact law until forces rest."""
     C, n = laws.compliance, len(laws.rise)
     force = start.copy()
     moved = C @ force + laws.free
     near = np.flatnonzero((laws.free[n:] + laws.rise < depth) | (force[n:] > 0))
     change, sweep = math.inf, 0
-    while sweep < MOST_SWEEPS and change > 1e-10 * max(float(force[n:].sum()), 1e-300):
+    while sweep < most and change > 1e-10 * max(float(force[n:].sum()), 1e-300):
         change, sweep = 0.0, sweep + 1
         for i in near:
             own = np.array([[C[i, i], C[i, n + i]], [C[n + i, i], C[n + i, n + i]]])

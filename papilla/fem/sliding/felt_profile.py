@@ -4,10 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from papilla.errors import InputError
 from papilla.textures import Texture
 
-POINTS, KNOTS = 120, 25
-"""Points of an average, and knots of the table a hat's width."""
+POINTS, KNOTS, MOST_KNOTS = 120, 25, 1_000_000
+"""Points of an average, knots of the table a hat's width, and knots of a table at most."""
+
+COARSEST = 2.0
+"""Wavelength in elements below which a grating is not resolved."""
 
 FAR_MM = 1e3
 """Beyond the ends of a texture there is nothing to touch."""
@@ -28,17 +32,28 @@ class FeltProfile:
     span: tuple[float, float]
 
     @classmethod
-    def of(cls, texture: Texture, hats: np.ndarray) -> "FeltProfile":
-        """The tables of hats (n, 2) with the given widths to the left and to the right."""
+    def of(cls, texture: Texture, hats: np.ndarray, reach: tuple[float, float]) -> "FeltProfile":
+        """The tables of hats (n, 2) with the given widths to the left and to the right, for places within `reach` (mm).
+
+        Raises `InputError` for a period that the hats do not resolve, and for a table of more than `MOST_KNOTS`.
+        """
         shapes, kinds = np.unique(hats.round(9), axis=0, return_inverse=True)
         fine, widest = float(hats[hats > 0].min()) / KNOTS, float(hats.max())
         period = texture.wavelength or 0.0
-        if period:
+        if period and period < COARSEST * widest:
+            raise InputError(
+                f"wavelength {period:g} mm is finer than the skin's elements of {widest:.2g} mm resolve: "
+                f"{COARSEST * widest:.2g} mm at least"
+            )
+        if period and period < reach[1] - reach[0]:
             start, length = 0.0, period
         else:
-            low, high = texture.span
-            start, length = (low - 2 * widest, high - low + 4 * widest) if np.isfinite(low) else (0.0, fine)
+            period = 0.0
+            low, high = (max(texture.span[0] - 2 * widest, reach[0]), min(texture.span[1] + 2 * widest, reach[1]))
+            start, length = low, max(high - low, fine)
         count = max(2, int(np.ceil(length / fine)))
+        if count > MOST_KNOTS:
+            raise InputError(f"{length:g} mm of texture are too long for elements of {widest:.2g} mm: slide less far")
         knots = start + length / count * np.arange(count + 1)
         values = np.empty((len(shapes), len(knots)))
         middles = (np.arange(POINTS) + 0.5) / POINTS

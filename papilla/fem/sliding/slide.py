@@ -33,6 +33,9 @@ LOSS_FACTOR = 0.1
 LONGEST_STEP_MM, LONGEST_STEP_S = 0.05, 2.6e-4
 """Path of a step, and with inertia its time; a sample takes as many as it needs."""
 
+STEPS_A_PERIOD = 8
+"""Of a fine grating at least."""
+
 MOST_STEPS = 2_000_000
 
 LARGEST_FRICTION = 3.0
@@ -148,14 +151,17 @@ class _Run:
         self.body, self.texture, self.motion, self.friction, self.loss = body, texture, motion, friction, loss
         self.load, self.depth = load, depth
         self.n = len(body.x)
-        self.felt = FeltProfile.of(texture, body.hats)
+        beside = 2 * body.half_width  # The contact's place, and how far friction may carry it
+        reach = (float(motion.position_mm.min()) - beside, float(motion.position_mm.max()) + beside)
+        self.felt = FeltProfile.of(texture, body.hats, reach)
         self.rise = body.z.max() - body.z
         fastest = np.abs(np.diff(motion.position_mm)).max()
         self.highest_Hz = highest_frequency(texture, motion, body.ridge_pitch)
         self.first_Hz = float(body.modes.omega[0] / (2 * math.pi))
         self.dynamics, self.why = choose_dynamics(dynamics, self.highest_Hz, self.first_Hz)
         longest_s = LONGEST_STEP_S if self.dynamics == "modal" else math.inf
-        self.substeps = math.ceil(max(1.0, fastest / LONGEST_STEP_MM, 1 / (motion.rate_Hz * longest_s)) - 1e-6)
+        longest = min(LONGEST_STEP_MM, (texture.wavelength or math.inf) / STEPS_A_PERIOD)
+        self.substeps = math.ceil(max(1.0, fastest / longest, 1 / (motion.rate_Hz * longest_s)) - 1e-6)
         if self.substeps * len(motion.t_s) > MOST_STEPS:
             raise InputError(f"the scene takes more than {MOST_STEPS:,} steps: slide less far, or for less time")
         self.carried, self.relaxed, self.unresolved, self.in_groove = 0.0, 0, 0, 0.0
