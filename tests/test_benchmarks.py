@@ -30,6 +30,7 @@ SHORT = {
         "dominant: friction",
     ),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),
+    "suggested_presses": (["--fingers", "2", "--size", "2.8"], {}, "suggested presses are better by"),
     "thousand_scenes": ([], {}, "peak memory"),
     "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
     "files_read": (["press"], {}, "press: "),

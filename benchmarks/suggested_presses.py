@@ -1,0 +1,91 @@
+"""By what factor presses that were suggested beat as many evenly spaced ones, for a finger of which nothing is known.
+
+Run with `python benchmarks/suggested_presses.py`. Fingers are drawn from the priors' ranges (moduli off by up to a
+factor of two, gains 0.02 to 1, levers over gains -2 to 1 mm, zeros of 20 microstrain), pressed with 1 % error in force
+and 5 microstrain a gauge, and identified; the finger found is asked for S_d over 20-100 gf x 0.05-0.72 MPa. Evenly
+spaced: forces from 5 to 100 gf, on the specimens in turn.
+"""
+
+import argparse
+
+import numpy as np
+
+from papilla.calibrate.identification.fit import SIZE_MM, identify
+from papilla.calibrate.suggest import DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA, FORCES_N, suggest
+from papilla.fem.pressing.response import response
+from papilla.fem.reduction.family import family
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.specimen import THICKNESS_MM, Block
+
+MODULI = (0.089, 0.51, 0.72)
+FORCE_ERROR, NOISE = 0.01, 5.0
+LEAST_SLOPE = 0.02
+"""As in `papilla.calibrate.suggest`: E is told no better than this slope of ln S_d lets it."""
+
+
+def drawn(random, design):
+    """Moduli (outer, inner), gains, levers and zeros of a finger."""
+    inner = design.inner.modulus * 2 ** random.uniform(-1, 1)
+    ratio = design.outer.modulus / design.inner.modulus * 2 ** random.uniform(-1, 1)
+    gains = np.exp(random.uniform(np.log(0.02), 0, 5))
+    return (ratio * inner, inner), gains, gains * random.uniform(-2, 1, 5), random.normal(0, 20, 5)
+
+
+def readings(told, moduli, gains, levers, zeros, force, modulus):
+    """(n, 5) in microstrain, without noise."""
+    felt = told.felt(force, modulus, *moduli).values
+    return 1e6 * (gains * felt[:, 0] + levers * felt[:, 1]) + zeros
+
+
+def missed(told, finger, found, force, modulus):
+    """Relative errors (m,) of S_d, and of E as it is told from S_d."""
+    moduli, gains, levers, _ = finger
+    true = readings(told, moduli, gains, levers, 0.0, force, modulus).std(axis=1)
+    other = found.finger
+    layers = other.outer.modulus, other.inner.modulus
+    seen = ([one.membrane_gain for one in other.gauges], [one.lever_mm for one in other.gauges])
+    zeros = finger[3] - [found.values[f"zero_microstrain.{one.name}"] for one in other.gauges]
+    step = 1e-3
+    read = [readings(told, layers, *map(np.array, seen), -zeros, force, modulus * (1 + k * step)) for k in (0, 1)]
+    slope = np.log(read[1].std(axis=1) / read[0].std(axis=1)) / step
+    off = np.log(read[0].std(axis=1) / true)
+    return off, off / np.maximum(np.abs(slope), LEAST_SLOPE)
+
+
+def main() -> None:
+    """Draw, press, identify, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--fingers", type=int, default=100)
+    parser.add_argument("--presses", type=int, default=5)
+    parser.add_argument("--size", type=float, default=SIZE_MM)
+    asked = parser.parse_args()
+    design, random = Finger.default(), np.random.default_rng(7)
+    told = response(family(design, size_mm=asked.size), Block(1.0, THICKNESS_MM))
+    best = suggest(design, asked.presses, MODULI, size_mm=asked.size)
+    print(
+        "suggested: "
+        + ", ".join(f"{f:.3f} N on {E:g} MPa" for f, E in zip(best.force_N, best.modulus_MPa, strict=True))
+    )
+    even = np.linspace(FORCES_N[0], FORCES_N[-1], asked.presses), np.resize(MODULI, asked.presses)
+    designs = {"suggested": (np.array(best.force_N), np.array(best.modulus_MPa)), "evenly spaced": even}
+    places = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, 6), np.geomspace(*DOMAIN_MODULUS_MPA, 6))
+    domain = [axis.ravel() for axis in places]
+    errors = {name: [] for name in designs}
+    for _ in range(asked.fingers):
+        finger = drawn(random, design)
+        slips, noise = random.normal(0, FORCE_ERROR, asked.presses), random.normal(0, NOISE, (asked.presses, 5))
+        for name, (force, modulus) in designs.items():
+            read = readings(told, *finger, force * (1 + slips), modulus) + noise
+            log = PressLog(force, modulus, read, tuple(gauge.name for gauge in design.gauges))
+            found = identify(log, design, size_mm=asked.size)
+            errors[name].append([np.sqrt(np.mean(one**2)) for one in missed(told, finger, found, *domain)])
+    table = {name: np.median(rows, axis=0) for name, rows in errors.items()}
+    for name, (sd, modulus) in table.items():
+        print(f"{asked.presses} {name}: {100 * sd:.2f} % of S_d, {100 * modulus:.0f} % of E (rms, median finger)")
+    ratio = table["evenly spaced"] / table["suggested"]
+    print(f"suggested presses are better by {ratio[0]:.2f} in S_d, {ratio[1]:.2f} in E")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,230 @@
+"""What to press next: the presses that tell most about a finger, from the derivatives of what they would measure.
+
+A design is chosen for the fit that follows it (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007, chapters
+10 and 12): I-optimal, for the least mean variance of ln E told from S_d over the domain, or D-optimal, for the least
+volume of the parameters' covariance. Both need the parameters, which are not known before: the criterion's logarithm is
+averaged over fingers, those of the prior before there is a press, and the identified one after.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from papilla import checks
+from papilla.calibrate.identification.fit import SIZE_MM, Identification, free_parameters, shapes_of
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import start_of
+from papilla.calibrate.identification.problem import Problem, Shape
+from papilla.errors import InputError
+from papilla.fem.pressing.response import RATIO_LIMITS
+from papilla.fem.reduction.family import family
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.specimen import Specimen
+from papilla.units import gf_to_newton
+
+Criterion = Literal["I", "D"]
+
+FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
+"""Forces among which presses are suggested, unless others are given."""
+
+DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0)), (0.05, 0.72)
+"""Where E is to be told well."""
+GRID = 6
+"""Places along each axis of the domain."""
+
+LEAST_SLOPE = 0.02
+"""d ln S_d / d ln E below which E is not told, whatever is known of the finger: it counts no more than there."""
+
+DRAWS = 12
+"""Fingers of the prior over which a protocol from nothing is averaged."""
+
+GAINS, LEVERS_PER_GAIN_MM, STIFFER = (0.02, 1.0), (-2.0, 1.0), 2.0
+"""Their gains and levers over gains; their moduli are up to so many times as large or small as the design's."""
+
+EXCHANGES = 20
+"""Rounds of exchange, at most: each takes the best candidate in the place of every press in turn."""
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """k presses, in the order in which they tell most, and what they are expected to do.
+
+    force_N, modulus_MPa : (k,) of the presses. sigma_before, sigma_after : expected standard deviation of ln E over the
+    domain, from what is not known of the finger alone; nothing of a press's own noise is in it. criterion : "I" or "D".
+    """
+
+    force_N: tuple[float, ...]
+    modulus_MPa: tuple[float, ...]
+    sigma_before: float
+    sigma_after: float
+    criterion: Criterion
+
+
+@dataclass(frozen=True, eq=False)
+class _Finger:
+    """What the presses tell of one finger: c channels, f parameters, n candidates, m places of the domain.
+
+    known (f, f) : information of priors and presses made. each (n, f, f) : that of each candidate. told (m, f) :
+    derivatives of ln E as it is told from S_d.
+    """
+
+    known: np.ndarray
+    each: np.ndarray
+    told: np.ndarray
+
+    def log_variance(self, information: np.ndarray) -> np.ndarray:
+        """ln of the mean variance of ln E (...) at informations (..., f, f)."""
+        variance = np.einsum("mf,...fg,mg->...m", self.told, np.linalg.inv(information), self.told)
+        return np.log(variance.mean(axis=-1))
+
+
+def suggest(
+    known: Identification | Finger,
+    count: int,
+    moduli: Sequence[float],
+    *,
+    forces: Sequence[float] = FORCES_N,
+    specimen: Specimen | None = None,
+    criterion: Criterion = "I",
+    noise: Noise | None = None,
+    seed: int = 0,
+    size_mm: float = SIZE_MM,
+) -> Suggestion:
+    """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N).
+
+    known : an identification, whose presses count; or a design, for a protocol of presses from nothing, which holds for
+    any finger of its geometry. specimen : the shape of the specimens of a design's protocol, a block by default; an
+    identification has its own. noise, size_mm : as for `identify`, with a design.
+
+    Raises `InputError` for a count below 1, no moduli or forces, or any that is not positive.
+    """
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InputError(f"the number of presses to suggest must be at least 1, got {count!r}")
+    if criterion not in ("I", "D"):
+        raise InputError(f"criterion must be I or D, got {criterion!r}")
+    grid = [
+        np.array(sorted({checks.positive(f"{name} to press", value) for value in values}))
+        for name, values in (("force (N)", forces), ("modulus (MPa)", moduli))
+    ]
+    if not all(len(axis) for axis in grid):
+        raise InputError("suggesting presses needs at least one force and one modulus")
+    force, modulus = (axis.ravel() for axis in np.meshgrid(*grid, indexing="ij"))
+    if isinstance(known, Identification):
+        # Presses made count with their own weights; priors are those of the problem
+        made = known.problem.jacobian(known.vector)
+        fingers = [_finger(known.problem, known.vector, force, modulus, made.T @ made)]
+    else:
+        problem, vectors = _from_nothing(known, force, modulus, specimen, noise or Noise(), seed, size_mm)
+        fingers = [_finger(problem, vector, force, modulus, None) for vector in vectors]
+    chosen = _exchanged(fingers, _greedy(fingers, count, criterion), criterion)
+    spread = [
+        float(np.exp(np.mean([one.log_variance(one.known + one.each[rows].sum(axis=0)) for one in fingers]) / 2))
+        for rows in ([], chosen)
+    ]
+    return Suggestion(tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spread[0], spread[1], criterion)
+
+
+def _from_nothing(
+    design: Finger,
+    force: np.ndarray,
+    modulus: np.ndarray,
+    specimen: Specimen | None,
+    noise: Noise,
+    seed: int,
+    size_mm: float,
+) -> tuple[Problem, list[np.ndarray]]:
+    """The candidates of a design as a problem without measurements, and vectors (f,) of fingers of its prior."""
+    names = tuple(gauge.name for gauge in design.gauges)
+    empty = PressLog(force, modulus, np.zeros((len(force), len(names))), names)
+    shapes = shapes_of(empty, specimen, family(design, size_mm=size_mm), False, None, None)
+    held = start_of(design)
+    problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)
+    random, vectors = np.random.default_rng(seed), []
+    for _ in range(DRAWS):
+        drawn = dict(held)
+        inner = drawn["inner_modulus_MPa"] * STIFFER ** random.uniform(-1, 1)
+        ratio = drawn["outer_modulus_MPa"] / drawn["inner_modulus_MPa"] * STIFFER ** random.uniform(-1, 1)
+        drawn["inner_modulus_MPa"] = inner
+        drawn["outer_modulus_MPa"] = inner * float(np.clip(ratio, *RATIO_LIMITS))
+        for name in names:
+            drawn[f"gain.{name}"] = float(np.exp(random.uniform(*np.log(GAINS))))
+            drawn[f"lever_mm.{name}"] = drawn[f"gain.{name}"] * random.uniform(*LEVERS_PER_GAIN_MM)
+        vectors.append(replace(problem, held=drawn).start)
+    return problem, vectors
+
+
+def _finger(
+    problem: Problem, vector: np.ndarray, force: np.ndarray, modulus: np.ndarray, known: np.ndarray | None
+) -> _Finger:
+    """What candidates would tell of the finger of a vector (f,); known (f, f) : what is, None for the priors alone."""
+    candidates = _pressed(problem, vector, force, modulus)
+    jacobian = candidates.jacobian(vector)
+    priors = len(problem.free) + 1
+    each = jacobian[:-priors].reshape(len(force), -1, len(problem.free))
+    prior = jacobian[-priors:]
+    places = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, GRID), np.geomspace(*DOMAIN_MODULUS_MPA, GRID))
+    told = _pressed(problem, vector, *(axis.ravel() for axis in places)).modelled(vector)
+    g = problem.gauge_count
+    values = problem.values(vector)
+    zeros = np.array([values[f"zero_microstrain.{gauge.name}"] for gauge in problem.finger.gauges])
+    readings = told.values[:, :g] - zeros
+    apart = readings - readings.mean(axis=1, keepdims=True)
+    by = apart / (apart**2).sum(axis=1, keepdims=True)
+    slope = (by * told.by_ln_modulus[:, :g]).sum(axis=1)
+    of_sd = np.einsum("mg,mgf->mf", by, told.by_free[:, :g])
+    information = np.einsum("ncf,nch->nfh", each, each)
+    return _Finger(
+        prior.T @ prior if known is None else known,
+        information,
+        of_sd / np.maximum(np.abs(slope), LEAST_SLOPE)[:, None],
+    )
+
+
+def _pressed(problem: Problem, vector: np.ndarray, force: np.ndarray, modulus: np.ndarray) -> Problem:
+    """A finger's problem with other presses, which read what its vector (f,) says, weighted as it says."""
+    deep = None if problem.log.indentation_mm is None else np.ones(len(force))
+    shape = problem.shapes[0]
+    names = problem.log.gauge_names
+    log = PressLog(force, modulus, np.zeros((len(force), problem.gauge_count)), names, deep)
+    empty = replace(
+        problem,
+        log=log,
+        shapes=(Shape(np.arange(len(force)), shape.responses, shape.thicknesses),),
+        robust=np.ones((len(force), problem.measured.shape[1])),
+    )
+    read = replace(log, readings=empty.modelled(vector).values[:, : problem.gauge_count])
+    return replace(empty, log=read).weighted(vector)
+
+
+def _score(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> np.ndarray:
+    """The criterion (n,), lower is better, with each candidate added to the chosen rows."""
+    total = 0.0
+    for one in fingers:
+        information = one.known + one.each[rows].sum(axis=0) + one.each
+        total = total + (-np.linalg.slogdet(information)[1] if criterion == "D" else one.log_variance(information))
+    return np.asarray(total)
+
+
+def _greedy(fingers: list[_Finger], count: int, criterion: Criterion) -> list[int]:
+    rows: list[int] = []
+    for _ in range(count):
+        rows.append(int(np.argmin(_score(fingers, rows, criterion))))
+    return rows
+
+
+def _exchanged(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> list[int]:
+    """The presses after exchanging one by one for better candidates (Fedorov), until none is."""
+    for _ in range(EXCHANGES):
+        before = list(rows)
+        for k in range(len(rows)):
+            others = rows[:k] + rows[k + 1 :]
+            scores = _score(fingers, others, criterion)
+            best = int(np.argmin(scores))
+            if scores[best] < scores[rows[k]] - 1e-9:
+                rows = [*others[:k], best, *others[k:]]
+        if rows == before:
+            break
+    return rows
