@@ -9,6 +9,8 @@ from papilla.calibrate.indentation import IndentationModulus, fit_indentation
 from papilla.calibrate.material_fit import MaterialTests, fit_material
 from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibrate.suggest import Suggestion
+from papilla.calibrate.suggest import suggest as suggest_presses
 
 __all__ = [
     "DEFAULT_FORCES",
@@ -17,6 +19,7 @@ __all__ = [
     "Identification",
     "IndentationModulus",
     "MaterialTests",
+    "Suggestion",
     "Sweep",
     "c_header",
     "check",
@@ -25,6 +28,7 @@ __all__ = [
     "fit_indentation",
     "fit_material",
     "identify",
+    "suggest_presses",
     "sweep",
     "with_positions",
 ]

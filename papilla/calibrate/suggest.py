@@ -13,7 +13,8 @@ from typing import Literal
 import numpy as np
 
 from papilla import checks
-from papilla.calibrate.identification.fit import SIZE_MM, Identification, free_parameters, shapes_of
+from papilla.calibrate.identification import fit
+from papilla.calibrate.identification.fit import Identification, free_parameters, shapes_of
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import start_of
 from papilla.calibrate.identification.problem import Problem, Shape
@@ -91,7 +92,7 @@ def suggest(
     criterion: Criterion = "I",
     noise: Noise | None = None,
     seed: int = 0,
-    size_mm: float = SIZE_MM,
+    size_mm: float | None = None,
 ) -> Suggestion:
     """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N).
 
@@ -134,12 +135,14 @@ def _from_nothing(
     specimen: Specimen | None,
     noise: Noise,
     seed: int,
-    size_mm: float,
+    size_mm: float | None,
 ) -> tuple[Problem, list[np.ndarray]]:
     """The candidates of a design as a problem without measurements, and vectors (f,) of fingers of its prior."""
     names = tuple(gauge.name for gauge in design.gauges)
     empty = PressLog(force, modulus, np.zeros((len(force), len(names))), names)
-    shapes = shapes_of(empty, specimen, family(design, size_mm=size_mm), False, None, None)
+    shapes = shapes_of(
+        empty, specimen or design.bench.specimen(1.0), family(design, size_mm=size_mm or fit.SIZE_MM), False, None, None
+    )
     held = start_of(design)
     problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)
     random, vectors = np.random.default_rng(seed), []
@@ -201,11 +204,11 @@ def _pressed(problem: Problem, vector: np.ndarray, force: np.ndarray, modulus: n
 
 def _score(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> np.ndarray:
     """The criterion (n,), lower is better, with each candidate added to the chosen rows."""
-    total = 0.0
+    total = np.zeros(len(fingers[0].each))
     for one in fingers:
         information = one.known + one.each[rows].sum(axis=0) + one.each
         total = total + (-np.linalg.slogdet(information)[1] if criterion == "D" else one.log_variance(information))
-    return np.asarray(total)
+    return total
 
 
 def _greedy(fingers: list[_Finger], count: int, criterion: Criterion) -> list[int]:

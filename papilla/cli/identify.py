@@ -1,10 +1,21 @@
 """`papilla identify`: which finger made a log of presses."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from papilla.cli.identify_suggest import (
+    CriterionOption,
+    ModuliOption,
+    SuggestOption,
+    after,
+    print_protocol,
+    print_suggestion,
+    read_moduli,
+    refuse_unfit,
+    suggested,
+)
 from papilla.cli.options import (
     FingerOption,
     FrictionOption,
@@ -24,8 +35,10 @@ if TYPE_CHECKING:
 
 
 def identify(
-    log: Annotated[Path, typer.Argument(help="Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv")],
-    out: Annotated[Path, typer.Option(help="Design file of the identified finger to write (TOML).")],
+    log: Annotated[
+        Path | None, typer.Argument(help="Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Design file of the identified finger to write (TOML).")] = None,
     finger: FingerOption = None,
     free: Annotated[list[str] | None, typer.Option(help="A further parameter to fit, such as thickness_mm.")] = None,
     fix: Annotated[
@@ -40,14 +53,19 @@ def identify(
     noise: Annotated[float, typer.Option(help="Noise of a reading, microstrain.")] = 5.0,
     force_error: Annotated[float, typer.Option(help="Relative error of a force.")] = 0.01,
     report: Annotated[Path | None, typer.Option(help="Page to write on the fit (HTML).")] = None,
+    suggest: SuggestOption = None,
+    moduli: ModuliOption = None,
+    criterion: CriterionOption = "I",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
 
-    The written finger is one that every command takes; calibrate carries its uncertainty on.
+    The written finger is one that every command takes; calibrate carries its uncertainty on. With --suggest: what to
+    press next.
     """
     watch = Stopwatch()
-    rubbing, held = read_friction(friction), _held(fix or [])
+    rubbing, held, there = read_friction(friction), _held(fix or []), read_moduli(moduli)
+    refuse_unfit(log, suggest, moduli, out=out, report=report, free=free, fix=fix, friction=friction)
     from papilla.calibrate.identification import Noise, confess, record
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
@@ -61,36 +79,36 @@ def identify(
     touched = make_specimen(specimen, 1.0, thickness, radius, design)
     keep_inputs(surface_files(design), outputs)
     stated = Noise(readings_microstrain=noise, force=force_error)
+    if log is None:
+        assert suggest is not None
+        print_protocol(design, suggest, there, touched, stated, criterion, as_json)
+        return
     presses = read_presses(log)
     for path in outputs:
         check_writable(path.parent)
     with progress() as shown:
         with about(log):
-            found = fit(
-                presses,
-                design,
-                free=free or (),
-                fix=held,
-                specimen=touched,
-                noise=stated,
-                friction=rubbing,
-                progress=shown.line,
-            )
+            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
+            found = fit(presses, design, free=free or (), fix=held, **bench, progress=shown.line)
         shown.line("what to doubt")
         told = confess(found)
         identified = found.with_record(record(found, told, touched.words))
+        following = None if suggest is None else after(found, suggest, there, criterion)
         with replacing_set(outputs) as files:
-            identified.save(files[0])
+            if out is not None:
+                identified.save(files[0])
             if report is not None:
-                write_identification(files[1], found, told)
-    summary = _summary(found, told)
-    summary |= {"finger": str(out), "specimen": describe(touched), "seconds": watch.seconds}
-    if report is not None:
-        summary["report"] = str(report)
+                write_identification(files[-1], found, told)
+    written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
+    summary = _summary(found, told) | {"specimen": describe(touched), "seconds": watch.seconds} | written
+    if following is not None:
+        summary |= suggested(following)
     if as_json:
         print_json(summary)
     else:
         _print(summary)
+        if following is not None:
+            print_suggestion(following)
 
 
 def _held(fix: list[str]) -> dict[str, float]:
@@ -143,7 +161,8 @@ def _print(summary: dict) -> None:
     tell(f"Status: {summary['status']}.")
     for doubt in summary["doubts"]:
         tell(f"Doubt: {doubt}.")
-    tell(f"Wrote {', '.join(summary[key] for key in ('finger', 'report') if key in summary)}")
+    if written := [summary[key] for key in ("finger", "report") if key in summary]:
+        tell(f"Wrote {', '.join(written)}")
 
 
 _UNITS = {"_MPa": "MPa", "_mm": "mm", "_microstrain": "µε"}

@@ -1,0 +1,107 @@
+"""`papilla identify --suggest`: what to press next, after a log or for a finger of which nothing is known."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from papilla.checks import positive
+from papilla.cli.output import print_json, print_table, progress, tell
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.calibrate.identification import Identification, Noise
+    from papilla.calibrate.suggest import Suggestion
+    from papilla.finger import Finger
+    from papilla.specimen import Specimen
+
+SuggestOption = Annotated[
+    int | None, typer.Option(help="Suggest the next N presses; without a log, all of them.", metavar="N")
+]
+ModuliOption = Annotated[
+    str | None,
+    typer.Option(help="Moduli of the specimens that are there, MPa.  [default: those of the log]", metavar="E,E,..."),
+]
+CriterionOption = Annotated[
+    Literal["I", "D"], typer.Option(help="Suggest for the least variance of E (I) or of the parameters (D).")
+]
+
+
+def read_moduli(text: str | None) -> list[float]:
+    """The moduli (MPa) of the option's text, none where it is not given; raises `InputError`."""
+    found = []
+    for part in (text or "").split(",") if text is not None else []:
+        try:
+            found.append(positive("--moduli (MPa)", float(part)))
+        except ValueError as error:
+            said = str(error) if isinstance(error, InputError) else f"--moduli must be numbers in MPa, got {part!r}"
+            raise InputError(said) from error
+    return found
+
+
+def refuse_unfit(log: Path | None, suggest: int | None, moduli: str | None, **given: object) -> None:
+    """Refuse options that do not go together: those of a fit without a log, a fit of which nothing is kept."""
+    if log is None and suggest is None:
+        raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol from nothing, needs none")
+    if log is None and (asked := [name for name, value in given.items() if value is not None]):
+        raise InputError(f"--{asked[0]} needs a log of presses: a protocol from nothing fits nothing")
+    if suggest is not None and suggest < 1:
+        raise InputError(f"--suggest must be at least 1, got {suggest}")
+    if suggest is None and given["out"] is None:
+        raise InputError("Missing option '--out': the design file of the identified finger")
+    if suggest is None and moduli is not None:
+        raise InputError("--moduli goes with --suggest")
+
+
+def print_protocol(
+    design: "Finger", count: int, moduli: list[float], specimen: "Specimen", noise: "Noise", criterion, as_json: bool
+) -> None:
+    """Suggest presses for a finger of which nothing is known but its design."""
+    from papilla.calibrate.suggest import suggest
+
+    if not moduli:
+        raise InputError("a protocol from nothing needs --moduli: those of the specimens that are there, in MPa")
+    with progress() as shown:
+        shown.line("what each press would tell")
+        found = suggest(design, count, moduli, specimen=specimen, criterion=criterion, noise=noise)
+    if as_json:
+        print_json({"finger": design.name, **suggested(found)})
+    else:
+        print_suggestion(found)
+
+
+def after(found: "Identification", count: int, moduli: list[float], criterion) -> "Suggestion":
+    """The presses that tell most after those of an identification, on its specimens unless others are there."""
+    from papilla.calibrate.suggest import suggest
+
+    there = moduli or sorted({float(one) for one in found.problem.log.modulus_MPa})
+    return suggest(found, count, there, criterion=criterion)
+
+
+def suggested(found: "Suggestion") -> dict:
+    """A suggestion as plain values."""
+    presses = zip(found.force_N, found.modulus_MPa, strict=True)
+    return {
+        "suggested": [{"force_N": force, "modulus_MPa": modulus} for force, modulus in presses],
+        "criterion": found.criterion,
+        "expected_sigma_ln_E": {"before": found.sigma_before, "after": found.sigma_after},
+    }
+
+
+def print_suggestion(found: "Suggestion") -> None:
+    """Show a suggestion, the most telling press first."""
+    tell("Press next, at the apex:")
+    print_table(
+        [
+            (f"press {number}", f"{force:.3g} N on {modulus:g}", "MPa")
+            for number, (force, modulus) in enumerate(zip(found.force_N, found.modulus_MPa, strict=True), start=1)
+        ]
+    )
+    tell(
+        "What is not known of the finger then leaves E uncertain by "
+        f"{_factor(found.sigma_after)} over 20-100 gf and 0.05-0.72 MPa, now {_factor(found.sigma_before)}."
+    )
+
+
+def _factor(sigma: float) -> str:
+    return f"{100 * sigma:.2g} %" if sigma < 1 else "more than a factor of two"
