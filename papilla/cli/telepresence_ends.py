@@ -287,3 +287,32 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
             f"received, {counts.dropped} dropped; shortest round trip {found['round_trip_ms']:.2f} ms"
         )
     return code
+
+
+@telepresence.command()
+def timing(
+    seconds: Annotated[float, typer.Option(help="Of each measurement.")] = 10.0,
+    load: Annotated[
+        int | None, typer.Option(help="Busy processes beside the second measurement; one a core by default.", min=0)
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure one control period of sensor and display on this machine: two processes at 1 kHz, idle and loaded."""
+    from papilla import checks
+    from papilla.cli.output import progress, show_table
+    from papilla.studies.telepresence.timing import periods
+
+    with progress() as bar:
+        bar.line("two processes over loopback, idle and loaded")
+        rows = periods(checks.within("--seconds", seconds, 1, 3600), load)
+    if as_json:
+        print_json({"rows": [row._asdict() for row in rows]})
+        return
+    from rich.table import Table
+
+    table = Table()
+    for name in ("side", "busy", "periods", "missed", "work p50, ms", "p99.9, ms", "round trip, ms"):
+        table.add_column(name, no_wrap=True)
+    for row in rows:
+        table.add_row(*(f"{value:.3f}" if isinstance(value, float) else str(value) for value in row))
+    show_table(table)

@@ -13,6 +13,7 @@ from papilla.studies.telepresence import (
     pairwise_2007,
     pairwise_rates,
 )
+from papilla.studies.telepresence.timing import growth_bytes, periods
 
 
 def test_the_rates_of_an_observer_of_039_are_those_known():
@@ -72,3 +73,18 @@ def test_another_texture_reaches_the_local_model_after_the_direct_display():
     assert found.change_ms["direct"] == pytest.approx(100, abs=5)
     assert found.change_ms["direct"] < found.change_ms["local"] < 1500
     assert 0 < found.without_link_ms < found.change_ms["local"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", ["sensor", "display"])
+def test_memory_does_not_grow(side):
+    """Some seconds, without waiting; a float kept in every period would be 24 bytes each."""
+    number = 12_000 if side == "display" else 4_000
+    assert growth_bytes(side, number) < 10 * number
+
+
+@pytest.mark.slow
+def test_both_sides_are_timed_as_processes():
+    rows = periods(1.5, load=1)
+    assert [(row.side, row.load) for row in rows] == [("sensor", 0), ("display", 0), ("sensor", 1), ("display", 1)]
+    assert all(row.periods > 0 and 0 < row.p50_ms <= row.p99_9_ms for row in rows)

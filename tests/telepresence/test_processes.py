@@ -73,7 +73,7 @@ def start():
 
     yield begin
     for one in ends:
-        if one.process.returncode is None:
+        if not one.process.stdout.closed:
             one.end(signal.SIGKILL)
 
 
