@@ -1,5 +1,6 @@
 """One control period of the sensor's and of the display's side, as processes of this machine: idle and under load."""
 
+import itertools
 import json
 import os
 import socket
@@ -82,9 +83,12 @@ def _free_ports() -> tuple[int, int]:
         return sockets[0].getsockname()[1], sockets[1].getsockname()[1]
 
 
-def growth_bytes(side: str, periods: int, warm_up: int = 3000) -> int:
-    """Bytes by which Python's memory has grown after so many periods of a side that run one after the other, without
-    waiting; `side` is "sensor" or "display". What is kept for a while (windows, spectra) is full after `warm_up`."""
+def peaks_bytes(side: str, periods: int, warm_up: int) -> tuple[int, int]:
+    """The most memory that Python holds within so many periods, and within as many more after them.
+
+    They run one after the other without waiting; `side` is "sensor" or "display". What is kept for a while (windows,
+    spectra) is full after `warm_up`.
+    """
     from papilla.estimators import Pipeline
     from papilla.telepresence.components import Component
     from papilla.telepresence.gate import Gate
@@ -96,7 +100,7 @@ def growth_bytes(side: str, periods: int, warm_up: int = 3000) -> int:
 
     motion, texture, gate, peer = Motion(), GratingTexture(1.2), Gate(), Gate()
     sensing = Sensing(Pipeline(gauges=1, columns=("position_mm",)))
-    model, begun = LocalModel(), 0
+    model, peaks = LocalModel(), []
 
     def run_period(number: int) -> None:
         now, place = 1e-3 * number, float(motion.place_mm(1e-3 * number))
@@ -111,10 +115,11 @@ def growth_bytes(side: str, periods: int, warm_up: int = 3000) -> int:
 
     tracemalloc.start()
     try:
-        for number in range(warm_up + periods):
-            if number == warm_up:
-                begun = tracemalloc.get_traced_memory()[0]
-            run_period(number)
-        return tracemalloc.get_traced_memory()[0] - begun
+        for begin, end in itertools.pairwise((0, warm_up, warm_up + periods, warm_up + 2 * periods)):
+            tracemalloc.reset_peak()
+            for number in range(begin, end):
+                run_period(number)
+            peaks.append(tracemalloc.get_traced_memory()[1])
+        return peaks[1], peaks[2]
     finally:
         tracemalloc.stop()
