@@ -25,6 +25,7 @@ from papilla.references.tangential_contact import (
     goodman_stick_radius,
 )
 from papilla.references.two_spheres import SharedApproach, printed_area, printed_area_per_approach, shared_approach
+from papilla.references.viscoelastic import Prony, lee_radok_force, lee_radok_indentation
 
 __all__ = [
     "BondedLayerContact",
@@ -32,6 +33,7 @@ __all__ = [
     "FrictionalPunch",
     "HertzContact",
     "LayerKernel",
+    "Prony",
     "SharedApproach",
     "StackLayer",
     "bonded_layer_deficit",
@@ -48,6 +50,8 @@ __all__ = [
     "hertz_sphere_at",
     "layered_halfspace_stiffness",
     "layered_surface_compliance",
+    "lee_radok_force",
+    "lee_radok_indentation",
     "printed_area",
     "printed_area_per_approach",
     "shared_approach",

@@ -3,7 +3,8 @@
 While the nodes in contact stay the same, pressure p and indentation d solve A p + g = d m, m . p = F, with A the
 compliance of finger and specimen, g the weak gap and m the mass of the nodes. So a derivative by a parameter t is one
 more solve with the factor of A: A p' = d' m - g' - A' p, and gauges feel R p' + R' p. Where a node enters or leaves the
-contact the derivative jumps by little: pressures there are zero.
+contact the derivative jumps by little: pressures there are zero. What `press` adds where a contact is of few elements
+is not in it.
 """
 
 from collections.abc import Mapping

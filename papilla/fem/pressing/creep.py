@@ -1,0 +1,120 @@
+"""Presses of a finger whose silicone relaxes, along a history of force or indentation: loading, holds and unloading.
+
+One Prony series for both layers, and a specimen that is elastic. The finger's displacement under pressures p(s) is its
+elastic one under P = integral of E(0) J(t - s) dp(s), and so is what gauges feel: the condensed finger is enough. With
+p linear over a step, P = a p + m with m known from the steps before, so each step is an elastic contact of compliance
+a A_finger + A_specimen whose gap has grown by A_finger m. While the contact grows on a rigid specimen this is Lee and
+Radok's solution; it holds, too, where it shrinks.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from papilla.errors import InputError
+from papilla.fem.pressing.contact import solve_contact
+from papilla.fem.pressing.press import refuse_detail, refuse_rim
+from papilla.fem.reduction.compliance import weak_gap
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.references.viscoelastic import Prony
+from papilla.short_repr import short_repr
+from papilla.specimen import Specimen
+from papilla.units import to_microstrain
+
+
+@dataclass(frozen=True, eq=False)
+class CreepingPress:
+    """A history of n states; g gauges, q quantities of a gauge.
+
+    time_s, force (N), indentation (mm) : (n,). values : (n, q, g) what the gauges feel. reading : (n, g), microstrain.
+    """
+
+    time_s: np.ndarray
+    force: np.ndarray
+    indentation: np.ndarray
+    values: np.ndarray
+    reading: np.ndarray
+
+    __repr__ = short_repr
+
+    @property
+    def lost_work(self) -> float:
+        """What the history took up and did not give back, N mm: the area of its loop where it ends as it began."""
+        return float(np.trapezoid(self.force, self.indentation))
+
+
+def creeping_press(
+    reduced: ReducedFinger,
+    specimen: Specimen,
+    prony: Prony,
+    time_s: ArrayLike,
+    *,
+    force: ArrayLike | None = None,
+    indentation: ArrayLike | None = None,
+) -> CreepingPress:
+    """Press a specimen along a history of force (N) or indentation (mm), small-strain and without friction.
+
+    The finger's moduli are those at once, E(0). time_s : (n,) rising; the first state is reached in a step, and
+    pressures are taken to change steadily in between: steps of a tenth of the shortest relaxation time are within 1e-3.
+    Raises `InputError` for histories that do not fit together or are not positive, `ContactRangeError` where the contact
+    reaches the rim of its patch, or is not seen by the mesh.
+    """
+    time = np.asarray(time_s, float)
+    if (force is None) == (indentation is None):
+        raise InputError("give exactly one history, of force or of indentation")
+    load = np.asarray(force if indentation is None else indentation, float)
+    if time.ndim != 1 or time.shape != load.shape or not len(time) or not (np.diff(time) > 0).all():
+        raise InputError("a history needs as many loads as times, and times that rise")
+    if not (np.isfinite(load).all() and (load > 0).all()):
+        raise InputError("every force or indentation of a history must be greater than 0")
+    refuse_detail(specimen, reduced.patch, reduced.mesh_size_mm)
+    gap, images = weak_gap(reduced.patch, specimen), reduced.multiplicity
+    theirs, mass = reduced.specimen_compliance(specimen), reduced.patch.mass
+    rows: list[tuple[float, float, np.ndarray]] = []
+    memory = _Memory(prony, len(mass))
+    active = None
+    for step, value in zip(np.diff(time, prepend=time[0]), load.tolist(), strict=True):
+        more, left = memory.over(float(step))
+        wanted = {"indentation": value} if force is None else {"force": value / images}
+        found = solve_contact(
+            more * reduced.compliance + theirs, mass, gap + reduced.compliance @ left, **wanted, start=active
+        )
+        refuse_rim(reduced.patch, found.active)
+        active = found.active
+        memory.accept(found.pressure, float(step))
+        felt = reduced.rows @ (more * found.pressure + left)
+        rows.append((images * float(mass @ found.pressure), found.indentation, felt))
+    forces, depths, values = (np.array(column) for column in zip(*rows, strict=True))
+    reading = to_microstrain((reduced.weights * values).sum(axis=1))
+    return CreepingPress(time, forces, depths, values, reading)
+
+
+class _Memory:
+    """What earlier pressures (n,) still do; committed by `accept` alone."""
+
+    def __init__(self, prony: Prony, nodes: int):
+        self.terms, self.pressure = prony.retardation, np.zeros(nodes)
+        self.kept = [np.zeros(nodes) for _ in self.terms]
+
+    def over(self, step: float) -> tuple[float, np.ndarray]:
+        """Factor a and pressure m (n,) of P = a p + m, `step` seconds on."""
+        more, left = 1.0, np.zeros_like(self.pressure)
+        for (share, tau), kept in zip(self.terms, self.kept, strict=True):
+            fade, mean = _decay(step, tau)
+            more += share * (1 - mean)
+            left += share * (mean * self.pressure - fade * kept)
+        return more, left
+
+    def accept(self, pressure: np.ndarray, step: float) -> None:
+        """Go on to the pressure (n,) that was found."""
+        for k, (_, tau) in enumerate(self.terms):
+            fade, mean = _decay(step, tau)
+            self.kept[k] = fade * self.kept[k] + mean * (pressure - self.pressure)
+        self.pressure = pressure
+
+
+def _decay(step: float, tau: float) -> tuple[float, float]:
+    """exp(-step / tau), and its mean over the step."""
+    fade = float(np.exp(-step / tau))
+    return fade, (1 - fade) * tau / step if step > 0 else 1.0

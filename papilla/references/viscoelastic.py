@@ -1,0 +1,125 @@
+"""Silicone that relaxes: Prony series, and its exact contact with a sphere while that grows (mm, N, MPa, s).
+
+Lee and Radok, The contact problem for viscoelastic bodies, J. Appl. Mech. 27 (1960), doi:10.1115/1.3644020: while the
+contact grows, the elastic solution holds with products by the modulus replaced by integrals over the history.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from papilla import checks
+from papilla.errors import InputError
+
+
+@dataclass(frozen=True)
+class Prony:
+    """Relaxation of a modulus, E(t) / E(0) = 1 - sum g (1 - exp(-t / tau)), after a step of strain.
+
+    shares : g, each in (0, 1), their sum below 1. times_s : tau, all different. None of them is no relaxation.
+    Raises `InputError` for others.
+    """
+
+    shares: tuple[float, ...]
+    times_s: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.shares) != len(self.times_s):
+            raise InputError(f"{len(self.shares)} shares of relaxation and {len(self.times_s)} times: expected as many")
+        for share, time in zip(self.shares, self.times_s, strict=True):
+            checks.positive("relaxation share", share)
+            checks.positive("relaxation time (s)", time)
+        if sum(self.shares) >= 1:
+            raise InputError(f"relaxation shares must sum to less than 1, got {sum(self.shares):g}")
+        if len(set(self.times_s)) != len(self.times_s):
+            raise InputError(f"relaxation times must differ, got {', '.join(f'{one:g}' for one in self.times_s)} s")
+
+    def relaxation(self, time_s: ArrayLike) -> np.ndarray:
+        """E(t) / E(0) at times (...) >= 0 after a step of strain."""
+        decayed = (share * -np.expm1(-np.asarray(time_s) / tau) for share, tau in self._terms)
+        return np.asarray(1.0 - sum(decayed, start=np.zeros(np.shape(time_s))))
+
+    def creep(self, time_s: ArrayLike) -> np.ndarray:
+        """E(0) J(t) at times (...) >= 0 after a step of stress: the strain over that at once."""
+        grown = (share * -np.expm1(-np.asarray(time_s) / tau) for share, tau in self.retardation)
+        return np.asarray(1.0 + sum(grown, start=np.zeros(np.shape(time_s))))
+
+    @cached_property
+    def retardation(self) -> tuple[tuple[float, float], ...]:
+        """Pairs (c, lambda in s) of E(0) J(t) = 1 + sum c (1 - exp(-t / lambda)).
+
+        The transform of J is 1 / (s^2 E(s)): -1 / lambda are the zeros of 1 - sum g / (1 + s tau).
+        """
+        if not self.shares:
+            return ()
+        factors = [np.poly1d([tau, 1.0]) for _, tau in self._terms]
+        whole = math.prod(factors[1:], start=factors[0])
+        zeros = whole
+        for k, (share, _) in enumerate(self._terms):
+            others = factors[:k] + factors[k + 1 :]
+            zeros = zeros - share * math.prod(others, start=np.poly1d([1.0]))
+        found = []
+        for zero in np.sort(zeros.roots.real):
+            slope = sum(share * tau / (1 + zero * tau) ** 2 for share, tau in self._terms)
+            found.append((float(-1 / (zero * slope)), float(-1 / zero)))
+        return tuple(found)
+
+    def strained(self, time_s: ArrayLike, stress: ArrayLike) -> np.ndarray:
+        """E(0) times the strain (n,) that a history of stress (n,) makes, linear between times (n,); it begins with a
+        step at the first."""
+        return _history(time_s, stress, [(-share, tau) for share, tau in self.retardation])
+
+    def stressed(self, time_s: ArrayLike, strain: ArrayLike) -> np.ndarray:
+        """Stress (n,) over E(0) that a history of strain (n,) makes, linear between times (n,)."""
+        return _history(time_s, strain, self._terms)
+
+    @property
+    def _terms(self) -> list[tuple[float, float]]:
+        return list(zip(self.shares, self.times_s, strict=True))
+
+
+def lee_radok_force(
+    time_s: ArrayLike, indentation: ArrayLike, radius: float, modulus: float, prony: Prony
+) -> np.ndarray:
+    """Force (n,) in N on a rigid sphere whose indentation (n,) in mm grows, into a half-space of contact modulus
+    E* = E(0) / (1 - nu^2) (MPa): F = 4/3 sqrt(R) integral of E*(t - s) d(delta^1.5).
+
+    delta^1.5 is taken to be linear between the times. Raises `InputError` where the indentation falls: the contact
+    shrinks, and the solution is another one.
+    """
+    depth = _growing("indentation (mm)", indentation)
+    return 4 / 3 * math.sqrt(radius) * modulus * prony.stressed(time_s, depth**1.5)
+
+
+def lee_radok_indentation(
+    time_s: ArrayLike, force: ArrayLike, radius: float, modulus: float, prony: Prony
+) -> np.ndarray:
+    """Indentation (n,) in mm by a force (n,) in N that does not fall: delta^1.5 = 3 / (4 sqrt(R)) integral of J dF."""
+    load = _growing("force (N)", force)
+    return (3 / (4 * math.sqrt(radius) * modulus) * prony.strained(time_s, load)) ** (2 / 3)
+
+
+def _growing(name: str, values: ArrayLike) -> np.ndarray:
+    found = np.asarray(values, float)
+    if not np.isfinite(found).all() or (found < 0).any() or (np.diff(found) < 0).any():
+        raise InputError(f"{name} must grow from 0 on: Lee and Radok's solution is for a contact that does not shrink")
+    return found
+
+
+def _history(time_s: ArrayLike, values: ArrayLike, terms: list[tuple[float, float]]) -> np.ndarray:
+    """Integral of K(t - s) dv(s), K(t) = 1 - sum a (1 - exp(-t / tau)), of v linear between the times."""
+    time, value = np.asarray(time_s, float), np.asarray(values, float)
+    if time.shape != value.shape or time.ndim != 1 or not (np.diff(time) > 0).all():
+        raise InputError("a history needs as many values as times, and times that rise")
+    found = value.copy()
+    for share, tau in terms:
+        kept = np.empty_like(value)
+        kept[0] = value[0]
+        for k, step in enumerate(np.diff(time)):
+            decay = -np.expm1(-step / tau)
+            kept[k + 1] = kept[k] * (1 - decay) + (value[k + 1] - value[k]) * tau / step * decay
+        found -= share * (value - kept)
+    return found
