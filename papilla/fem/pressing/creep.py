@@ -57,8 +57,8 @@ def creeping_press(
 
     The finger's moduli are those at once, E(0). time_s : (n,) rising; the first state is reached in a step, and
     pressures are taken to change steadily in between: steps of a tenth of the shortest relaxation time are within 1e-3.
-    Raises `InputError` for histories that do not fit together or are not positive, `ContactRangeError` where the contact
-    reaches the rim of its patch, or is not seen by the mesh.
+    Raises `InputError` for histories that do not fit together or are not positive, `ContactRangeError` where the
+    contact reaches the rim of its patch, or is not seen by the mesh.
     """
     time = np.asarray(time_s, float)
     if (force is None) == (indentation is None):
