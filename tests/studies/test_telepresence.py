@@ -13,6 +13,7 @@ from papilla.studies.telepresence import (
     pairwise_2007,
     pairwise_rates,
 )
+from papilla.studies.telepresence.competitor import parameters_against_waveform
 from papilla.studies.telepresence.timing import peaks_bytes, periods
 
 
@@ -88,3 +89,11 @@ def test_both_sides_are_timed_as_processes():
     rows = periods(1.5, load=1)
     assert [(row.side, row.load) for row in rows] == [("sensor", 0), ("display", 0), ("sensor", 1), ("display", 1)]
     assert all(row.periods > 0 and 0 < row.p50_ms <= row.p99_9_ms for row in rows)
+
+
+@pytest.mark.slow
+def test_at_equal_bytes_the_local_model_is_nearer_to_what_is_under_the_hand():
+    local, direct, coded = parameters_against_waveform(5.0, seconds=5)
+    assert coded.bytes_per_s <= local.bytes_per_s < 0.05 * direct.bytes_per_s
+    assert local.under_hand_dB > coded.under_hand_dB + 3
+    assert direct.waveform_dB > local.waveform_dB, "without a delay the signal itself is better"
