@@ -28,6 +28,10 @@ SoftnessOption = Annotated[
     ),
 ]
 
+LeverOption = Annotated[
+    float | None, typer.Option(help="Of a column torque_Nmm: from the torque's axis to the skin, mm.")
+]
+
 
 def estimate(
     log: Annotated[Path, typer.Argument(help="Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv")],
@@ -45,6 +49,7 @@ def estimate(
         float | None, typer.Option(help="Thickness (mm) of the touched specimen; unknown unless stated.")
     ] = None,
     softness: SoftnessOption = "surface",
+    lever_mm: LeverOption = None,
     friction_memory: Annotated[
         float | None, typer.Option(help="Slid path (mm) that friction is learnt over; 50 by default.")
     ] = None,
@@ -55,14 +60,13 @@ def estimate(
     from papilla.estimators import Doubts, Pipeline
     from papilla.estimators.pipeline.answer import COLUMNS
     from papilla.files import check_writable
-    from papilla.logs import TimeLogFile
     from papilla.tables import table_writer
 
     keep_inputs([log, calibration], [out])
     if softness != "surface" and thickness is not None:
         raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
     wavelengths = _checked_range(wavelength_range)
-    with progress() as bar, TimeLogFile(log, lambda rows: _show_reading(bar, rows)) as recorded:
+    with progress() as bar, _opened(log, lever_mm, bar) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise = _noise(recorded)
         chosen: dict[str, Any] = {
@@ -100,6 +104,12 @@ def estimate(
         print_json(found)
     else:
         print_summary(found)
+
+
+def _opened(log: Path, lever_mm: float | None, bar: Progress) -> "TimeLogFile":
+    from papilla.logs import TimeLogFile
+
+    return TimeLogFile(log, lambda rows: _show_reading(bar, rows), lever_mm=lever_mm)
 
 
 def _show_reading(bar: Progress, rows: int) -> None:

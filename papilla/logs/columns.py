@@ -10,6 +10,8 @@ from papilla.errors import FileFormatError
 from papilla.tables import Table, TableReader, closest
 
 GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
+TORQUE = "torque_Nmm"
+"""Of a sensor at the base about an axis along y: with its distance from the skin it tells the tangential force."""
 MOST_NAMED = 40  # Columns that a message lists
 
 
@@ -38,7 +40,7 @@ def _gauges(reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...]
         if name in absent:
             raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found})")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
-    if not gauges and "tangential_N" not in reader.names:
+    if not gauges and not {"tangential_N", TORQUE} & {*reader.names}:
         raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {found})")
     return gauges
 

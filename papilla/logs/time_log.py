@@ -9,14 +9,16 @@ from typing import Self
 
 import numpy as np
 
+from papilla import checks
 from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
-from papilla.logs.columns import check_finite, open_log
+from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.spread import Magnitudes, Noise
 from papilla.short_repr import short_repr
 from papilla.tables import Table, TableReader
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
+"""Columns that a log may have; tangential_N may be there as `TORQUE` instead."""
 GAP_STEPS = 1.5  # A step of time longer than this many median steps is a gap
 SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Mean steps that a log of a finger can have
 
@@ -71,9 +73,10 @@ class TimeLog:
 class _Scan:
     """What has to be known of a time log before its rows are used, from one look at its blocks."""
 
-    def __init__(self, reader: TableReader, gauges: tuple[str, ...]):
-        self._reader, self._steps = reader, Magnitudes()
-        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in reader.names))
+    def __init__(self, reader: TableReader, gauges: tuple[str, ...], lever_mm: float | None):
+        self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
+        there = {*reader.names, *(["tangential_N"] if lever_mm else [])}
+        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there))
         self.noise = Noise()
         self.counts: Counter[str] = Counter()
         self._last = math.nan
@@ -93,7 +96,7 @@ class _Scan:
             raise block.fault(at + 1 + len(time) - len(with_last), "t_s", problem)
         self._last = time[-1]
         self._steps.add(steps[steps > 0])
-        rows = np.column_stack([block.columns[name] for name in self.used])
+        rows = np.column_stack([column_of(block, name, self._lever) for name in self.used])
         bad = ~np.isfinite(rows)
         found = {"rows": len(rows), "nan_rows": bad.any(axis=1).sum(), "nan_cells": bad.sum()}
         found |= {"duplicates": (steps == 0).sum(), "unbelievable": (~bad & (np.abs(rows) > LARGEST)).sum()}
@@ -124,13 +127,21 @@ class TimeLogFile:
     are; sample_rate_Hz, report : as in `TimeLog`; noise : standard deviation of the white noise of each of these
     columns by its name, NaN where it cannot be told.
 
-    Raises what `read_time_log` raises; progress is called with the number of rows seen so far.
+    lever_mm : of a column `torque_Nmm`, which becomes tangential_N. Raises what `read_time_log` raises; progress is
+    called with the number of rows seen so far.
     """
 
-    def __init__(self, path: str | Path, progress: Callable[[int], None] = lambda rows: None):
-        self._reader, self.gauge_names = open_log(path, ("t_s",), TIME_OPTIONAL)
+    def __init__(
+        self,
+        path: str | Path,
+        progress: Callable[[int], None] = lambda rows: None,
+        *,
+        lever_mm: float | None = None,
+    ):
+        self._reader, self.gauge_names = open_log(path, ("t_s",), (*TIME_OPTIONAL, TORQUE))
         try:
-            scan = _Scan(self._reader, self.gauge_names)
+            self._lever = _lever(self._reader, lever_mm)
+            scan = _Scan(self._reader, self.gauge_names, self._lever)
             for block in self._reader.blocks():
                 scan.add(block)
                 progress(scan.counts["rows"])
@@ -155,21 +166,45 @@ class TimeLogFile:
         left = self.report.rows
         for block in self._reader.blocks():
             names = ("t_s", *self.gauge_names, *self.optional)
-            yield believable(np.column_stack([block.columns[name] for name in names])[:left])
+            yield believable(np.column_stack([column_of(block, name, self._lever) for name in names])[:left])
             left -= len(block)
             if left <= 0:
                 return
 
 
-def read_time_log(path: str | Path) -> TimeLog:
+def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:
+    """A column of a block; tangential_N (N) of a torque (N mm) by its lever arm (mm)."""
+    if name == "tangential_N" and lever_mm is not None:
+        return block.columns[TORQUE] / lever_mm
+    return block.columns[name]
+
+
+def _lever(reader: TableReader, lever_mm: float | None) -> float | None:
+    """The lever arm, where there is a torque to use it for."""
+    if lever_mm is None:
+        if TORQUE in reader.names:
+            problem = f"column {TORQUE} needs its lever arm (--lever-mm), the distance from its axis to the skin"
+            raise FileFormatError(f"{reader.path}, line 1: {problem}")
+        return None
+    checks.positive("lever_mm", lever_mm)
+    if TORQUE not in reader.names:
+        raise FileFormatError(f"{reader.path}, line 1: a lever arm is given, but there is no column {TORQUE}")
+    if "tangential_N" in reader.names:
+        raise FileFormatError(f"{reader.path}, line 1: give one of tangential_N and {TORQUE}, not both")
+    return lever_mm
+
+
+def read_time_log(path: str | Path, *, lever_mm: float | None = None) -> TimeLog:
     """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`; with the last of these
     the gauges may be missing.
+
+    lever_mm : of a log with `torque_Nmm` in place of tangential_N: the distance from the torque's axis to the skin.
 
     Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two rows, a time that is no number or earlier than the one before, all times equal.
     """
-    with TimeLogFile(path) as file:
+    with TimeLogFile(path, lever_mm=lever_mm) as file:
         rows = np.concatenate(list(file.blocks()))
     gauges = len(file.gauge_names)
     optional: dict[str, np.ndarray | None] = dict.fromkeys(TIME_OPTIONAL)

@@ -65,6 +65,8 @@ def summary(answers: Sequence[Answer]) -> dict[str, int]:
 
 def _chosen(experiment: Experiment, only: str) -> tuple[Claim, ...]:
     text = only.strip().lower()
+    if any(text == one.name for one in EXPERIMENTS):
+        return experiment.claims if experiment.name == text else ()
     if text in (claim.key.lower() for claim in experiment.claims):
         return tuple(claim for claim in experiment.claims if claim.key.lower() == text)
     if any(text == claim.key.lower() for claim in CLAIMS):

@@ -3,15 +3,18 @@
 from papilla.studies.reproduce.claim import Experiment
 from papilla.studies.reproduce.experiments import (
     counts,
+    gratings,
     impulses,
     presses,
     remote,
     softness,
     spectra,
     textiles,
+    toolkit,
     wavelets,
 )
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
-    module.EXPERIMENT for module in (presses, softness, impulses, counts, spectra, wavelets, textiles, remote)
+    module.EXPERIMENT
+    for module in (presses, softness, impulses, counts, gratings, spectra, wavelets, textiles, remote, toolkit)
 )

@@ -1,0 +1,243 @@
+"""Gratings under the finite-element finger: what its gauges hear of them, and what the published methods make of it."""
+
+import numpy as np
+
+from papilla.estimators import find_lines
+from papilla.estimators.published.roughness import ImpulseDensity
+from papilla.fem.sliding.motion import Motion
+from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
+from papilla.fem.sliding.slide import Slide, slide
+from papilla.finger import Finger
+from papilla.specimen import Grating
+from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, above, near
+from papilla.studies.reproduce.signals import FIVE_MM
+from papilla.telepresence import read_curve
+
+SLIDE = "papilla slide --groove G --ridge R --speed V --seconds S --press-depth D --out LOG.csv"
+GROOVE_MM = 0.5
+DEPTHS_MM = (0.2, 0.5, 0.8)
+LENGTH_MM = 7.0
+"""Of the contact along y at 0.3 N: it turns forces of the section into newtons, and no reading depends on it."""
+NOISE = 1.0
+"""Noise of a gauge in microstrain, to which its signal is compared."""
+FRICTION = 0.3
+MODEL = "a plane section with ridges and inertia, rigid gratings; gauges read strain"
+
+CLAIMS = (
+    Claim("A3", "2006 II", "The skin is covered with small lumps, as ridges of the finger", 1.2, near(1.2, by=1e-6),
+          "mm pitch", "pitch", SLIDE, "0.3 mm high; pitch and height are assumptions"),
+    Claim("C13", "2011 Okamoto 3.2.2", "Ridges 0.6 mm wide", 0.6, near(0.6), "mm", "ridge_width", "Finger.ridges"),
+    Claim("A17", "2006 fig. 3", "Roughness samples with groove and ridge widths", 5.0, near(5.0),
+          "gratings that slid", "slid", SLIDE, "status of each: {statuses}"),
+    Claim("B9", "2007 fig. 4", "Samples with groove = ridge", 1.0, near(1.0, by=1e-9), "groove over ridge",
+          "groove_ridge", SLIDE),
+    Claim("C17", "2011 Okamoto fig. 8", "Gratings of a trapezoidal section", 1.0, near(1.0), "scene", "trapezoid",
+          SLIDE, "flanks of 0.1 mm"),
+    Claim("A16b", "2006 fig. 2", "Grooves and ridges of 1.5 mm at 60 mm/s give 20 Hz: 3.0 mm", 3.0,
+          near(3.0, percent=2), "mm", "fem_line", "fem.slide, estimators.find_lines", "the strongest line of the "
+          "finite-element signal is {fem_line:.3f} mm, its fundamental told as {fem_fundamental:.3f} mm"),
+    Claim("A19b", "2006 fig. 5", "Five gratings give five levels at 100 mm/s", "5 levels", TRUE,
+          "share of neighbours apart", "fem_levels", "fem.slide, ImpulseDensity()", "finite-element signal of the "
+          "middle gauge, no noise: {fem_levels_mm} as printed for 3.0, 2.4, 1.8, 1.2, 0.6; {MODEL}"),
+    Claim("X11", "2006 fig. 5", "The same by the path's spectrum", "5 levels", TRUE, "share within 2 %",
+          "lines_right", "fem.slide, estimators.find_lines", "fundamentals told: {lines_mm} mm; {MODEL}"),
+    Claim("A20", "2006 fig. 6", "3.0 and 0.6 mm stay apart for depths of 0.20-0.80 mm", "apart", above(1.25),
+          "least ratio of the two answers", "depths_apart", "fem.slide(depth=), ImpulseDensity()",
+          "{depths_mm}; {MODEL}"),
+    Claim("B8", "2007 3.1", "Five gauges sense the vibration in any state of contact", NOISE, above(NOISE),
+          "microstrain rms, weakest gauge", "weakest", "fem.slide", "rms of each scene's least gauge, 0.2-0.8 mm "
+          "deep, 3.0 and 0.6 mm: {weakest_each}; beside a noise of 1 microstrain; a foil may read a thousandth of "
+          "that"),
+    Claim("C1", "2011 Okamoto eq. (1)", "The signal is a function of the sensor's place", 0.0, (0.0, 0.05),
+          "change from period to period over rms", "repeats", "fem.slide(dynamics='quasi-static')",
+          "1.8 mm, 20 mm/s"),
+    Claim("C23", "2011 Okamoto eq. (8)", "Power is a quartic of the wavelength over 0.8-2.0 mm, R2 0.94", 0.94,
+          near(0.94, by=0.05), "R2", "r_squared", "telepresence.read_curve().as_printed",
+          "fitted to sliding scenes; the printed coefficients are lost but one"),
+    Claim("C24", "2011 Okamoto fig. 10", "Power hardly depends on the speed", 1.0, near(1.0, by=0.5),
+          "power, 160 over 40 mm/s", "speed_ratio", "fem.slide",
+          "1.2 mm, inertia as the scene needs it: {speed_dynamics}"),
+    Claim("C25", "2011 Okamoto fig. 11", "Power has a local maximum where the groove is as wide as a ridge", 1.2,
+          near(1.2, by=0.15), "mm", "curve_peak", "telepresence.read_curve()",
+          "local maxima of the shipped scenes at {peaks} mm"),
+    Claim("C26", "2011 Okamoto 4.2.2", "Stick and slip change the spectrum", "changes", above(0.1),
+          "relative change of the spectrum", "stick_slip", "fem.slide(friction=)",
+          "1.8 mm, friction 0.3 against none"),
+    Claim("C27", "2011 Okamoto 4.2", "Deformation grows with the wavelength", "grows", above(1.0),
+          "rms, 3.0 over 1.8 mm", "grows", "fem.slide",
+          "smooth skin, middle gauge, 20 mm/s; that it falls with speed by viscosity is not in the model"),
+    Claim("C42b", "2011 Okamoto 5.3", "The sensor hears down to 0.2 mm", NOISE, above(NOISE),
+          "microstrain, best gauge", "finest", "fem.slide", "groove = ridge = 0.1 mm; {MODEL}"),
+)  # fmt: skip
+
+
+def run(tell) -> Found:
+    """Sliding scenes of the default finger."""
+    finger = Finger.default()
+    tell("the section")
+    ridged = prepare_section(finger)
+    assert finger.ridges is not None
+    tell("five gratings at 100 mm/s")
+    five = {one: _slide(finger, one, 100.0, 0.7, ridged, depth=0.5) for one in FIVE_MM}
+    tell("depths")
+    deep = {
+        (one, depth): _slide(finger, one, 100.0, 0.7, ridged, depth=depth) for one in (3.0, 0.6) for depth in DEPTHS_MM
+    }
+    tell("single scenes")
+    line = _slide(finger, 3.0, 60.0, 0.8, ridged, depth=0.5)
+    lines = find_lines(line.motion.position_mm, line.readings[:, 2:3], wavelength_range_mm=(0.5, 8.0)).lines
+    values = {
+        "MODEL": MODEL,
+        "pitch": ridged.ridge_pitch,
+        "ridge_width": finger.ridges.width,
+        "slid": float(sum(np.isfinite(found.readings).all() for found in five.values())),
+        "statuses": "; ".join(f"{one:g} mm {found.status.split(':')[0]}" for one, found in five.items()),
+        "groove_ridge": Grating(0.9, 0.9, GROOVE_MM).groove / 0.9,
+        "fem_line": lines[0].wavelength_mm if lines else float("nan"),
+        "fem_fundamental": lines[0].fundamental_mm if lines else float("nan"),
+        **_levels(five),
+        **_depths(deep),
+        **_scenes(finger, ridged),
+        **_curve(),
+    }
+    rows = slice(300, 600)
+    series = tuple(
+        Series(f"{one:g} mm", found.motion.position_mm[rows], found.readings[rows, 2] - found.readings[rows, 2].mean())
+        for one, found in five.items()
+        if one in (3.0, 1.8, 0.6)
+    )
+    title = "The middle gauge over three gratings at 100 mm/s, 0.5 mm deep (finite elements)"
+    return Found(values, title, "path, mm", "strain about its mean, microstrain", series)
+
+
+def _slide(
+    finger: Finger,
+    wavelength: float,
+    speed: float,
+    seconds: float,
+    section: ReducedSection,
+    *,
+    depth: float,
+    friction: float = FRICTION,
+    dynamics: str = "auto",
+) -> Slide:
+    grating, motion = Grating(wavelength / 2, wavelength / 2, GROOVE_MM), Motion.steady(speed, seconds)
+    return slide(
+        finger, grating, motion, depth=depth, friction=friction, dynamics=dynamics, section=section, length_mm=LENGTH_MM
+    )
+
+
+def _density(found: Slide) -> np.ndarray:
+    """Answers (n,) in mm of the printed density to the middle gauge, after its window is full."""
+    speed = np.full(len(found.readings), found.motion.position_mm[-1] / found.motion.t_s[-1])
+    answer = np.asarray(ImpulseDensity().process(np.column_stack([found.readings[:, 2], speed])).wavelength_mm)[300:]
+    return answer[np.isfinite(answer)]
+
+
+def _heard(found: Slide, wavelength: float) -> np.ndarray:
+    """Rms (g,) in microstrain of what has the grating's period: its first three harmonics, over the last half."""
+    place = found.motion.position_mm
+    periods = np.floor(0.5 * np.ptp(place) / wavelength)
+    rows = place > place[-1] - periods * wavelength + 1e-9
+    readings = found.readings[rows] - found.readings[rows].mean(axis=0)
+    turns = np.exp(-2j * np.pi * np.outer(np.arange(1, 4), place[rows]) / wavelength)
+    return np.sqrt(2 * (np.abs(turns @ readings / rows.sum()) ** 2).sum(axis=0))
+
+
+def _levels(five: dict[float, Slide]) -> dict:
+    answers = [_density(found) for found in five.values()]
+    apart = [
+        float(one.mean() - other.mean() > one.std() + other.std()) if one.size and other.size else 0.0
+        for one, other in zip(answers, answers[1:], strict=False)
+    ]
+    told = []
+    for found in five.values():
+        rows = slice(100, None)
+        lines = find_lines(found.motion.position_mm[rows], found.readings[rows], wavelength_range_mm=(0.5, 8.0)).lines
+        told.append(lines[0].fundamental_mm if lines else float("nan"))
+    right = [abs(one / true - 1) < 0.02 for one, true in zip(told, five, strict=True)]
+    return {
+        "fem_levels": float(np.mean(apart)),
+        "fem_levels_mm": ", ".join(f"{one.mean():.2f}" if one.size else "none" for one in answers) + " mm",
+        "lines_right": float(np.mean(right)),
+        "lines_mm": ", ".join(f"{one:.3f}" for one in told),
+    }
+
+
+def _depths(deep: dict[tuple[float, float], Slide]) -> dict:
+    means = {key: float(_density(found).mean()) if _density(found).size else np.nan for key, found in deep.items()}
+    ratios = [means[3.0, depth] / means[0.6, depth] for depth in DEPTHS_MM]
+    weakest = {key: float(_heard(found, key[0]).min()) for key, found in deep.items()}
+    return {
+        "depths_apart": float(np.min(ratios)),
+        "depths_mm": ", ".join(f"{means[3.0, d]:.2f} and {means[0.6, d]:.2f} mm at {d:g} mm" for d in DEPTHS_MM),
+        "weakest": min(weakest.values()),
+        "weakest_each": ", ".join(f"{value:.0f}" for value in weakest.values()),
+    }
+
+
+def _scenes(finger: Finger, ridged) -> dict:
+    """Periods, speeds, friction, wavelengths, a trapezoid, and the finest grating."""
+    slow = _slide(finger, 1.8, 20.0, 0.6, ridged, depth=0.5, dynamics="quasi-static", friction=0.0)
+    period = round(1.8 / 20.0 * 1000)
+    signal = slow.readings[-2 * period :, 2]
+    repeats = np.sqrt(np.mean((signal[:period] - signal[period:]) ** 2)) / signal.std()
+    speeds = [_slide(finger, 1.2, speed, 0.5, ridged, depth=0.5, friction=0.0) for speed in (40.0, 160.0)]
+    power = [float(one.readings[200:, 2].var()) for one in speeds]
+    spectra = []
+    for friction in (0.0, FRICTION):
+        found = _slide(finger, 1.8, 20.0, 0.6, ridged, depth=0.5, dynamics="quasi-static", friction=friction)
+        part = found.readings[-3 * period :, 2]
+        spectra.append(np.abs(np.fft.rfft(part - part.mean())))
+    smooth = prepare_section(_smooth(finger))
+    own = _smooth(finger)
+    rms = [
+        float(_heard(_slide(own, one, 20.0, 0.8, smooth, depth=0.5, dynamics="quasi-static"), one)[2])
+        for one in (3.0, 1.8)
+    ]
+    trapezoid = slide(
+        finger,
+        Grating(0.9, 0.9, GROOVE_MM, flank=0.1),
+        Motion.steady(20.0, 0.2),
+        depth=0.5,
+        section=ridged,
+        length_mm=7.0,
+    )
+    finest = _slide(finger, 0.2, 20.0, 0.3, ridged, depth=0.5, dynamics="quasi-static")
+    return {
+        "repeats": float(repeats),
+        "speed_ratio": power[1] / power[0],
+        "speed_dynamics": ", ".join(one.dynamics for one in speeds),
+        "stick_slip": float(np.linalg.norm(spectra[1] - spectra[0]) / np.linalg.norm(spectra[0])),
+        "grows": rms[0] / rms[1],
+        "trapezoid": float(np.isfinite(trapezoid.readings).all()),
+        "finest": float(_heard(finest, 0.2).max()),
+    }
+
+
+def _smooth(finger: Finger) -> Finger:
+    from dataclasses import replace
+
+    return replace(finger, ridges=None)
+
+
+def _curve() -> dict:
+    """The power curve that ships, of sliding scenes."""
+    curve = read_curve()
+    power, place = np.asarray(curve.power), np.asarray(curve.wavelength_mm)
+    inside = [k for k in range(1, len(power) - 1) if power[k] > max(power[k - 1], power[k + 1])]
+    nearest = min((float(place[k]) for k in inside), key=lambda one: abs(one - 1.2), default=float("nan"))
+    return {
+        "r_squared": curve.as_printed.r_squared,
+        "curve_peak": nearest,
+        "peaks": ", ".join(f"{place[k]:.1f}" for k in inside),
+    }
+
+
+EXPERIMENT = Experiment(
+    "gratings",
+    "Gratings under the finger by finite elements: what the gauges hear, and what the methods of 2006 tell",
+    CLAIMS,
+    run,
+    MODEL,
+)
