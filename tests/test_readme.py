@@ -28,6 +28,7 @@ def test_the_commands_exist():
     from papilla.cli.main import app
 
     known = {command.callback.__name__ for command in app.registered_commands}
+    known |= {group.name for group in app.registered_groups}
     blocks = "".join(re.findall(r"```\n(.*?)```", README, re.DOTALL))
     named = set(re.findall(r"^papilla (\w+)", blocks, re.MULTILINE))
     assert named and named <= known
