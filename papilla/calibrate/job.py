@@ -8,6 +8,8 @@ import numpy as np
 from papilla import cache, fem, units
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
+from papilla.calibrate.identification import Confession, Identification, confess, identify, record
+from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.large_strain import ensure_large_strain
 from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.physics import Truth, press_truth
@@ -76,7 +78,8 @@ class Recovery:
 class Calibrated:
     """A calibration, the presses it was fitted to, and its checks: on its own mesh, and against physics.
 
-    `reduced` and `truth` are None for a bench calibration, and `depths`, against the published ones, are none.
+    `reduced` and `truth` are None for a calibration by a free form from a bench log, and `depths`, against the
+    published ones, are none. bench : the presses that the finger was identified from, and found what they told.
     """
 
     calibration: Calibration
@@ -85,6 +88,23 @@ class Calibrated:
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
     depths: Sequence[Depth] = ()
+    bench: "BenchPresses | None" = None
+
+
+@dataclass(frozen=True, eq=False)
+class BenchPresses:
+    """Measured presses, the finger that was identified from them, and their moduli recovered by its calibration.
+
+    sd_microstrain, sigma_microstrain : (n,) of the readings without their zeros, and the noise of it.
+    """
+
+    log: PressLog
+    finger: Finger
+    found: Identification
+    told: Confession
+    recovery: Recovery
+    sd_microstrain: np.ndarray
+    sigma_microstrain: np.ndarray
 
 
 def calibrate_finger(
@@ -126,6 +146,7 @@ def calibrate_finger(
     progress("fitting")
     calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
     calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
+    calibration = with_identification(calibration, finger, progress)
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced, friction)
     recovery = recover(calibration, reduced, friction, block)
@@ -137,8 +158,37 @@ def calibrate_finger(
     return Calibrated(calibration, presses, recovery, reduced, truth, published_depths(finger, reduced))
 
 
+def calibrate_bench(
+    log: PressLog,
+    finger: Finger,
+    *,
+    friction: Friction | None = None,
+    progress: Callable[[str], None] = lambda line: None,
+    steps: Callable[[int, int], None] | None = None,
+) -> Calibrated:
+    """Identify the finger that made presses, calibrate it, and recover the presses' own moduli by it.
+
+    Arguments as of `identify` and `calibrate_finger`; raises what these raise.
+    """
+    found = identify(log, finger, friction=friction, progress=progress)
+    progress("what to doubt")
+    told = confess(found)
+    words = found.problem.shapes[0].responses[0].specimen
+    identified = found.with_record(record(found, told, words))
+    done = calibrate_finger(identified, friction=friction, progress=progress, steps=steps)
+    g = found.problem.gauge_count
+    noise, modelled = found.problem.noise, found.problem.modelled(found.vector)
+    about = modelled.values[:, :g] - modelled.values[:, :g].mean(axis=1, keepdims=True)
+    by_force = (about * modelled.by_ln_force[:, :g]).mean(axis=1) / np.sqrt((about**2).mean(axis=1))
+    sd = (log.readings - np.array(identified.identified.zeros_microstrain)).std(axis=1)  # type: ignore[union-attr]
+    sigma = np.hypot(noise.readings_microstrain / np.sqrt(g), noise.force * by_force)
+    answer = done.calibration.invert(sd, log.force_N)
+    recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
+    return replace(done, bench=BenchPresses(log, identified, found, told, recovery, sd, sigma))
+
+
 def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:
-    """A calibration from measured presses, checked on these presses themselves.
+    """A calibration by a free form, a smooth surface that knows no finger, checked on the measured presses themselves.
 
     finger : the design that was pressed. Raises `InputError` where it has another number of gauges than the log, and
     what `fit_bench` raises.
@@ -148,8 +198,8 @@ def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrate
             f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
             f"the finger {finger.name!r} has {len(finger.gauges)}"
         )
-    record = {"name": finger.name, "sha256": finger.sha256} if finger else None
-    calibration = fit_bench(log, record)
+    own = {"name": finger.name, "sha256": finger.sha256} if finger else None
+    calibration = fit_bench(log, own)
     checked = _within(log.force_N, CHECKED_FORCE_N) & _within(log.modulus_MPa, CHECKED_MODULUS_MPA)
     force, modulus = log.force_N[checked], log.modulus_MPa[checked]
     answer = calibration.invert(log.sd_microstrain[checked], force)

@@ -60,6 +60,7 @@ class Uncertainty:
     meshes : how many meshes the scatter comes from.
     strain : one sigma of what large strain changes, as far as it is known.
     friction : what the value changes where there is no friction, if friction is not known; else None.
+    identified : one sigma of what the identification of the finger leaves open; None for a finger taken as its design.
 
     Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """
@@ -73,6 +74,7 @@ class Uncertainty:
     meshes: int
     strain: float = 0.0
     friction: Surface | None = None
+    identified: Surface | None = None
     __repr__ = short_repr
 
     def __post_init__(self):
@@ -87,8 +89,11 @@ class Uncertainty:
         return float(np.interp(math.log(force_N), self._ln_force, self.scatter))
 
     def sigma_at(self, force_N: float) -> float:
-        """One sigma of the value at a force, friction apart: fit, mesh and large strain."""
-        return math.hypot(self.fit_rms, self.mesh_sigma_at(force_N), self.strain)
+        """One sigma of the value at a force and middling moduli, friction apart: fit, mesh, strain, identification."""
+        known = self.identified
+        middle = 0.0 if known is None else 0.5 * sum(map(math.log, known.modulus_MPa))
+        identified = self.identified_at(math.log(force_N), middle)
+        return math.hypot(self.fit_rms, self.mesh_sigma_at(force_N), self.strain, identified)
 
     def mesh_sigma_at(self, force_N: float) -> float:
         """One sigma of the mesh at a force: its scatter, and what few meshes leave open of that."""
@@ -108,7 +113,16 @@ class Uncertainty:
             "mesh": self.mesh_sigma_at(math.exp(ln_force)),
             "large strain": self.strain,
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
+            **({} if self.identified is None else {"identification": self.identified_at(ln_force, ln_modulus)}),
         }
+
+    def identified_at(self, ln_force: float, ln_modulus: float) -> float:
+        """One sigma of what the finger's identification leaves open at a point of the domain (N, MPa)."""
+        return 0.0 if self._identified is None else max(self._identified.evaluate(ln_force, ln_modulus)[0], 0.0)
+
+    @cached_property
+    def _identified(self) -> PointSurface | None:
+        return None if self.identified is None else PointSurface(self.identified)
 
     @cached_property
     def _friction(self) -> PointSurface | None:

@@ -1,7 +1,7 @@
 """`papilla calibrate`: the main job, from a design file or a bench log to calibration coefficients."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -27,7 +27,15 @@ DEFAULT_OUT = Path("calibration")
 
 def calibrate(
     finger: FingerOption = None,
-    bench: Annotated[Path | None, typer.Option(help="Refit from this log of real presses (CSV).")] = None,
+    bench: Annotated[
+        Path | None, typer.Option(help="Identify the finger from this log of real presses (CSV), and calibrate it.")
+    ] = None,
+    form: Annotated[
+        Literal["model", "spline"],
+        typer.Option(
+            help="Of --bench: the finger's model, or a free spline that knows no finger and needs more presses."
+        ),
+    ] = "model",
     friction: FrictionOption = None,
     check: CheckOption = None,
     export_c: ExportOption = None,
@@ -39,14 +47,18 @@ def calibrate(
     Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered.
     """
     watch = Stopwatch()
-    if bench is not None and friction is not None:
-        raise InputError("--friction is for presses that are computed, not for those of --bench")
+    if form == "spline" and bench is None:
+        raise InputError("--form is for presses of --bench")
+    if form == "spline" and friction is not None:
+        raise InputError("--friction is for a model's presses: a spline through those of --bench knows none")
     rubbing = read_friction(friction)
     from papilla.files import check_writable, write_text
     from papilla.finger import Finger
     from papilla.logs import read_presses
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
+    if bench is not None and form == "model":
+        paths["finger"] = out / "finger.toml"
     written = [*paths.values(), *([export_c] if export_c else [])]
     keep_inputs([finger, bench, check], written)
     design = Finger.load(finger) if finger else None
@@ -68,7 +80,11 @@ def calibrate(
             done = job.calibrate_finger(design, friction=rubbing, progress=shown.line, steps=shown.steps)
         else:
             with about(bench):
-                done = job.calibrate_measured(log, design)
+                if form == "spline":
+                    done = job.calibrate_measured(log, design)
+                else:
+                    design = design or Finger.default()
+                    done = job.calibrate_bench(log, design, friction=rubbing, progress=shown.line, steps=shown.steps)
             check_writable(out)
         header, found = header_of(done.calibration, export_c), checked(done.calibration, presses, check)
         _write(done, design, paths, watch, shown)
@@ -95,10 +111,15 @@ def _write(
     from papilla.calibrate.report.page import write_report
     from papilla.files import replacing_set
 
-    with replacing_set(list(paths.values())) as (calibration, sweep, report):
+    if done.bench is not None:
+        finger = done.bench.finger
+    with replacing_set(list(paths.values())) as (calibration, sweep, report, *identified):
         done.calibration.save(calibration)
         done.presses.to_csv(sweep)
         write_report(report, done, finger, seconds=watch.seconds, progress=shown.line)
+        for path in identified:
+            assert finger is not None
+            finger.save(path)
 
 
 def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict:
@@ -113,12 +134,27 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
         "rms_error": done.recovery.rms_error,
         "checked_presses": len(done.recovery.error),
         "unanswered": len(done.recovery.error) - done.recovery.answered,
+        "bench": _of_the_bench(done),
         "published": _against_published(done),
         "truth": done.truth and done.truth.to_json(),
         "dominant": done.calibration.dominant,
         "sigmas": done.calibration.sigmas,
         "notes": list(done.calibration.notes),
         "seconds": seconds,
+    }
+
+
+def _of_the_bench(done: "Calibrated") -> dict | None:
+    """The finger that was identified, and the measured presses' own moduli recovered."""
+    if done.bench is None:
+        return None
+    from papilla.cli.identify import summary_of
+
+    recovered = done.bench.recovery
+    return summary_of(done.bench.found, done.bench.told) | {
+        "max_error": recovered.max_error,
+        "rms_error": recovered.rms_error,
+        "unanswered": len(recovered.error) - recovered.answered,
     }
 
 
@@ -155,6 +191,11 @@ def _print(summary: dict) -> None:
         ]
     )
     tell(_inverse_in_words(inverse))
+    if bench := summary["bench"]:
+        tell(f"The finger: {bench['status']}; moduli {_moduli(bench)} MPa.")
+        told = f"{bench['presses'] - bench['unanswered']} of {bench['presses']} answered"
+        worst, rms = (_percent(bench[key]) for key in ("max_error", "rms_error"))
+        tell(f"Error of E of the measured presses: {worst} % at most, {rms} % rms, {told}.")
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
     if compact := summary["softness"]["compact"]:
         tell(
@@ -176,7 +217,18 @@ def _print(summary: dict) -> None:
     tell(f"dominant: {summary['dominant']} (one sigma of S_d: {shares}).")
     for note in summary["notes"]:
         tell(f"Doubt: {note}.")
-    tell("Wrote " + ", ".join(summary[name] for name in ("calibration", "sweep", "report")))
+    names = ("calibration", "sweep", "report", "finger")
+    tell("Wrote " + ", ".join(summary[name] for name in names if name in summary))
+
+
+def _moduli(bench: dict) -> str:
+    found = (bench["parameters"][f"{layer}_modulus_MPa"] for layer in ("outer", "inner"))
+    return ", ".join(
+        f"{one['value']:.3g} ({one['lower']:.3g} to {one['upper']:.3g})"
+        if one["free"]
+        else f"{one['value']:.3g} (held)"
+        for one in found
+    )
 
 
 def _percent(share: float | None) -> str:

@@ -12,6 +12,8 @@ from papilla.cli.output import Progress, print_json, progress, say
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from papilla.calibration import Calibration
     from papilla.logs import TimeLogFile
 
@@ -68,7 +70,7 @@ def estimate(
     wavelengths = _checked_range(wavelength_range)
     with progress() as bar, _opened(log, lever_mm, bar) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
-        noise = _noise(recorded)
+        noise, zeros = _noise(recorded), _zeros(record)
         chosen: dict[str, Any] = {
             "wavelength_range_mm": wavelengths,
             "saturation": saturation,
@@ -89,6 +91,7 @@ def estimate(
         with table_writer(out, ("t_s", *COLUMNS)) as write:
             bar.line("estimating")
             for block in recorded.blocks():
+                block[:, 1 : 1 + len(zeros)] -= zeros
                 answer = pipeline.process(block)
                 write([block[:, 0], *answer[: len(COLUMNS)]])
                 summary.add(block, answer)
@@ -143,6 +146,19 @@ def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
     if made_for != own and all(re.fullmatch(r"g[1-9][0-9]*", name) for name in made_for):
         raise InputError(f"{log} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}")
     return record
+
+
+def _zeros(record: "Calibration | None") -> "np.ndarray":
+    """Readings of the gauges in the air (microstrain), where the calibration is of a finger whose bench told them."""
+    import numpy as np
+
+    found = None if record is None else record.finger.get("zeros_microstrain")
+    if record is None or found is None:
+        return np.zeros(0)
+    numbers = isinstance(found, list) and all(type(value) in (int, float) for value in found)
+    if not numbers or len(found) != len(record.gauges):
+        raise InputError(f"the calibration's finger.zeros_microstrain must hold {len(record.gauges)} numbers")
+    return np.array(found, float)
 
 
 def _noise(recorded: "TimeLogFile") -> dict[str, Any]:

@@ -100,7 +100,7 @@ def identify(
             if report is not None:
                 write_identification(files[-1], found, told)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
-    summary = _summary(found, told) | {"specimen": describe(touched), "seconds": watch.seconds} | written
+    summary = summary_of(found, told) | {"specimen": describe(touched), "seconds": watch.seconds} | written
     if following is not None:
         summary |= suggested(following)
     if as_json:
@@ -124,7 +124,7 @@ def _held(fix: list[str]) -> dict[str, float]:
     return found
 
 
-def _summary(found: "Identification", told: "Confession") -> dict:
+def summary_of(found: "Identification", told: "Confession") -> dict:
     """Parameters with intervals, and what the fit confesses, as plain values."""
     from papilla.specimen import friction_words
 

@@ -57,7 +57,7 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
 def test_refit_from_a_bench_log(papilla, tmp_path):
     columns = bench_columns()
     write_table(tmp_path / "presses.csv", columns)
-    answer = papilla("calibrate", "--bench", "presses.csv", "--out", "mine", "--json")
+    answer = papilla("calibrate", "--bench", "presses.csv", "--form", "spline", "--out", "mine", "--json")
     assert answer.code == 0, answer.err
     found = json.loads(answer.out)
     assert found["presses"] == 36 and found["rms_error"] < 0.05
@@ -76,7 +76,7 @@ def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_pa
 
     for seed in (5, 6):
         write_table(tmp_path / f"{seed}.csv", bench_columns(seed))
-    assert papilla("calibrate", "--bench", "5.csv", "--out", "mine").code == 0
+    assert papilla("calibrate", "--bench", "5.csv", "--form", "spline", "--out", "mine").code == 0
     old = results()
 
     def full(path, *_, **__):
@@ -84,14 +84,14 @@ def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_pa
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
     monkeypatch.setattr(page, "write_report", full)
-    answer = papilla("calibrate", "--bench", "6.csv", "--out", "mine")
+    answer = papilla("calibrate", "--bench", "6.csv", "--form", "spline", "--out", "mine")
     assert answer.code == 2 and "cannot write mine/report.html: No space left on device" in answer.err
     assert results() == old and len(old) == 3
 
 
 def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
-    answer = papilla("calibrate", "--bench", "presses.csv")
+    answer = papilla("calibrate", "--bench", "presses.csv", "--form", "spline")
     assert answer.code == 0
     assert answer.err.splitlines()[0] == "presses.csv: ignored columns: operator"
 
@@ -101,13 +101,16 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     [
         (["--finger", "nowhere.toml"], "cannot read finger file nowhere.toml"),
         (["--bench", "nowhere.csv"], "cannot read nowhere.csv"),
-        (["--bench", "one.csv", "--friction", "stick"], "--friction is for presses that are computed"),
+        (["--bench", "one.csv", "--form", "spline", "--friction", "0"], "a spline through those of --bench knows none"),
+        (["--form", "spline"], "--form is for presses of --bench"),
         (["--friction", "-1"], 'friction must be a number of at least 0 or "stick", got -1'),
         (["--bench", "nan.csv"], "nan.csv, line 5, column g2: expected a finite number, got nan"),
         (["--bench", "one.csv"], "one.csv has one row"),
-        (["--bench", "soft.csv"], "soft.csv: "),
-        (["--bench", "equal.csv"], "equal.csv: "),
-        (["--bench", "beside.csv"], "beside.csv: the presses differ in x_mm"),
+        (["--bench", "soft.csv", "--form", "spline"], "soft.csv: "),
+        (["--bench", "equal.csv", "--form", "spline"], "equal.csv: "),
+        (["--bench", "beside.csv", "--form", "spline"], "beside.csv: the presses differ in x_mm"),
+        (["--bench", "beside.csv"], "beside.csv: x_mm is 1 in press 2: a finger is identified at the apex alone"),
+        (["--bench", "few.csv"], "few.csv: the log has 4 gauges (g1, g2, g3, g4), the finger"),
         (["--out", "file.txt"], "cannot write to folder file.txt: File exists"),
         (["--out", "file.txt/below"], "cannot write to folder file.txt/below: Not a directory"),
     ],
@@ -121,5 +124,6 @@ def test_unusable_input(refused, tmp_path, options, message):
     write_table(tmp_path / "soft.csv", columns | {"modulus_MPa": np.full(36, 0.1)})
     write_table(tmp_path / "equal.csv", columns | {f"g{k}": np.ones(36) for k in range(1, 6)})
     write_table(tmp_path / "beside.csv", columns | {"x_mm": np.arange(36.0), "y_mm": np.zeros(36)})
+    write_table(tmp_path / "few.csv", {name: values for name, values in columns.items() if name != "g5"})
     (tmp_path / "file.txt").write_text("")
     assert message in refused("calibrate", *options)

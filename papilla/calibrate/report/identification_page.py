@@ -2,6 +2,7 @@
 
 from itertools import combinations
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -20,26 +21,26 @@ MOST_NAMED = 8
 
 def write_identification(path: str | PathLike, found: Identification, told: Confession) -> None:
     """Write the page of an identification as one HTML file: no script, no link; raises `FileAccessError`."""
-    problem = found.problem
-    response = problem.shapes[0].responses[0]
     text = (
-        environment()
-        .get_template("identification.html")
-        .render(
-            name=problem.finger.name,
-            told=told,
-            friction=friction_words(response.friction),
-            specimen=response.specimen,
-            parameters=_parameters(found, told),
-            gauges=_gauges(found),
-            runs="Runs of one sign against force say that the model bends otherwise than the presses.",
-            influential=_influential(found, told),
-            correlations=_correlations(found),
-            curves=data_uri(view.svg(_curves(found)), "svg+xml"),
-            residuals=data_uri(view.svg(_residuals(found)), "svg+xml"),
-        )
+        environment().get_template("identification.html").render(name=found.problem.finger.name, **parts(found, told))
     )
     write_text(path, text)
+
+
+def parts(found: Identification, told: Confession) -> dict[str, Any]:
+    """What the page shows, by the names that its template has."""
+    response = found.problem.shapes[0].responses[0]
+    return {
+        "told": told,
+        "friction": friction_words(response.friction),
+        "specimen": response.specimen,
+        "parameters": _parameters(found, told),
+        "gauges": _gauges(found),
+        "influential": _influential(found, told),
+        "correlations": _correlations(found),
+        "curves": data_uri(view.svg(_curves(found)), "svg+xml"),
+        "residuals": data_uri(view.svg(_residuals(found)), "svg+xml"),
+    }
 
 
 def weighted_residuals(found: Identification) -> np.ndarray:

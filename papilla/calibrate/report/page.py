@@ -80,6 +80,7 @@ def write_report(
             facts=facts,
             **_of_the_model(done, finger, progress),
             **_plots(done, answers, comparison),
+            bench=_bench(done),
         )
     )
     write_text(path, text)
@@ -152,6 +153,15 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
         ),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
     }
+
+
+def _bench(done: Calibrated) -> dict | None:
+    """Of a finger that was identified from measured presses: their picture and residuals, and what was told."""
+    if done.bench is None:
+        return None
+    from papilla.calibrate.report.identification_page import parts
+
+    return parts(done.bench.found, done.bench.told) | {"recovery": done.bench.recovery}
 
 
 def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, str | None]:

@@ -1,0 +1,93 @@
+"""The calibration of an identified finger: what its identification leaves open, and what its bench read in the air."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from papilla.calibrate.identification.fit import SIZE_MM
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import kind, names_of, scaled, start_of
+from papilla.calibrate.identification.problem import Problem, Shape
+from papilla.calibrate.surface_fit import Resolution, SurfaceFit
+from papilla.calibration import Calibration, Surface
+from papilla.errors import InputError
+from papilla.fem.pressing.response import response
+from papilla.fem.reduction.family import family
+from papilla.finger import Finger
+from papilla.identified import Identified
+from papilla.logs import PressLog
+
+GRID = 10
+"""Presses along force and modulus at which the standard deviations are computed."""
+
+CELLS = Resolution(5)
+SAME = 1e-6
+"""Relative difference from which a design's modulus is not the identified one."""
+
+
+def with_identification(
+    calibration: Calibration, finger: Finger, progress: Callable[[str], None] | None = None
+) -> Calibration:
+    """The calibration with the covariance of the finger's identification in its surfaces, and the bench's zeros.
+
+    Without an identification it stays what it is. Raises `InputError` where the `[identified]` table is of other
+    gauges, or the design was changed since.
+    """
+    told = finger.identified
+    if told is None:
+        return calibration
+    vector, problem = _problem(finger, told, calibration, progress)
+    modelled = problem.modelled(vector)
+    g = len(finger.gauges)
+    zeros = np.array([problem.values(vector)[f"zero_microstrain.{gauge.name}"] for gauge in finger.gauges])
+    readings, by = modelled.values[:, :g] - zeros, modelled.by_free[:, :g]
+    covariance = np.array(told.covariance)
+    about = readings - readings.mean(axis=1, keepdims=True)
+    by_ln_sd = np.einsum("ng,ngf->nf", about, by) / (about**2).sum(axis=1)[:, None]
+    force, modulus = problem.log.force_N, problem.log.modulus_MPa
+
+    def surface(slopes: np.ndarray) -> Surface:
+        sigma = np.sqrt(np.maximum(np.einsum("nf,fe,ne->n", slopes, covariance, slopes), 0.0))
+        return SurfaceFit(force, modulus, (CELLS, CELLS)).surface(sigma).surface
+
+    known = calibration.surface
+    gauges = tuple(
+        replace(one, uncertainty=replace(one.uncertainty, identified=surface(by[:, k] / force[:, None])))
+        for k, one in enumerate(calibration.gauges)
+    )
+    bench = {"zeros_microstrain": list(told.zeros_microstrain), "touch_down_mm": told.touch_down_mm}
+    return replace(
+        calibration,
+        surface=replace(known, uncertainty=replace(known.uncertainty, identified=surface(by_ln_sd))),
+        gauges=gauges,
+        finger=calibration.finger | bench | {"identified": told.status},
+        notes=(*calibration.notes, *(f"identification: {note}" for note in told.notes)),
+    )
+
+
+def _problem(
+    finger: Finger, told: Identified, calibration: Calibration, progress: Callable[[str], None] | None
+) -> tuple[np.ndarray, Problem]:
+    """Presses over the domain of a calibration as a problem in the identified parameters, and their vector."""
+    unknown = [name for name in told.parameters if name not in names_of(finger)]
+    if unknown:
+        raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
+    designed = start_of(finger, finger.bench.thickness)
+    values = dict(zip(told.parameters, told.values, strict=True))
+    for name, value in values.items():
+        if kind(name) != "zero_microstrain" and abs(designed[name] - value) > SAME * max(abs(value), SAME):
+            raise InputError(
+                f"{name} is {designed[name]:g} in the design and {value:g} in its [identified]: the design was changed "
+                "since, so remove that table or identify the finger anew"
+            )
+    force, modulus = (np.geomspace(*calibration.domain[key], GRID) for key in ("force_N", "modulus_MPa"))
+    force, modulus = (one.ravel() for one in np.meshgrid(force, modulus))
+    n, g = len(force), len(finger.gauges)
+    deep = np.ones(n) if "touch_down_mm" in values else None
+    log = PressLog(force, modulus, np.zeros((n, g)), tuple(gauge.name for gauge in finger.gauges), deep)
+    relatives = family(replace(finger, identified=None), size_mm=SIZE_MM, progress=progress)
+    told_by = response(relatives, finger.bench.specimen(1.0), friction=finger.bench.friction, progress=progress)
+    shape = Shape(np.arange(n), (told_by,))
+    vector = np.array([scaled(name, values[name]) for name in told.parameters])
+    return vector, Problem(log, finger, (shape,), designed | values, told.parameters, Noise())
