@@ -12,9 +12,10 @@ import numpy as np
 
 from papilla import fem
 from papilla.calibrate.identification import PARAMETERS, Identification, identify
+from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.parameters import kind
 from papilla.fem.pressing.response import Response, response
-from papilla.fem.reduction.family import RATIOS, FingerFamily, family
+from papilla.fem.reduction.family import RATIOS, FingerFamily
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import Block
@@ -38,7 +39,7 @@ class Drawn:
     @classmethod
     def by(cls, rng: np.random.Generator, relatives: FingerFamily, smooth: Response | None) -> "Drawn":
         """One at random."""
-        design = relatives.finger
+        design = Finger.default()
         while True:
             outer, inner = (layer.modulus * 2 ** rng.uniform(-1, 1) for layer in (design.outer, design.inner))
             if RATIOS[0] <= outer / inner <= RATIOS[1]:
@@ -104,7 +105,7 @@ def ln_sd(found: Identification, force: np.ndarray, modulus: np.ndarray) -> tupl
 def coverage(draws: int, smooth: bool) -> None:
     """Shares of parameters, and of moduli inverted from S_d of fresh presses, inside their intervals."""
     finger = Finger.default()
-    relatives = family(finger, size_mm=SIZE_MM, variant=VARIANT)
+    relatives = family_of(finger, size_mm=SIZE_MM, variant=VARIANT)
     other = response(relatives, Block(1.0, THICKNESS_MM)) if smooth else None
     force, modulus = (one.ravel() for one in np.meshgrid(np.geomspace(0.05, 0.98, 5), (0.089, 0.51, 0.72)))
     gathered: dict[str, list[float]] = {}
@@ -170,7 +171,7 @@ def few_presses(draws: int, smooth: bool, depths: bool) -> None:
 
     warnings.simplefilter("ignore")  # the process warns of length scales at their bounds
     finger = Finger.default()
-    relatives = family(finger, size_mm=SIZE_MM, variant=VARIANT)
+    relatives = family_of(finger, size_mm=SIZE_MM, variant=VARIANT)
     other = response(relatives, Block(1.0, THICKNESS_MM)) if smooth else None
     force, modulus = (one.ravel() for one in np.meshgrid(np.geomspace(*DOMAIN_N, 7), np.geomspace(*DOMAIN_MPA, 6)))
     print("presses   " + "".join(name.rjust(24) for name in ("identified", "quadratic", "Gaussian process")))

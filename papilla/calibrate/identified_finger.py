@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla.calibrate.identification.fit import SIZE_MM
+from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import kind, names_of, scaled, start_of
 from papilla.calibrate.identification.problem import Problem, Shape
@@ -13,7 +13,6 @@ from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, Surface
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
-from papilla.fem.reduction.family import family
 from papilla.finger import Finger
 from papilla.identified import Identified
 from papilla.logs import PressLog
@@ -86,7 +85,7 @@ def _problem(
     n, g = len(force), len(finger.gauges)
     deep = np.ones(n) if "touch_down_mm" in values else None
     log = PressLog(force, modulus, np.zeros((n, g)), tuple(gauge.name for gauge in finger.gauges), deep)
-    relatives = family(replace(finger, identified=None), size_mm=SIZE_MM, progress=progress)
+    relatives = family_of(finger, progress=progress)
     told_by = response(relatives, finger.bench.specimen(1.0), friction=finger.bench.friction, progress=progress)
     shape = Shape(np.arange(n), (told_by,))
     vector = np.array([scaled(name, values[name]) for name in told.parameters])

@@ -95,7 +95,8 @@ class Calibrated:
 class BenchPresses:
     """Measured presses, the finger that was identified from them, and their moduli recovered by its calibration.
 
-    sd_microstrain, sigma_microstrain : (n,) of the readings without their zeros, and the noise of it.
+    sd_microstrain, sigma_microstrain : (n,) of the readings without their zeros, and the noise of it. inside : (n,)
+    whether the stated 95 % interval of a press holds its modulus.
     """
 
     log: PressLog
@@ -105,6 +106,7 @@ class BenchPresses:
     recovery: Recovery
     sd_microstrain: np.ndarray
     sigma_microstrain: np.ndarray
+    inside: np.ndarray
 
 
 def calibrate_finger(
@@ -181,10 +183,12 @@ def calibrate_bench(
     about = modelled.values[:, :g] - modelled.values[:, :g].mean(axis=1, keepdims=True)
     by_force = (about * modelled.by_ln_force[:, :g]).mean(axis=1) / np.sqrt((about**2).mean(axis=1))
     sd = (log.readings - np.array(identified.identified.zeros_microstrain)).std(axis=1)  # type: ignore[union-attr]
-    sigma = np.hypot(noise.readings_microstrain / np.sqrt(g), noise.force * by_force)
-    answer = done.calibration.invert(sd, log.force_N)
+    noise_sd = noise.readings_microstrain / np.sqrt(g)
+    answer = done.calibration.invert(sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N)
+    inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
     recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
-    return replace(done, bench=BenchPresses(log, identified, found, told, recovery, sd, sigma))
+    sigma = np.hypot(noise_sd, noise.force * by_force)
+    return replace(done, bench=BenchPresses(log, identified, found, told, recovery, sd, sigma, inside))
 
 
 def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:

@@ -20,7 +20,6 @@ from papilla.calibrate.identification.parameters import start_of
 from papilla.calibrate.identification.problem import Problem, Shape
 from papilla.errors import InputError
 from papilla.fem.pressing.response import RATIO_LIMITS
-from papilla.fem.reduction.family import family
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import Specimen
@@ -141,7 +140,7 @@ def _from_nothing(
     names = tuple(gauge.name for gauge in design.gauges)
     empty = PressLog(force, modulus, np.zeros((len(force), len(names))), names)
     shapes = shapes_of(
-        empty, specimen or design.bench.specimen(1.0), family(design, size_mm=size_mm or fit.SIZE_MM), False, None, None
+        empty, specimen or design.bench.specimen(1.0), fit.family_of(design, size_mm=size_mm), False, None, None
     )
     held = start_of(design)
     problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)

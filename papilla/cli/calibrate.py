@@ -1,5 +1,6 @@
 """`papilla calibrate`: the main job, from a design file or a bench log to calibration coefficients."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -21,6 +22,8 @@ from papilla.errors import InputError
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
     from papilla.finger import Finger
+    from papilla.logs import PressLog
+    from papilla.specimen import Friction
 
 DEFAULT_OUT = Path("calibration")
 
@@ -72,20 +75,12 @@ def calibrate(
     if export_c is not None:
         check_writable(export_c.parent)
 
-    from papilla.calibrate import job
-
     with progress() as shown:
-        if log is None or bench is None:
+        if form == "model":
             design = design or Finger.default()
-            done = job.calibrate_finger(design, friction=rubbing, progress=shown.line, steps=shown.steps)
-        else:
-            with about(bench):
-                if form == "spline":
-                    done = job.calibrate_measured(log, design)
-                else:
-                    design = design or Finger.default()
-                    done = job.calibrate_bench(log, design, friction=rubbing, progress=shown.line, steps=shown.steps)
-            check_writable(out)
+        with about(bench) if bench is not None else nullcontext():
+            done = _calibrated(log, design, rubbing, form, shown)
+        check_writable(out)
         header, found = header_of(done.calibration, export_c), checked(done.calibration, presses, check)
         _write(done, design, paths, watch, shown)
         if header is not None and export_c is not None:
@@ -102,6 +97,20 @@ def calibrate(
             print_check(found, check)
     if found is not None and not found.passed:
         raise typer.Exit(CHECK_FAILED)
+
+
+def _calibrated(
+    log: "PressLog | None", design: "Finger | None", rubbing: "Friction | None", form: str, shown: Progress
+) -> "Calibrated":
+    """The calibration of a design, or of the finger that made measured presses, by its model or a free form."""
+    from papilla.calibrate import job
+
+    if log is not None and (form == "spline" or design is None):
+        return job.calibrate_measured(log, design)
+    assert design is not None
+    if log is None:
+        return job.calibrate_finger(design, friction=rubbing, progress=shown.line, steps=shown.steps)
+    return job.calibrate_bench(log, design, friction=rubbing, progress=shown.line, steps=shown.steps)
 
 
 def _write(
@@ -155,6 +164,7 @@ def _of_the_bench(done: "Calibrated") -> dict | None:
         "max_error": recovered.max_error,
         "rms_error": recovered.rms_error,
         "unanswered": len(recovered.error) - recovered.answered,
+        "inside_interval": int(done.bench.inside.sum()),
     }
 
 
@@ -195,7 +205,10 @@ def _print(summary: dict) -> None:
         tell(f"The finger: {bench['status']}; moduli {_moduli(bench)} MPa.")
         told = f"{bench['presses'] - bench['unanswered']} of {bench['presses']} answered"
         worst, rms = (_percent(bench[key]) for key in ("max_error", "rms_error"))
-        tell(f"Error of E of the measured presses: {worst} % at most, {rms} % rms, {told}.")
+        tell(
+            f"Error of E of the measured presses: {worst} % at most, {rms} % rms, {told}; "
+            f"the 95 % interval holds it for {bench['inside_interval']}."
+        )
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
     if compact := summary["softness"]["compact"]:
         tell(

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.identification import PARAMETERS, Noise, identify
-from papilla.calibrate.identification.fit import problem_of
+from papilla.calibrate.identification.fit import family_of, problem_of
 from papilla.calibrate.identification.parameters import kind
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
-from papilla.fem.reduction.family import family
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import Block
@@ -22,7 +21,7 @@ BLOCK = Block(1.0, 10.0)
 
 @pytest.fixture(scope="module")
 def smooth():
-    return response(family(Finger.default(), size_mm=SIZE_MM), BLOCK)
+    return response(family_of(Finger.default(), size_mm=SIZE_MM), BLOCK)
 
 
 def made(smooth, seed, *, noise=5.0, force_error=0.01, forces=FORCES, moduli=MODULI, depth=True):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.identification import fit
+from papilla.calibrate.identification.fit import family_of
 from papilla.fem.pressing.response import response
-from papilla.fem.reduction.family import family
 from papilla.finger import Finger
 from papilla.specimen import Block
 
@@ -17,7 +17,7 @@ SIZE_MM = 2.8
 
 @pytest.fixture(scope="module")
 def smooth():
-    return response(family(Finger.default(), size_mm=SIZE_MM), Block(1.0, 10.0))
+    return response(family_of(Finger.default(), size_mm=SIZE_MM), Block(1.0, 10.0))
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from papilla.calibrate.identification.problem import Problem, Shape
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
-from papilla.finger import Finger
+from papilla.finger import Bench, Finger
 from papilla.identified import Identified
 from papilla.logs import PressLog
 from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen
@@ -171,7 +171,7 @@ def problem_of(
     refuse(log, finger)
     held = checked_values(fix or {}, finger)
     wanted = free_parameters(log, finger, free, held)
-    relatives = family(finger, size_mm=size_mm or SIZE_MM, progress=progress)
+    relatives = family_of(finger, size_mm=size_mm or SIZE_MM, progress=progress)
     touched = finger.bench.specimen(1.0) if specimen is None else specimen
     if isinstance(touched, Block) and "thickness_mm" in held:
         touched = replace(touched, thickness=held["thickness_mm"])
@@ -181,6 +181,17 @@ def problem_of(
     problem = Problem(log, finger, shapes, start, wanted, noise or Noise())
     refuse_beyond(problem)
     return problem
+
+
+def family_of(
+    finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Callable[[str], None] | None = None
+) -> FingerFamily:
+    """The family of a finger's geometry, the same whatever its moduli, gains and levers: it is reduced once."""
+    gauges = tuple(replace(gauge, membrane_gain=1.0, lever_mm=0.0) for gauge in finger.gauges)
+    plain = replace(finger, name="", gauges=gauges, bench=Bench(), ridges=None, identified=None)
+    if finger.outer.material is None and finger.inner.material is None:
+        plain = with_moduli(plain, 1.0, 1.0)
+    return family(plain, size_mm=size_mm or SIZE_MM, variant=variant, progress=progress)
 
 
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:

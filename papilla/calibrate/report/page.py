@@ -161,7 +161,10 @@ def _bench(done: Calibrated) -> dict | None:
         return None
     from papilla.calibrate.report.identification_page import parts
 
-    return parts(done.bench.found, done.bench.told) | {"recovery": done.bench.recovery}
+    return parts(done.bench.found, done.bench.told) | {
+        "recovery": done.bench.recovery,
+        "inside": int(done.bench.inside.sum()),
+    }
 
 
 def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, str | None]:

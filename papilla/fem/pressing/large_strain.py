@@ -49,7 +49,7 @@ MARGIN = 0.05
 """What the logarithms of force and area may lie outside of the table."""
 
 FURTHER = 2.25
-"""Forces in the largest of a table up to which a press is changed as by that one: at 1.6 of it S_d was within 1.1 % of
+"""Forces in the largest of a table up to which a press is changed as by that one, and as far below the least: at 1.6 of it S_d was within 1.1 % of
 finite strain and gauges within 6 % of the largest, where linear presses are off by 2.3 and 10 %."""
 
 BEYOND = "beyond the forces at which large strain was measured"
@@ -90,9 +90,9 @@ class LargeStrain:
         return bool(low - MARGIN <= softness <= high + MARGIN)
 
     def continues(self, force: float, softness: float) -> bool:
-        """Whether a press is one of the table, or as hard as `FURTHER` allows."""
-        most = float(self.force.max())
-        return force <= FURTHER * most and self.covers(min(force, most), softness)
+        """Whether a press is one of the table, or as hard or light as `FURTHER` allows."""
+        least, most = float(self.force.min()), float(self.force.max())
+        return least / FURTHER <= force <= FURTHER * most and self.covers(float(np.clip(force, least, most)), softness)
 
     def nearest(self, force: float, softness: float) -> tuple[float, float]:
         """The force and softness nearest to a press among those of the table: its own where the table covers it."""
@@ -203,8 +203,8 @@ def with_large_strain(
 ) -> Press | None:
     """A linear press, without friction or stuck, with what large strain changes in it; None where no table covers it.
 
-    Its pressure stays the linear one: force, nodes and what the pressure sums to are the same. A harder press than any
-    of the tables, up to `FURTHER`, is changed as the hardest, and its status says so; beyond : all others are, too,
+    Its pressure stays the linear one: force, nodes and what the pressure sums to are the same. A press harder or
+    lighter than those of the tables, up to `FURTHER`, is changed as the last, and its status says so; beyond : all others are, too,
     instead of None.
     """
     tables = tables_of(reduced, stuck)
