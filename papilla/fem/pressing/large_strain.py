@@ -49,8 +49,8 @@ MARGIN = 0.05
 """What the logarithms of force and area may lie outside of the table."""
 
 FURTHER = 2.25
-"""Forces in the largest of a table up to which a press is changed as by that one, and as far below the least: at 1.6 of it S_d was within 1.1 % of
-finite strain and gauges within 6 % of the largest, where linear presses are off by 2.3 and 10 %."""
+"""Forces in the largest of a table up to which a press is changed as by that one, and as far below the least. At 1.6
+times the largest S_d was within 1.1 % of finite strain, gauges within 6 % of the largest; linear: 2.3 and 10 %."""
 
 BEYOND = "beyond the forces at which large strain was measured"
 """In the status of such a press."""
@@ -204,8 +204,8 @@ def with_large_strain(
     """A linear press, without friction or stuck, with what large strain changes in it; None where no table covers it.
 
     Its pressure stays the linear one: force, nodes and what the pressure sums to are the same. A press harder or
-    lighter than those of the tables, up to `FURTHER`, is changed as the last, and its status says so; beyond : all others are, too,
-    instead of None.
+    lighter than those of the tables, up to `FURTHER`, is changed as the last, and its status says so; beyond : all
+    others are, too, instead of None.
     """
     tables = tables_of(reduced, stuck)
     if not tables:
