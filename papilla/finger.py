@@ -23,7 +23,11 @@ if TYPE_CHECKING:
     from papilla.materials import Material
 
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
-SHIPPED_FINGERS = {"default": DEFAULT_FINGER, "published": DEFAULT_FINGER.with_name("published_finger.toml")}
+SHIPPED_FINGERS = {
+    "default": DEFAULT_FINGER,
+    "published": DEFAULT_FINGER.with_name("published_finger.toml"),
+    "one-gauge": DEFAULT_FINGER.with_name("one_gauge_finger.toml"),
+}
 """Names that `Finger.load` takes instead of a file."""
 
 ROUNDING = 0.005  # Relative difference of a layer's modulus from its material's that three written digits explain

@@ -368,7 +368,7 @@ def test_every_key_without_a_value_has_the_default_of_its_class(load):
 
 
 def test_fingers_that_ship_have_names():
-    assert Finger.load("default") == Finger.default() and set(SHIPPED_FINGERS) == {"default", "published"}
+    assert Finger.load("default") == Finger.default() and set(SHIPPED_FINGERS) == {"default", "published", "one-gauge"}
     published = Finger.load("published")
     assert published == Finger.published() == Finger.load(SHIPPED_FINGERS["published"])
     assert published.geometry_sha256 == Finger.default().geometry_sha256, "the reference meshes answer for both"

@@ -1,12 +1,10 @@
 """The second design that ships: the one-gauge finger of 2011."""
 
-import importlib.resources
-
 from papilla.finger import Finger, Slab
 
 
 def test_it_loads_and_is_what_its_paper_says():
-    finger = Finger.load(str(importlib.resources.files("papilla") / "data" / "one_gauge_finger.toml"))
+    finger = Finger.load("one-gauge")
     assert isinstance(finger.shape, Slab) and finger.shape.depth == 10.0
     assert len(finger.gauges) == 1 and finger.gauges[0].angle_deg == 0.0
     assert finger.ridges.width == 0.6

@@ -3,6 +3,7 @@
 from papilla.studies.reproduce.claim import Experiment
 from papilla.studies.reproduce.experiments import (
     counts,
+    fitted,
     gratings,
     impulses,
     presses,
@@ -16,5 +17,5 @@ from papilla.studies.reproduce.experiments import (
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
     module.EXPERIMENT
-    for module in (presses, softness, impulses, counts, gratings, spectra, wavelets, textiles, remote, toolkit)
+    for module in (presses, softness, fitted, impulses, counts, gratings, spectra, wavelets, textiles, remote, toolkit)
 )

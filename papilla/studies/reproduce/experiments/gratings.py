@@ -1,6 +1,7 @@
 """Gratings under the finite-element finger: what its gauges hear of them, and what the published methods make of it."""
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from papilla.estimators import find_lines
 from papilla.estimators.published.roughness import ImpulseDensity
@@ -12,6 +13,7 @@ from papilla.specimen import Grating
 from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, above, near
 from papilla.studies.reproduce.signals import FIVE_MM
 from papilla.telepresence import read_curve
+from papilla.textures import MeasuredProfile
 
 SLIDE = "papilla slide --groove G --ridge R --speed V --seconds S --press-depth D --out LOG.csv"
 GROOVE_MM = 0.5
@@ -66,6 +68,9 @@ CLAIMS = (
     Claim("C27", "2011 Okamoto 4.2", "Deformation grows with the wavelength", "grows", above(1.0),
           "rms, 3.0 over 1.8 mm", "grows", "fem.slide",
           "smooth skin, middle gauge, 20 mm/s; that it falls with speed by viscosity is not in the model"),
+    Claim("D29", "2011 Oddo V.B", "Sandpaper, which has no period, is left for later", "future work", near(0.0),
+          "lines claimed", "rough_lines", "papilla slide --profile FILE.csv", "a made-up rough profile of 20 mm, "
+          "0.02 mm rms, slides ({rough_uE:.0f} microstrain at the middle gauge), and no wavelength is claimed"),
     Claim("C42b", "2011 Okamoto 5.3", "The sensor hears down to 0.2 mm", NOISE, above(NOISE),
           "microstrain, best gauge", "finest", "fem.slide", "groove = ridge = 0.1 mm; {MODEL}"),
 )  # fmt: skip
@@ -204,7 +209,11 @@ def _scenes(finger: Finger, ridged) -> dict:
         length_mm=7.0,
     )
     finest = _slide(finger, 0.2, 20.0, 0.3, ridged, depth=0.5, dynamics="quasi-static")
+    rough = _rough(finger, ridged)
+    lines = find_lines(rough.motion.position_mm, rough.readings, wavelength_range_mm=(0.3, 2.0)).lines
     return {
+        "rough_lines": float(len(lines)),
+        "rough_uE": float(rough.readings[200:, 2].std()),
         "repeats": float(repeats),
         "speed_ratio": power[1] / power[0],
         "speed_dynamics": ", ".join(one.dynamics for one in speeds),
@@ -213,6 +222,14 @@ def _scenes(finger: Finger, ridged) -> dict:
         "trapezoid": float(np.isfinite(trapezoid.readings).all()),
         "finest": float(_heard(finest, 0.2).max()),
     }
+
+
+def _rough(finger: Finger, section: ReducedSection) -> Slide:
+    """A scene on a rough profile without a period: noise through a Gaussian of 0.1 mm."""
+    place = np.arange(-25.0, 45.0, 0.02)
+    height = gaussian_filter1d(np.random.default_rng(60).standard_normal(place.size), 5.0)
+    profile = MeasuredProfile(place, 0.02 * height / height.std())
+    return slide(finger, profile, Motion.steady(20.0, 1.0), depth=0.5, section=section, length_mm=LENGTH_MM)
 
 
 def _smooth(finger: Finger) -> Finger:

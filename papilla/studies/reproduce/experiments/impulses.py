@@ -40,6 +40,9 @@ CLAIMS = (
     Claim("A16", "2006 fig. 2", "Two 1.5 mm grooves, 1.5 mm apart, at 60 mm/s: edges of one kind 0.050 s apart",
           0.050, near(0.050, by=0.001), "s", "interval", "corpuscle on a synthetic record",
           "20 Hz and 3.0 mm; {SYNTHETIC}"),
+    Claim("X12", "2006 eq. (3), fig. 2", "Two grooves give 20 Hz by the density over 0.2 s", 20.0, near(20.0, by=1.0),
+          "Hz", "two_grooves", DENSITY, "inconsistent in print: two grooves alone are four impulses, and 4 / (2 x "
+          "0.2 s) is 10 Hz; 20 Hz is one over 0.050 s"),
     Claim("A19", "2006 fig. 5", "Five gratings, 3.0 to 0.6 mm, give five levels of wavelength at 100 mm/s",
           "5 levels", TRUE, "share of neighbours apart", "levels_20", DENSITY, "as printed, 20 dB: {levels_20_mm}; "
           "at 40 dB {levels_40:.0%} of neighbours apart ({levels_40_mm}): 1.5 x the mean misses every other impulse "
@@ -158,6 +161,9 @@ def _grooves() -> dict:
     return {
         "interval": (entering[-1] - entering[0]) / 1000 if len(entering) == 2 else float("nan"),
         "frequency": frequency,
+        "two_grooves": float(
+            np.nanmax(ImpulseDensity().process(np.column_stack([depth, np.full(1000, 60.0)])).frequency_Hz)
+        ),
         "at_350": at_350,
         "fast_share": float(np.mean(np.isfinite(answer[500:]))),
     }

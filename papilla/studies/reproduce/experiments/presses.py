@@ -1,7 +1,6 @@
 """2006 II, IV and 2011 Okamoto 3.2: what a press does to the layered finger, and equations (6)-(8)."""
 
 import dataclasses
-import importlib.resources
 import math
 
 import numpy as np
@@ -60,7 +59,7 @@ CLAIMS = (
           "drawing", above(1.2), "peak pressure, hard over soft", "peak_ratio", "papilla view contact",
           "the picture of this experiment: 0.089 beside 0.72 MPa at 60 gf"),
     Claim("C12", "2011 Okamoto 3.2.2", "A sensor of 10 mm thickness with one gauge beneath the ridges", 1.0,
-          near(1.0), "gauges", "one_gauge", "papilla press --finger papilla/data/one_gauge_finger.toml",
+          near(1.0), "gauges", "one_gauge", "papilla press --finger one-gauge",
           "ships as a second design, {slab}; not pressed here, where it would be meshed anew"),
     Claim("C14", "2011 Okamoto 3.2.2", "The layers keep the skin from deforming: no saturation at 2.5 mm",
           "qualitative", below(0.9), "strain of the skin over that without layers", "protected",
@@ -155,8 +154,7 @@ def _equations(reduced) -> dict:
 
 def _second_design() -> dict:
     """The design of 2011 that ships."""
-    path = importlib.resources.files("papilla") / "data" / "one_gauge_finger.toml"
-    design = Finger.load(str(path))
+    design = Finger.load("one-gauge")
     return {"one_gauge": float(len(design.gauges)), "slab": design.name}
 
 
