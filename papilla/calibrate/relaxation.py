@@ -1,0 +1,143 @@
+"""How silicone relaxes, from a touch that is held: the terms of its Prony series.
+
+While the contact grows a relaxing finger answers as an elastic one to its equivalent force, F_e = integral of
+E(0) J(t - s) dF(s) (`papilla.references.viscoelastic`): exactly on a rigid specimen, nearly on one that is much harder
+than the finger. The elastic answer is y = a f(k F_e) + c, with f that of a finger's model and k for its stiffness, or
+where there is none a power of the force; so a hold of force or depth tells all.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from papilla.errors import InputError
+from papilla.references import Prony
+
+POWERS, STIFFER = (0.3, 1.2), (0.3, 3.0)
+"""Of the force in an elastic answer: of a ball 2/3 in depth, of readings up to 1; and factors k of a model's."""
+
+SHRINKING = 0.02
+"""By how much of its range an answer may fall below its largest before, until the contact is taken to shrink."""
+
+TOLD = (2.0, 2.0)
+"""A time is told between so many steps of the log, and the log's duration over this."""
+
+STARTS = (0.02, 0.1, 0.5)
+"""Times, in the log's duration, from which a fit of one term starts; of two, all pairs."""
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """A Prony series that was fitted to n rows of a log, p terms.
+
+    share_sigma, time_sigma : (p,) standard deviations; of the times, relative. power : of the force, or the factor k of
+    a model's. rms : of what is left, over the range of what was observed. rate_per_s : range of d ln F / dt of the rows
+    that load. doubts : a sentence each.
+    """
+
+    prony: Prony
+    share_sigma: tuple[float, ...]
+    time_sigma: tuple[float, ...]
+    power: float
+    rms: float
+    rate_per_s: tuple[float, float]
+    doubts: tuple[str, ...]
+
+
+def fit_relaxation(
+    time_s: ArrayLike,
+    force_N: ArrayLike,
+    observed: ArrayLike,
+    *,
+    terms: int = 1,
+    elastic: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> Relaxation:
+    """Fit one or two Prony terms to a touch that is loaded and held.
+
+    Parameters
+    ----------
+    time_s : (n,) rising, from the moment of touch. force_N : (n,) > 0. observed : (n,) indentation (mm) or S_d
+        (microstrain), of any unit and zero.
+    elastic : what is observed at forces (n,) of a finger that does not relax; without it, a power of the force, which
+        is off by what the finger's bone and layers make of it.
+
+    Rows from where the contact shrinks are left out. Raises `InputError` for another number of terms, values that are
+    not finite, or fewer rows than three more than the fit has unknowns.
+    """
+    time, force, seen = (np.asarray(values, float) for values in (time_s, force_N, observed))
+    if terms not in (1, 2):
+        raise InputError(f"terms of relaxation must be 1 or 2, got {terms!r}")
+    if not (time.shape == force.shape == seen.shape and time.ndim == 1):
+        raise InputError("time_s, force_N and observed must be (n,) of one length")
+    if not all(np.isfinite(part).all() for part in (time, force, seen)) or (force <= 0).any():
+        raise InputError("time_s, force_N and observed must be finite, and forces greater than 0")
+    time, force, seen = (part[: _growing(seen)] for part in (time, force, seen))
+    unknowns = 2 * terms + 3
+    if len(time) < unknowns + 3:
+        raise InputError(
+            f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {unknowns + 3}"
+        )
+    span, shape = float(time[-1] - time[0]), POWERS if elastic is None else STIFFER
+    low = np.array([1e-4] * terms + [np.log(1e-3 * span)] * terms + [shape[0]])
+    high = np.array([0.95 / terms] * terms + [np.log(10 * span)] * terms + [shape[1]])
+    wide = float(np.ptp(seen)) or 1.0
+
+    def residuals(vector: np.ndarray) -> np.ndarray:
+        prony = Prony(tuple(vector[:terms]), tuple(np.exp(vector[terms : 2 * terms]) * _APART[:terms]))
+        felt = prony.strained(time, force)
+        answer = felt ** vector[-1] if elastic is None else elastic(vector[-1] * felt)
+        columns = np.column_stack([answer, np.ones_like(time)])
+        return (seen - columns @ np.linalg.lstsq(columns, seen)[0]) / wide
+
+    fits = []
+    for first in STARTS:
+        others = [one for one in STARTS if one > first] if terms == 2 else [None]
+        for second in others:
+            taus = np.log(span * np.array([one for one in (first, second) if one is not None]))
+            begin = np.concatenate([[0.3 / terms] * terms, taus, [2 / 3 if elastic is None else 1.0]])
+            fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
+    best = min(fits, key=lambda one: one.cost)
+    freedom = len(time) - unknowns
+    covariance = np.linalg.pinv(best.jac.T @ best.jac) * 2 * best.cost / freedom
+    sigma = np.sqrt(np.diag(covariance))
+    taus = np.exp(best.x[terms : 2 * terms]) * _APART[:terms]
+    order = np.argsort(taus)
+    return Relaxation(
+        Prony(tuple(best.x[:terms][order].tolist()), tuple(taus[order].tolist())),
+        tuple(sigma[:terms][order].tolist()),
+        tuple(sigma[terms : 2 * terms][order].tolist()),
+        float(best.x[-1]),
+        float(np.sqrt(2 * best.cost / len(time))),
+        _rates(time, force),
+        _doubts(best.x[:terms][order], taus[order], sigma[:terms][order], time),
+    )
+
+
+_APART = np.array([1.0, 1.0 + 1e-9])
+"""Keeps two times of a series from being one."""
+
+
+def _growing(seen: np.ndarray) -> int:
+    """How many rows there are before what is observed falls."""
+    fallen = seen < np.maximum.accumulate(seen) - SHRINKING * np.ptp(seen)
+    return int(np.argmax(fallen)) if fallen.any() else len(seen)
+
+
+def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
+    rates = np.diff(np.log(force)) / np.diff(time)
+    rising = rates[rates > 0]
+    return (float(rising.min()), float(rising.max())) if len(rising) else (0.0, 0.0)
+
+
+def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
+    said = []
+    shortest, longest = TOLD[0] * float(np.median(np.diff(time))), float(time[-1] - time[0]) / TOLD[1]
+    for share, tau, one in zip(shares, taus, sigma, strict=True):
+        if not shortest <= tau <= longest:
+            said.append(f"a time of {tau:.3g} s is outside of what the log can tell, {shortest:.3g} to {longest:.3g} s")
+        if one > share / 2:
+            said.append(f"the share at {tau:.3g} s, {share:.2g}, is not told from none (sigma {one:.2g})")
+    return tuple(said)
