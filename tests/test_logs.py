@@ -265,3 +265,37 @@ def test_bench_log_written_and_read_again(log, tmp_path):
     second = read_presses(tmp_path / "again.csv")
     assert np.array_equal(second.readings, first.readings)
     assert second.x_mm.tolist() == [0, 0] and second.indentation_mm is None
+
+
+# ---- presses over time
+
+
+def test_rows_that_hold_or_unload_are_left_out_and_the_loop_is_told(log):
+    force = [0.1, 0.3, 0.5, 0.5, 0.3, 0.05]
+    depth = [0.2, 0.5, 0.7, 0.72, 0.6, 0.3]
+    text = "t_s,force_N,modulus_MPa,g1,indentation_mm\n"
+    text += "".join(f"{k},{f},0.5,{100 * f},{d}\n" for k, (f, d) in enumerate(zip(force, depth, strict=True)))
+    text += "10,0.2,0.8,10,0.3\n11,0.1,0.8,9,0.2\n"
+    found = read_presses(log(text))
+    assert found.force_N.tolist() == [0.1, 0.3, 0.5, 0.2] and found.t_s.tolist() == [0, 1, 2, 10]
+    assert found.readings.shape == (4, 1)
+    taken = 0.2 * 0.3 + 0.4 * 0.2
+    given = -(0.5 * 0.02) + 0.4 * 0.12 + 0.175 * 0.3
+    (loop,) = found.loops
+    assert (loop.modulus_MPa, loop.force_N) == (0.5, 0.5)
+    assert loop.lost_N_mm == pytest.approx(taken - given) and loop.share == pytest.approx(1 - given / taken)
+    assert "4 of 8 rows hold or unload the finger (t_s)" in found.notes[0] and "a loop to 0.5 N" in found.notes[1]
+    assert len(read_presses(log(text), whole=True)) == 8
+
+
+@pytest.mark.parametrize(
+    "rows, said",
+    [
+        (["0,0.1,0.5,1", "0,0.2,0.5,2"], "column t_s: must rise, got 0 after 0"),
+        (["0,0.5,0.5,1", "1,0.2,0.5,2", "2,0.1,0.5,2"], "only 1 of 3 rows load the finger"),
+        (["0,0.1,0.5,1", "nan,0.2,0.5,2"], "expected a finite number"),
+    ],
+)
+def test_presses_over_time_that_are_refused(log, rows, said):
+    with pytest.raises(FileFormatError, match=re.escape(said)):
+        read_presses(log("t_s,force_N,modulus_MPa,g1\n" + "\n".join(rows) + "\n"))

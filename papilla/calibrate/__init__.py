@@ -9,6 +9,7 @@ from papilla.calibrate.indentation import IndentationModulus, fit_indentation
 from papilla.calibrate.material_fit import MaterialTests, fit_material
 from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibrate.relaxation import Relaxation, fit_relaxation
 from papilla.calibrate.suggest import Suggestion
 from papilla.calibrate.suggest import suggest as suggest_presses
 
@@ -19,6 +20,7 @@ __all__ = [
     "Identification",
     "IndentationModulus",
     "MaterialTests",
+    "Relaxation",
     "Suggestion",
     "Sweep",
     "c_header",
@@ -27,6 +29,7 @@ __all__ = [
     "fit_bench",
     "fit_indentation",
     "fit_material",
+    "fit_relaxation",
     "identify",
     "suggest_presses",
     "sweep",

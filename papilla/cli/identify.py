@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from papilla.cli.identify_rate import RelaxationOption, loops_of, print_relaxation, read_and_tell, relaxation_of
 from papilla.cli.identify_suggest import (
     CriterionOption,
     ModuliOption,
@@ -14,7 +15,6 @@ from papilla.cli.identify_suggest import (
     print_suggestion,
     read_moduli,
     refuse_unfit,
-    suggested,
 )
 from papilla.cli.options import (
     FingerOption,
@@ -56,6 +56,7 @@ def identify(
     suggest: SuggestOption = None,
     moduli: ModuliOption = None,
     criterion: CriterionOption = "I",
+    relaxation: RelaxationOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
@@ -65,13 +66,13 @@ def identify(
     """
     watch = Stopwatch()
     rubbing, held, there = read_friction(friction), _held(fix or []), read_moduli(moduli)
-    refuse_unfit(log, suggest, moduli, out=out, report=report, free=free, fix=fix, friction=friction)
+    given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
+    refuse_unfit(log, suggest, moduli, **given)
     from papilla.calibrate.identification import Noise, confess, record
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
     from papilla.files import check_writable, replacing_set
     from papilla.finger import Finger
-    from papilla.logs import read_presses
 
     outputs = [path for path in (out, report) if path is not None]
     keep_inputs([log, finger], outputs)
@@ -83,7 +84,7 @@ def identify(
         assert suggest is not None
         print_protocol(design, suggest, there, touched, stated, criterion, as_json)
         return
-    presses = read_presses(log)
+    presses = read_and_tell(log, relaxation)
     for path in outputs:
         check_writable(path.parent)
     with progress() as shown:
@@ -93,22 +94,19 @@ def identify(
         shown.line("what to doubt")
         told = confess(found)
         identified = found.with_record(record(found, told, touched.words))
-        following = None if suggest is None else after(found, suggest, there, criterion)
+        besides = loops_of(presses) | relaxation_of(log, found, relaxation) | after(found, suggest, there, criterion)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])
             if report is not None:
                 write_identification(files[-1], found, told)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
-    summary = summary_of(found, told) | {"specimen": describe(touched), "seconds": watch.seconds} | written
-    if following is not None:
-        summary |= suggested(following)
+    summary = summary_of(found, told) | {"specimen": describe(touched)} | written | besides
+    summary["seconds"] = watch.seconds
     if as_json:
         print_json(summary)
     else:
         _print(summary)
-        if following is not None:
-            print_suggestion(following)
 
 
 def _held(fix: list[str]) -> dict[str, float]:
@@ -163,6 +161,8 @@ def _print(summary: dict) -> None:
         tell(f"Doubt: {doubt}.")
     if written := [summary[key] for key in ("finger", "report") if key in summary]:
         tell(f"Wrote {', '.join(written)}")
+    print_relaxation(summary)
+    print_suggestion(summary)
 
 
 _UNITS = {"_MPa": "MPa", "_mm": "mm", "_microstrain": "µε"}

@@ -64,18 +64,22 @@ def print_protocol(
     with progress() as shown:
         shown.line("what each press would tell")
         found = suggest(design, count, moduli, specimen=specimen, criterion=criterion, noise=noise)
+    summary = {"finger": design.name, **suggested(found)}
     if as_json:
-        print_json({"finger": design.name, **suggested(found)})
+        print_json(summary)
     else:
-        print_suggestion(found)
+        print_suggestion(summary)
 
 
-def after(found: "Identification", count: int, moduli: list[float], criterion) -> "Suggestion":
-    """The presses that tell most after those of an identification, on its specimens unless others are there."""
+def after(found: "Identification", count: int | None, moduli: list[float], criterion) -> dict:
+    """The presses that tell most after those of an identification, on its specimens unless others are there, as plain
+    values; nothing where none are asked for."""
     from papilla.calibrate.suggest import suggest
 
+    if count is None:
+        return {}
     there = moduli or sorted({float(one) for one in found.problem.log.modulus_MPa})
-    return suggest(found, count, there, criterion=criterion)
+    return suggested(suggest(found, count, there, criterion=criterion))
 
 
 def suggested(found: "Suggestion") -> dict:
@@ -88,18 +92,21 @@ def suggested(found: "Suggestion") -> dict:
     }
 
 
-def print_suggestion(found: "Suggestion") -> None:
-    """Show a suggestion, the most telling press first."""
+def print_suggestion(summary: dict) -> None:
+    """Show what a summary suggests, the most telling press first."""
+    if "suggested" not in summary:
+        return
     tell("Press next, at the apex:")
     print_table(
         [
-            (f"press {number}", f"{force:.3g} N on {modulus:g}", "MPa")
-            for number, (force, modulus) in enumerate(zip(found.force_N, found.modulus_MPa, strict=True), start=1)
+            (f"press {number}", f"{one['force_N']:.3g} N on {one['modulus_MPa']:g}", "MPa")
+            for number, one in enumerate(summary["suggested"], start=1)
         ]
     )
+    sigma = summary["expected_sigma_ln_E"]
     tell(
-        "What is not known of the finger then leaves E uncertain by "
-        f"{_factor(found.sigma_after)} over 20-100 gf and 0.05-0.72 MPa, now {_factor(found.sigma_before)}."
+        f"What is not known of the finger then leaves E uncertain by {_factor(sigma['after'])} over 20-100 gf and "
+        f"0.05-0.72 MPa, now {_factor(sigma['before'])}."
     )
 
 

@@ -7,6 +7,7 @@ from time import perf_counter
 from papilla.errors import InputError, PapillaError
 from papilla.studies.verify.adhesion import adhesion
 from papilla.studies.verify.case import Case, Family
+from papilla.studies.verify.creep import creep
 from papilla.studies.verify.engines import engines
 from papilla.studies.verify.friction import friction
 from papilla.studies.verify.hard import contrast, loads, places, slivers, thin_layer
@@ -26,6 +27,7 @@ FAMILIES: dict[str, Family] = {
     "coat": coat,
     "friction": friction,
     "adhesion": adhesion,
+    "creep": creep,
     "incompressible": incompressible,
     "contrast": contrast,
     "loads": loads,

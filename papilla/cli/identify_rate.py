@@ -1,0 +1,96 @@
+"""`papilla identify` on a log over time: loading alone, the loops, and how the silicone relaxes."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from papilla.cli.output import print_table, say, tell
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.calibrate.identification import Identification
+    from papilla.logs import PressLog
+
+RelaxationOption = Annotated[
+    Literal["1", "2"] | None, typer.Option(help="Fit so many relaxation times to the log's longest touch (t_s).")
+]
+
+
+def read_and_tell(path: Path, relaxation: str | None) -> "PressLog":
+    """The presses of a log, after what is to be told of them; raises `InputError` where relaxation lacks times."""
+    from papilla.logs import read_presses
+
+    log = read_presses(path)
+    if relaxation is not None and log.t_s is None:
+        raise InputError(f"{path}: --relaxation needs a column t_s: when each row was taken")
+    for note in log.notes:
+        say(f"{path}: {note}")
+    return log
+
+
+def loops_of(log: "PressLog") -> dict:
+    """The loops of a log as plain values; nothing where there are none."""
+    return {"loops": [vars(one) for one in log.loops]} if log.loops else {}
+
+
+def relaxation_of(path: Path, found: "Identification", terms: str | None) -> dict:
+    """The Prony terms of the longest touch of a log, by the identified finger, as plain values; nothing where none are
+    asked for. By its indentations where there are any, else by S_d."""
+    import numpy as np
+
+    from papilla.calibrate.relaxation import fit_relaxation
+    from papilla.logs import read_presses
+    from papilla.logs.loading import touches
+
+    if terms is None:
+        return {}
+    log = read_presses(path, whole=True)
+    time = log.t_s
+    assert time is not None, "read_and_tell refuses"
+    rows = max(touches(log.modulus_MPa), key=lambda one: float(np.ptp(time[one])))
+    problem, values = found.problem, found.values
+    layers = values["outer_modulus_MPa"], values["inner_modulus_MPa"]
+    gauges = [gauge.name for gauge in problem.finger.gauges]
+    mix = np.array([[values[f"{name}.{one}"] for one in gauges] for name in ("gain", "lever_mm")])
+    zeros = np.array([values[f"zero_microstrain.{one}"] for one in gauges])
+    response, modulus = problem.shapes[0].responses[0], float(log.modulus_MPa[rows[0]])
+
+    def elastic(force: np.ndarray) -> np.ndarray:
+        felt = response.felt(force, np.full(len(force), modulus), *layers)
+        return felt.indentation if deep else np.einsum("nqg,qg->ng", felt.values, mix).std(axis=1)
+
+    deep = log.indentation_mm is not None
+    seen = log.indentation_mm if log.indentation_mm is not None else (log.readings - zeros).std(axis=1)
+    told = fit_relaxation(time[rows], log.force_N[rows], seen[rows], terms=int(terms), elastic=elastic)
+    return {
+        "relaxation": {
+            "modulus_MPa": modulus,
+            "by": "indentation" if deep else "S_d",
+            "terms": [
+                {"share": share, "share_sigma": one, "time_s": time, "time_relative_sigma": other}
+                for share, one, time, other in zip(
+                    told.prony.shares, told.share_sigma, told.prony.times_s, told.time_sigma, strict=True
+                )
+            ],
+            "rms": told.rms,
+            "loading_rate_per_s": list(told.rate_per_s),
+            "doubts": list(told.doubts),
+        }
+    }
+
+
+def print_relaxation(summary: dict) -> None:
+    """Show the relaxation of a summary."""
+    if "relaxation" not in summary:
+        return
+    told = summary["relaxation"]
+    tell(f"Relaxation of the silicone, one factor for both layers, by {told['by']} on {told['modulus_MPa']:g} MPa:")
+    print_table(
+        [
+            (f"term {number}", f"{one['share']:.3g} ± {one['share_sigma']:.2g} at {one['time_s']:.3g}", "s")
+            for number, one in enumerate(told["terms"], start=1)
+        ]
+    )
+    for doubt in told["doubts"]:
+        tell(f"Doubt: {doubt}.")
