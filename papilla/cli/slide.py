@@ -11,6 +11,7 @@ from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Motion, Slide
+    from papilla.finger import Finger
     from papilla.textures import Texture
 
 SCHEMA = "papilla.slide/1"
@@ -39,45 +40,36 @@ def slide(
     seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
     ridges: Annotated[bool, typer.Option(help="Whether the finger's ridges stand on its skin.")] = True,
     finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    movie: Annotated[Path | None, typer.Option(help="Moving picture of the section to write as well (GIF).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Slide the finger over a grating or a measured profile: gauge signals as `papilla estimate` reads them.
 
     Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
     """
-    from dataclasses import replace
-
     from papilla import checks, fem
     from papilla.files import check_writable
-    from papilla.finger import Finger
     from papilla.mesh.section import patch_half_width
 
     truth = out.with_name(f"{out.stem}.truth.json")
-    design = Finger.load(finger) if finger else Finger.default()
-    keep_inputs([profile, motion, finger, *surface_files(design)], [out, truth])
+    design = _design(finger, ridges)
+    keep_inputs([profile, motion, finger, *surface_files(design)], [out, truth, *([movie] if movie else [])])
+    if movie is not None and movie.suffix.lower() != ".gif":
+        raise InputError(f"--movie {movie}: a moving picture is written as .gif")
     texture = _texture(groove, ridge, depth, form, flank, profile)
     noise = checks.within("--noise-microstrain", noise_microstrain, 0.0, 1e6)
     if seed < 0:
         raise InputError(f"--seed must be at least 0, got {seed}")
     if force is not None and press_depth is not None:
         raise InputError("give one of --force and --press-depth, not both")
-    if press_depth is None and force is None:
-        force = FORCE_N
+    force = FORCE_N if press_depth is None and force is None else force
     check_writable(out.parent)
-    if not ridges:
-        design = replace(design, ridges=None)
     moved = _motion(speed, motion, seconds, rate, texture, patch_half_width(design) / 2)
     with progress() as shown:
         found = fem.slide(
-            design,
-            texture,
-            moved,
-            force=force,
-            depth=press_depth,
-            friction=friction,
-            dynamics=dynamics,
+            design, texture, moved, force=force, depth=press_depth, friction=friction, dynamics=dynamics,
             progress=shown.line,
-        )
+        )  # fmt: skip
     facts = _facts(found, texture, friction) | {
         "noise_microstrain": noise,
         "seed": seed,
@@ -87,10 +79,23 @@ def slide(
         "finger_sha256": design.sha256,
     }
     _write(out, truth, found, noise, seed, facts)
+    if movie is not None:
+        from papilla.view.slide_movie import write_slide_movie
+
+        write_slide_movie(movie, design, texture, found)
     if as_json:
         print_json(facts)
     else:
         _print(facts)
+
+
+def _design(path: Path | None, ridges: bool) -> "Finger":
+    from dataclasses import replace
+
+    from papilla.finger import Finger
+
+    design = Finger.load(path) if path else Finger.default()
+    return design if ridges else replace(design, ridges=None)
 
 
 def _texture(groove, ridge, depth, form, flank, profile) -> "Texture":
@@ -153,8 +158,8 @@ def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
         "why": found.why,
         "first_mode_Hz": found.first_mode_Hz,
         "highest_Hz": found.highest_Hz,
-        "mean_microstrain": found.readings.mean(axis=0).tolist(),
-        "sd_microstrain": found.readings.std(axis=0).tolist(),
+        "mean_microstrain": found.amplified.mean(axis=0).tolist(),
+        "sd_microstrain": found.amplified.std(axis=0).tolist(),
         "relaxed_steps": found.relaxed,
         "unresolved_steps": found.unresolved,
         "energy_error": found.energy_error,
@@ -172,10 +177,10 @@ def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, fact
     from papilla.files import replacing_set
     from papilla.tables import write_table
 
-    added = noise * np.random.default_rng(seed).standard_normal(found.readings.shape)
+    added = noise * np.random.default_rng(seed).standard_normal(found.amplified.shape)
     columns = {
         "t_s": found.motion.t_s,
-        **{f"g{k}": row for k, row in enumerate((found.readings + added).T, 1)},
+        **{f"g{k}": row for k, row in enumerate((found.amplified + added).T, 1)},
         "force_N": found.force_N,
         "velocity_mm_s": found.motion.velocity_mm_s,
         "position_mm": found.motion.position_mm,

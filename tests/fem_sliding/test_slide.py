@@ -9,6 +9,7 @@ from papilla import Grating, Slab
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import Motion, slide
 from papilla.fem.sliding.coulomb import STICK
+from papilla.fem.sliding.slide import amplify
 from papilla.textures import Flat, MeasuredProfile
 
 pytestmark = pytest.mark.slow
@@ -165,3 +166,11 @@ def test_a_groove_wider_than_the_contact_ends_in_its_bottom(finger, coarse):
     found = slide(finger, wide, Motion.sampled([0, 0.5], [0.0, 30.0]), section=coarse, **SLOW)
     assert found.depth_mm[-1] - found.depth_mm[0] == pytest.approx(0.2, rel=1e-6)
     np.testing.assert_allclose(found.readings[-1], found.readings[0], rtol=1e-6)
+
+
+def test_the_amplifier_keeps_what_is_slow_and_drops_what_would_fold():
+    t = np.arange(8000) / 4000.0
+    slow, fast = np.sin(2 * np.pi * 100 * t), np.sin(2 * np.pi * 808 * t)
+    heard = amplify(np.column_stack([slow, fast]), 4)[100:-100]
+    np.testing.assert_allclose(heard[:, 0], slow[::4][100:-100], atol=0.01)
+    assert np.abs(heard[:, 1]).max() < 0.01

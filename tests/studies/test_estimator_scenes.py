@@ -10,10 +10,13 @@ from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.studies.estimator_bench.parts import HARMONICS, profile_amplitudes, sheared
 from papilla.studies.estimator_bench.scenes import SCENES, WAVELENGTHS_MM, scene
 
+FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES]
+"""Scenes of the finite elements take seconds."""
 
-@pytest.mark.parametrize("name", SCENES)
+
+@pytest.mark.parametrize("name", FELT)
 def test_position_is_the_integral_of_velocity(name):
-    made = scene(name, 1.8, seed=3)
+    made = scene(name, 1.8, seed=3, seconds=0.5)
     steps = 0.5 * (made.velocity_mm_s[1:] + made.velocity_mm_s[:-1]) / made.sample_rate_Hz
     assert np.cumsum(steps) == pytest.approx(made.position_mm[1:] - made.position_mm[0], abs=1e-3)
 

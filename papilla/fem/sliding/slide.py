@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
+from scipy.ndimage import convolve1d
+from scipy.signal import firwin
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
@@ -32,6 +34,9 @@ LOSS_FACTOR = 0.1
 
 LONGEST_STEP_MM, LONGEST_STEP_S = 0.05, 2.6e-4
 """Path of a step, and with inertia its time; a sample takes as many as it needs."""
+
+PASS_BAND, TAPS = 0.4, 16
+"""Of an amplifier's anti-aliasing filter, in the rate; half its length in samples. It delays nothing."""
 
 STEPS_A_PERIOD = 8
 """Of a fine grating at least."""
@@ -56,21 +61,24 @@ BROKEN = 1e-6
 class Slide:
     """What happened over m samples; g gauges, n nodes of the skin that may touch.
 
-    readings : (m, g) microstrain, without noise. force_N, tangential_N : (m,) pressing force, and what the finger pulls
-    with along x (positive against a motion to the right). depth_mm : (m,) how far the texture's top lies below the
-    finger's. pressing, rubbing : (m, n) nodal forces inward and along x on the skin, N/mm. state : (m, n) 0 open, 2
-    stick, 1 and -1 slip to the right and to the left. carried_mm : (m,) mean tangential displacement of the contact.
-    length_mm : along y, turns N/mm into N. dynamics, why : what was taken, and why. ridge_pitch_mm : of the finger, 0
-    for smooth skin. first_mode_Hz, highest_Hz : of the section, of the scene. relaxed, unresolved : steps that Newton's
-    method left to the relaxation, and those whose laws are violated. energy_error : imbalance over the energy that was
-    turned over, NaN without inertia. in_groove_mm : how far skin stood in grooves. seconds : of computing, the
-    reduction not counted. status : a sentence, "ok" where nothing is to be doubted.
+    readings : (m, g) microstrain at the moment, without noise. amplified : (m, g) the same behind an amplifier's
+    filter, as a log has them: what is above `PASS_BAND` of the rate would pose as something slower. force_N,
+    tangential_N : (m,) pressing force, and what the finger pulls with along x (positive against a motion to the
+    right). depth_mm : (m,) how far the texture's top lies below the finger's. pressing, rubbing : (m, n) nodal forces
+    inward and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the left.
+    carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y, turns N/mm into N. dynamics,
+    why : what was taken, and why. ridge_pitch_mm : of the finger, 0 for smooth skin. first_mode_Hz, highest_Hz : of
+    the section, of the scene. relaxed, unresolved : steps that Newton's method left to the relaxation, and those
+    whose laws are violated. energy_error : imbalance over the energy that was turned over, NaN without inertia.
+    in_groove_mm : how far skin stood in grooves. seconds : of computing, the reduction not counted. status : a
+    sentence, "ok" where nothing is to be doubted.
     """
 
     motion: Motion
     x_mm: np.ndarray
     gauge_names: tuple[str, ...]
     readings: np.ndarray
+    amplified: np.ndarray
     force_N: np.ndarray
     tangential_N: np.ndarray
     depth_mm: np.ndarray
@@ -172,7 +180,8 @@ class _Run:
         began, motion, n = perf_counter(), self.motion, self.n
         size = (len(motion.t_s), n)
         pressing, rubbing, state = np.empty(size), np.empty(size), np.empty(size, dtype=np.int8)
-        readings, depth, carried = np.empty((size[0], len(names))), np.empty(size[0]), np.empty(size[0])
+        depth, carried = np.empty(size[0]), np.empty(size[0])
+        fine: list[np.ndarray] = []
         x = float(motion.position_mm[0])
         rubbed = self._landed(x)
         inertia = self._inertia(rubbed.force)
@@ -183,17 +192,22 @@ class _Run:
                 there = begun + (float(target) - begun) * share / self.substeps
                 rubbed = self._step(inertia, rubbed, there, there - x)
                 x = there
+                if share < self.substeps:
+                    fine.append(inertia.readings(rubbed.force))
             rubbing[sample], pressing[sample] = rubbed.force[:n], rubbed.force[n:]
             state[sample], depth[sample], carried[sample] = rubbed.state, rubbed.depth, self.carried
-            readings[sample] = inertia.readings(rubbed.force)
+            fine.append(inertia.readings(rubbed.force))
             if sample % 500 == 0:
                 progress(f"sliding, {motion.t_s[sample]:.1f} of {motion.t_s[-1]:.1f} s")
         energy = math.nan
         if isinstance(inertia, Modal):
             missing = self.work - (inertia.energy(rubbed.force) - start) - inertia.lost
             energy = abs(missing) / max(self.turnover, 1e-300)
+        every = np.array(fine)
+        readings, amplified = every[:: self.substeps], amplify(every, self.substeps)
         return Slide(
-            motion, self.body.x, names, readings, pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
+            motion, self.body.x, names, readings, amplified,
+            pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
             pressing, rubbing, state, carried, length, self.dynamics, self.why, self.body.ridge_pitch,
             self.first_Hz, self.highest_Hz,
             self.relaxed, self.unresolved, energy, self.in_groove, perf_counter() - began,
@@ -274,6 +288,14 @@ class _Run:
                 f"skin stands up to {self.in_groove:.2g} mm deep in grooves: the flanks' sideways push is not modelled"
             )
         return "doubtful: " + "; ".join(doubts) if doubts else "ok"
+
+
+def amplify(signal: np.ndarray, substeps: int) -> np.ndarray:
+    """Every `substeps`-th row of a signal (n, g) after a low pass at `PASS_BAND` of the rate that is left."""
+    if substeps == 1:
+        return signal
+    taps = firwin(2 * TAPS * substeps + 1, 2 * PASS_BAND / substeps)
+    return convolve1d(signal, taps, axis=0, mode="nearest")[::substeps]
 
 
 def highest_frequency(texture: Texture, motion: Motion, ridge_pitch: float) -> float:

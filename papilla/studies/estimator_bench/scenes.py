@@ -16,7 +16,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.references.bounds import wavelength_bound
-from papilla.studies.estimator_bench import parts
+from papilla.studies.estimator_bench import felt, parts
 from papilla.studies.estimator_bench.parts import HARMONICS, PASS_BAND, Draft, grating, profile_amplitudes
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
@@ -42,7 +42,12 @@ class Recipe(NamedTuple):
     @property
     def lined(self) -> bool:
         """Whether there is a line to be found."""
-        return getattr(self.surface, "func", self.surface) not in (parts.smooth, parts.rough, parts.out_of_range)
+        return getattr(self.surface, "func", self.surface) not in (
+            parts.smooth,
+            parts.rough,
+            parts.out_of_range,
+            felt.edges,
+        )
 
 
 _WAYS: Mapping[str, Part] = {"const": parts.constant, "strokes": parts.strokes}
@@ -61,6 +66,8 @@ _SURFACES: Mapping[str, tuple[Part, tuple[Part, ...]]] = {
     "rough, coloured": (partial(parts.rough, slope=1.0), ()),
     "stick-slip only": (parts.smooth, (parts.stick_slip,)),
     "beyond the range": (parts.out_of_range, ()),
+    "felt by FEM": (felt.grating, ()),
+    "edges felt by FEM": (felt.edges, ()),
 }
 _ENCODERS: Mapping[str, Part] = {
     **{f"{ms} ms late": partial(parts.late, ms=ms) for ms in (4, 10, 20)},

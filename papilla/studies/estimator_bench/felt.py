@@ -1,0 +1,46 @@
+"""Surfaces as the finger of the papers feels them: signals of the sliding section (`papilla.fem.slide`).
+
+Harmonics, beats with the ridges, the contact's edges and the section's own swing are in them. One gauge, the middle one
+of the default finger, is heard; its AC power is 1, as that of every scene.
+"""
+
+import math
+
+import numpy as np
+
+from papilla.fem import Motion, slide
+from papilla.finger import Finger
+from papilla.specimen import Grating
+from papilla.studies.estimator_bench.parts import Draft
+from papilla.textures import MeasuredProfile, Texture
+
+FORCE_N, LENGTH_MM, FRICTION, DEPTH_MM = 0.3, 7.0, 0.3, 0.5
+"""Pressing force, the contact's length at it (docs/adr/0017), friction, and depth of the grooves."""
+
+EDGE_MM, STEP_MM, BESIDE_MM = 9.0, 0.05, 15.0
+"""Mean distance of edges on a surface without a period, spacing of its points, and what lies beyond the way."""
+
+
+def grating(draft: Draft) -> None:
+    """A grating of the asked wavelength, groove = ridge."""
+    half = draft.asked_mm / 2
+    draft.wavelength = draft.everywhere(draft.asked_mm)
+    _feel(draft, Grating(half, half, DEPTH_MM))
+
+
+def edges(draft: Draft) -> None:
+    """Single steps up and down at random places: no line, but every step is felt by one ridge after the other."""
+    low, high = draft.skin.min() - BESIDE_MM, draft.skin.max() + BESIDE_MM
+    x = np.arange(low, high, STEP_MM)
+    steps = np.cumsum(draft.rng.exponential(EDGE_MM, size=math.ceil(4 * (high - low) / EDGE_MM) + 9))
+    draft.wavelength = draft.everywhere(math.nan)
+    _feel(draft, MeasuredProfile(x, 0.2 * (np.searchsorted(steps, x - low) % 2)))
+
+
+def _feel(draft: Draft, texture: Texture) -> None:
+    finger = Finger.default()
+    motion = Motion(draft.time_s, draft.skin, draft.rate_Hz)
+    found = slide(finger, texture, motion, force=FORCE_N, friction=FRICTION, length_mm=LENGTH_MM)
+    middle = found.amplified[:, [len(finger.gauges) // 2]]
+    varied = middle - middle.mean(axis=0)
+    draft.texture = np.repeat(varied / varied.std(), len(draft.offsets_mm), axis=1)
