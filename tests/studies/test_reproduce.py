@@ -74,16 +74,18 @@ def test_what_cannot_be_tested_says_why_and_runs_nothing():
     assert answer.verdict == Verdict.NOT_TESTABLE and "needs people" in answer.note
 
 
-@pytest.mark.parametrize(
-    "error, verdict",
-    [(SolverError("diverged"), Verdict.NOT_REPRODUCED), (MissingExtraError("get it"), Verdict.NOT_TESTABLE)],
-)
-def test_an_experiment_that_ends_in_an_error_says_so(error, verdict):
+@pytest.mark.parametrize("error", [SolverError("diverged"), MissingExtraError("get it")])
+def test_an_experiment_that_ends_in_an_error_says_so(error):
     def run(tell):
         raise error
 
     (answer,) = reproduce(experiments=[toy(run=run)])
-    assert answer.verdict == verdict and str(error) in answer.note and answer.measured is None
+    assert answer.verdict == Verdict.NOT_TESTABLE and str(error) in answer.note and answer.measured is None
+
+
+def test_a_finding_that_is_a_sentence_says_why_there_is_no_number():
+    (answer,) = reproduce(experiments=[toy(run=lambda tell: Found({"four": "too fine for the mesh"}))])
+    assert answer.verdict == Verdict.NOT_TESTABLE and "too fine for the mesh" in answer.note
 
 
 def test_only_takes_keys_and_words_and_refuses_what_no_claim_holds():

@@ -96,6 +96,8 @@ class Series(NamedTuple):
 class Found:
     """What an experiment found: `values` by name, and its picture as `series` over the axes' labels.
 
+    A value that is to be measured may be a sentence: why it could not be.
+
     title : what the picture shows, in a sentence. log : which axes are logarithmic, of "x", "y" and "xy".
     """
 
@@ -140,7 +142,10 @@ class Answer:
     @classmethod
     def of(cls, claim: Claim, experiment: str, values: Mapping[str, Any]) -> "Answer":
         """The answer from the findings of its experiment: within the accepted interval, or not."""
-        measured = float(values[claim.value])
+        found = values[claim.value]
+        if isinstance(found, str):
+            return cls.untested(claim, experiment, found)
+        measured = float(found)
         low, high = claim.accepted
         verdict = Verdict.REPRODUCED if low <= measured <= high else Verdict.NOT_REPRODUCED
         return cls(claim, experiment, measured, verdict, claim.note.format(**values))

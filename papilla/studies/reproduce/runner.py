@@ -77,7 +77,7 @@ def _chosen(experiment: Experiment, only: str) -> tuple[Claim, ...]:
 
 
 def _run(experiment: Experiment, claims: tuple[Claim, ...], tell: Callable[[str], None]) -> Result:
-    """Run an experiment if any of the claims can be tested; an error of papilla's own is what it found then."""
+    """Run an experiment if any of the claims can be tested; an error of papilla's own is why it could not."""
     name = experiment.name
     if all(claim.obstacle for claim in claims):
         return Result(experiment, tuple(Answer.untested(claim, name, claim.obstacle) for claim in claims), None)
@@ -87,9 +87,7 @@ def _run(experiment: Experiment, claims: tuple[Claim, ...], tell: Callable[[str]
         return Result(experiment, tuple(Answer.untested(claim, name, str(error)) for claim in claims), None)
     except PapillaError as error:
         message = f"the experiment ended in an error: {' '.join(str(error).split())}"
-        return Result(
-            experiment, tuple(Answer(claim, name, None, Verdict.NOT_REPRODUCED, message) for claim in claims), None
-        )
+        return Result(experiment, tuple(Answer.untested(claim, name, message) for claim in claims), None)
     answers = tuple(
         Answer.untested(claim, name, claim.obstacle) if claim.obstacle else Answer.of(claim, name, found.values)
         for claim in claims

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from papilla.errors import InputError
 from papilla.estimators import find_lines
 from papilla.estimators.published.roughness import ImpulseDensity
 from papilla.fem.sliding.motion import Motion
@@ -70,7 +71,8 @@ CLAIMS = (
           "smooth skin, middle gauge, 20 mm/s; that it falls with speed by viscosity is not in the model"),
     Claim("D29", "2011 Oddo V.B", "Sandpaper, which has no period, is left for later", "future work", near(0.0),
           "lines claimed", "rough_lines", "papilla slide --profile FILE.csv", "a made-up rough profile of 20 mm, "
-          "0.02 mm rms, slides ({rough_uE:.0f} microstrain at the middle gauge), and no wavelength is claimed"),
+          "0.02 mm rms, slides ({rough_uE:.0f} microstrain at the middle gauge); lines found at {rough_mm} mm, of "
+          "which those of the finger's own ridges do not count"),
     Claim("C42b", "2011 Okamoto 5.3", "The sensor hears down to 0.2 mm", NOISE, above(NOISE),
           "microstrain, best gauge", "finest", "fem.slide", "groove = ridge = 0.1 mm; {MODEL}"),
 )  # fmt: skip
@@ -208,11 +210,17 @@ def _scenes(finger: Finger, ridged) -> dict:
         section=ridged,
         length_mm=7.0,
     )
-    finest = _slide(finger, 0.2, 20.0, 0.3, ridged, depth=0.5, dynamics="quasi-static")
-    rough = _rough(finger, ridged)
+    try:
+        finest = _slide(finger, 0.2, 20.0, 0.3, ridged, depth=0.5, dynamics="quasi-static")
+        heard: float | str = float(_heard(finest, 0.2).max())
+    except InputError as error:
+        heard = f"the section does not resolve it: {error}"
+    rough, pitch = _rough(finger, ridged), ridged.ridge_pitch
     lines = find_lines(rough.motion.position_mm, rough.readings, wavelength_range_mm=(0.3, 2.0)).lines
+    waves = [line.wavelength_mm for line in lines]
     return {
-        "rough_lines": float(len(lines)),
+        "rough_lines": float(sum(min(abs(pitch / k / one - 1) for k in (1, 2, 3, 4)) > 0.03 for one in waves)),
+        "rough_mm": ", ".join(f"{one:.3f}" for one in waves) or "none",
         "rough_uE": float(rough.readings[200:, 2].std()),
         "repeats": float(repeats),
         "speed_ratio": power[1] / power[0],
@@ -220,7 +228,7 @@ def _scenes(finger: Finger, ridged) -> dict:
         "stick_slip": float(np.linalg.norm(spectra[1] - spectra[0]) / np.linalg.norm(spectra[0])),
         "grows": rms[0] / rms[1],
         "trapezoid": float(np.isfinite(trapezoid.readings).all()),
-        "finest": float(_heard(finest, 0.2).max()),
+        "finest": heard,
     }
 
 

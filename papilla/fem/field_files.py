@@ -1,0 +1,33 @@
+"""The recovered field of a press as VTU, for ParaView and other tools."""
+
+from pathlib import Path
+
+import numpy as np
+
+from papilla.errors import FileFormatError
+from papilla.fem.fields import Field
+from papilla.files import replacing
+
+VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+"""Order in which VTK and ParaView keep a symmetric tensor: xx, yy, zz, xy, yz, xz."""
+
+
+def save_field(field: Field, path: str | Path) -> None:
+    """Write displacement (mm) of the vertices, small strain (six tensor components) and layer of the tetrahedra.
+
+    Raises `FileFormatError` for another ending than .vtu, `FileAccessError` where it cannot be written.
+    """
+    import meshio
+
+    if Path(path).suffix.lower() != ".vtu":
+        raise FileFormatError(f"{path}: fields are written as .vtu files")
+    strain = np.stack([field.strain[:, i, j] for i, j in VOIGT], axis=1)
+    cells = {"strain": [strain], "layer": [field.mesh.layer.astype(np.int32)]}
+    whole = meshio.Mesh(
+        field.mesh.points,
+        [("tetra", field.mesh.tets)],
+        point_data={"displacement_mm": field.displacement},
+        cell_data=cells,
+    )
+    with replacing(path) as temporary:
+        meshio.vtu.write(str(temporary), whole, binary=True)

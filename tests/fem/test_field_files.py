@@ -1,0 +1,33 @@
+"""The field of a press as a file that other tools read."""
+
+import meshio
+import numpy as np
+import pytest
+
+from papilla.errors import FileFormatError
+from papilla.fem import Field
+from papilla.fem.field_files import save_field
+from papilla.finger import Finger
+from papilla.mesh import build
+
+
+@pytest.fixture(scope="module")
+def field():
+    mesh = build(Finger.default())
+    strain = np.arange(9 * len(mesh.tets), dtype=float).reshape(-1, 3, 3)
+    return Field(mesh, 0.1 * mesh.points, strain + strain.transpose(0, 2, 1))
+
+
+def test_it_comes_back_with_its_tensor_in_paraviews_order(field, tmp_path):
+    save_field(field, tmp_path / "field.vtu")
+    back = meshio.vtu.read(str(tmp_path / "field.vtu"))
+    assert np.array_equal(back.points, field.mesh.points)
+    assert np.array_equal(back.point_data["displacement_mm"], field.displacement)
+    strain = back.cell_data["strain"][0]
+    assert np.array_equal(strain[:, 3], field.strain[:, 0, 1]) and np.array_equal(strain[:, 5], field.strain[:, 0, 2])
+    assert np.array_equal(back.cell_data["layer"][0], field.mesh.layer)
+
+
+def test_another_ending_is_refused(field, tmp_path):
+    with pytest.raises(FileFormatError, match=".vtu"):
+        save_field(field, tmp_path / "field.stl")
