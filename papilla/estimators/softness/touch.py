@@ -116,11 +116,17 @@ class Touch:
         zeros, airborne = old.zeros, old.airborne
         if good and abs(force) < AIR_SHARE * self._contact:
             airborne = min(airborne + 1, AIR_SAMPLES)
-            zeros = tuple([zero + (y - zero) / airborne for zero, y in zip(zeros, readings, strict=True)])
+            weight = self._zero_gain(airborne)
+            zeros = tuple([zero + (y - zero) * weight for zero, y in zip(zeros, readings, strict=True)])
         if zeros is not old.zeros or old.belief is not None:
             self._state = replace(
                 old, zeros=zeros, airborne=airborne, belief=None, contradicted=0.0, dominant=self.dominant
             )
+
+    def _zero_gain(self, samples: float) -> float:
+        """Kalman gain of one more reading in the air: zeros that are in no doubt are not learnt from noise."""
+        doubted, noise = self._fitter.doubts.zero_microstrain, float(self._fitter.noise[0])
+        return doubted**2 / (doubted**2 * samples + noise**2)
 
     def _fresh(self) -> Belief:
         """What is known at the begin of a touch."""

@@ -15,6 +15,7 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict
+from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import MAINS_HZ, Task
 from papilla.estimators.tracking.spectrum import GRID
 
@@ -28,6 +29,9 @@ HOP, PARTS_HZ = 24, 300.0
 """Cells between two looks, as a look has up to ten parts; and parts in a second at slow rates."""
 STEADY, SPARE_S = 4, 0.05
 """After so many looks that agree there is so much time at least between two."""
+GLANCE, CLEARLY = 8, 3.0
+"""Cells between two glances, which ask whether the newest two periods still have the line, and so many sigmas by which
+they must not: a step of the force is soon over."""
 HUMMING = 30
 """Looks for which a line of time is taken out before it is looked for again."""
 STILL_S = 0.2
@@ -42,8 +46,8 @@ LATEST_S, TRIAL_S = (-0.004, 0.032), 0.002
 """Lateness of a path that is looked for where none is stated, and the step of the search."""
 LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
 """What is known of it before, and how much it may drift from look to look."""
-SHARPER = 1.6
-"""By how much a line must be sharper for another lateness to be taken."""
+SHARPER, PLAIN = 1.6, 30.0
+"""By how much a line must be sharper for another lateness to be taken; power over the background of a plain one."""
 
 
 class Options(NamedTuple):
@@ -87,12 +91,12 @@ class Memory:
     breaks : cells at which strokes begin; direction, extreme, extreme_cell : of the present stroke.
     place, moved_s, time_s : where and when the last sample was, and when it last moved; step : its step, fading.
 
-    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look,
-    waited : samples since; look :
-    (begin, end, breaks, parts done, trial) of the one under way. finding : of the last; known : wavenumber and sigma
-    that are told, guessed : before a look was
-    sure of them; agreed : looks that agree; hums_Hz : lines of time,
-    hummed : looks since they were found. late_s, late_variance, sharper : of the path, and of each trial.
+    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, waited :
+    samples since; look : (begin, end, breaks, parts done, trial) of the one under way. finding : of the last, path 0 of
+    which is at origin; known : wavenumber and sigma that are told, guessed : before a look was sure of them; agreed :
+    looks that agree; proved : wavenumber that many agreed on, 0 for none. glanced : cell of the last glance, doubted :
+    whether it missed the line. hums_Hz : lines of time, hummed : looks since they were found. late_s, late_variance,
+    sharper : of the path, and of each trial.
     """
 
     rows: np.ndarray
@@ -117,6 +121,10 @@ class Memory:
     finding: Finding = field(default_factory=Finding)
     known: tuple[float, float] = (0.0, 0.0)
     agreed: int = 0
+    origin: float = 0.0
+    proved: float = 0.0
+    glanced: int = 0
+    doubted: bool = False
     changed: bool = False
     guessed: bool = False
     hums_Hz: tuple[float, ...] = ()
@@ -204,14 +212,17 @@ class Follower:
         memory, verdict = self.memory, self.memory.finding.verdict
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
+        if memory.doubted:
+            return TrackingStatus.SEARCHING
         if verdict == Verdict.TIME_LOCKED:
             return TrackingStatus.TIME_LOCKED
         if verdict == Verdict.OUT_OF_RANGE:
             return TrackingStatus.OUT_OF_RANGE
+        wavenumber, sigma = memory.known
         if verdict == Verdict.INCOHERENT:
             return TrackingStatus.INCOHERENT
-        wavenumber, sigma = memory.known
-        if verdict == Verdict.NOTHING or memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
+        needed = 3 if memory.hums_Hz else 2
+        if verdict in (Verdict.NOTHING, Verdict.AMBIGUOUS) or memory.agreed < needed or wavenumber <= 0:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
             return TrackingStatus.VAGUE
@@ -257,16 +268,17 @@ class Follower:
             memory.breaks.append(number)
             memory.extreme, memory.extreme_cell, memory.direction = place, number, 0.0
         beyond = place - memory.extreme
-        if memory.direction == 0.0 and abs(beyond) > 0.5 * self.options.low:
-            memory.direction = math.copysign(1.0, beyond)
-        if beyond * memory.direction >= 0:
+        if beyond * memory.direction > 0:
             memory.extreme, memory.extreme_cell = place, number
-        elif abs(beyond) > 0.5 * self.options.low:
+        elif abs(beyond) <= 0.5 * self.options.low:
+            return
+        elif memory.direction == 0.0:
+            memory.extreme, memory.extreme_cell, memory.direction = place, number, math.copysign(1.0, beyond)
+        else:
             memory.breaks.append(memory.extreme_cell + 1)
             memory.extreme, memory.extreme_cell, memory.direction = place, number, -memory.direction
-        oldest = number - self._cells - 2 * HOP
-        while memory.breaks and memory.breaks[0] < oldest:
-            memory.breaks.pop(0)
+            oldest = number - self._cells - 2 * HOP
+            memory.breaks = [cell for cell in memory.breaks if cell >= oldest]
 
     def _go_on(self) -> None:
         """Do the next part of a look, or begin one."""
@@ -276,13 +288,15 @@ class Follower:
             for done in range(parts + 1, parts + 1 + self._parts):
                 memory.look = (begin, end, breaks, done, trial)
                 if self._look.advance():
-                    self._conclude(self._look, end)
+                    self._conclude(self._look, begin, end)
                     self._look, memory.look = None, None
                     break
             return
         end = memory.first + memory.count
         memory.waited += 1
-        if end - memory.looked < HOP or (memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz):
+        spare = memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
+        if not memory.doubted and (end - memory.looked < HOP or spare):
+            self._glance(end)
             return
         memory.looked, memory.waited = end, 0
         begin = self._window_begin(end)
@@ -294,6 +308,29 @@ class Follower:
             trial = self._trials[memory.trial]
         memory.look = (begin, end, tuple(memory.breaks), 0, trial)
         self._look = Look(self._task(begin, end, memory.look[2], trial))
+
+    def _glance(self, end: int) -> None:
+        """Whether the newest periods still have the line: if not, a look is due."""
+        memory, found = self.memory, self.memory.finding
+        # What a look takes out of the readings a glance would see.
+        if end - memory.glanced < GLANCE or not memory.agreed or not found.amplitude or memory.hums_Hz:
+            return
+        memory.glanced = end
+        begin = max(memory.breaks[-1:] + [memory.begin, memory.first]) - memory.first
+        # The phase of a stroke that the look did not have is not known, and of this one no more where it turns.
+        along = memory.rows[[begin, max(memory.looked - memory.first - 1, 0)], 1]
+        if memory.extreme_cell < end - 1 or memory.first + begin >= memory.looked or np.ptp(along) < found.extent:
+            return
+        wavenumber = found.wavenumber
+        longest = max(begin, end - memory.first - int(4 / wavenumber / self._cell))
+        rows = memory.rows[longest : end - memory.first]
+        if len(rows) < 4:
+            return
+        place = rows[:, 1] - memory.origin + memory.late_s * np.gradient(rows[:, 1]) / np.gradient(rows[:, 0])
+        seen = np.isfinite(rows[:, 3:])
+        readings = np.where(seen, rows[:, 3:], 0.0)
+        share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
+        memory.doubted = share is not None and share[0] + CLEARLY * share[1] < LOST
 
     def _window_begin(self, end: int) -> int:
         """First cell of the window that ends before cell `end`: as much path as is allowed, of this texture."""
@@ -312,20 +349,26 @@ class Follower:
         return Task(
             rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
             self._size, memory.late_s, memory.late_variance, trial, memory.known[0] if memory.agreed else 0.0,
-            options.hums_Hz, memory.hums_Hz, options.rate_Hz,
+            memory.proved, options.hums_Hz, memory.hums_Hz, options.rate_Hz,
         )  # fmt: skip
 
-    def _conclude(self, look: Look, end: int) -> None:
+    def _conclude(self, look: Look, begin: int, end: int) -> None:
         """What a look that is done adds."""
         memory, found = self.memory, look.finding
-        before, memory.finding = memory.known[0], found
+        if self._held(found):
+            memory.doubted = False
+            self._weigh(look)
+            return
+        before, memory.finding, memory.doubted = memory.known[0], found, False
         memory.hummed += 1
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         good = found.verdict in (Verdict.FOUND, Verdict.UNDECIDED)
         if good:
+            memory.origin = float(memory.rows[begin - memory.first, 1])
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
             memory.agreed = memory.agreed + 1 if same else 1
+            memory.proved = found.wavenumber if memory.agreed > STEADY else memory.proved
             memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
             if memory.late_variance > 0:
                 memory.late_s = min(max(found.late_s, LATEST_S[0]), LATEST_S[1])
@@ -343,20 +386,28 @@ class Follower:
             self._begin_anew(end, 2 / found.wavenumber)
         self._weigh(look)
 
+    def _held(self, found: Finding) -> bool:
+        """Whether a look sees the line that many agreed on, though its phases are too disturbed to sharpen it."""
+        memory = self.memory
+        near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
+        lost = found.kept + SURE * found.kept_sigma < LOST
+        return found.verdict == Verdict.INCOHERENT and memory.agreed > STEADY and near and not lost
+
     def _begin_anew(self, end: int, path: float) -> None:
         """Another surface: only the newest path is of it."""
         memory = self.memory
         place = memory.rows[: end - memory.first, 1]
         travelled = np.cumsum(np.abs(np.diff(place[::-1])))
         memory.begin = end - 1 - int(np.searchsorted(travelled, path))
-        memory.agreed, memory.changed, memory.limit = 0, True, self._span
+        memory.agreed, memory.proved, memory.changed, memory.limit = 0, 0.0, True, self._span
 
     def _weigh(self, look: Look) -> None:
         """Whether another lateness of the path makes the lines sharper."""
         memory = self.memory
         if not look.trial > 0 or not look.finding.score > 0:
             return
-        ratio = min(look.trial / look.finding.score, 4.0)
+        # Where no line stands out, chance alone is sharper somewhere.
+        ratio = min((look.trial + PLAIN) / (look.finding.score + PLAIN), 4.0)
         memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
         best = max(range(len(self._trials)), key=memory.sharper.__getitem__)
         if memory.sharper[best] > SHARPER:

@@ -15,23 +15,26 @@ from enum import IntEnum
 
 import numpy as np
 
-from papilla.estimators.tracking.refine import phases_of, regressed
+from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
 from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, spectrum_of, strokes_of
 
 BENT = 0.1
 """Periods by which a path must leave the straight line over time for the two to be told apart."""
 MOST_LINES, TIME_LINES = 8, 3
-FALSE_ALARM = 1e-4
-"""Of one look, over all wavelengths: some 30 independent ones in a run of 4 s, 0.3 % of runs."""
+FALSE_ALARM, CONFIRMED = 1e-4, 1e-2
+"""Of one look, over all wavelengths; and of a line at the wavelength that many looks agreed on."""
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
 harmonic that line may be."""
-COINCIDENCE = 0.02
-"""Chance with which lines of another texture may look like harmonics."""
+COINCIDENCE, LOUD, FAINTLY = 0.02, 0.3, 0.001
+"""Chance with which lines of another texture may look like harmonics; and where none of these has so much of the
+strongest line's amplitude, as there are more of the faint ones that nobody knows."""
+KNOWN = 0.02
+"""Of the wavenumber, by which a line may differ from the known one and be it."""
 COHERENT, SCATTERED = 0.8, 0.12
 """Of the blocks' phases, below which a line is a hump and looked for in less of the path; and their scatter beyond the
 noise, in periods, above which it is."""
@@ -52,6 +55,7 @@ class Verdict(IntEnum):
     TIME_LOCKED = 3
     OUT_OF_RANGE = 4
     INCOHERENT = 5
+    AMBIGUOUS = 6
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,8 @@ class Finding:
     """wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
 
     lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
-    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown.
+    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
+    the fundamental in the last stroke, from path 0 on, and variance of a sample about it.
     kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's.
     """
 
@@ -72,6 +77,8 @@ class Finding:
     late_variance: float = 0.0
     phase: tuple[float, ...] = ()
     phase_sigma: tuple[float, ...] = ()
+    amplitude: tuple[complex, ...] = ()
+    noise: tuple[float, ...] = ()
     kept: float = 1.0
     kept_sigma: float = 0.0
     score: float = 0.0
@@ -125,7 +132,12 @@ class Look:
         resolution = 1 / self._strokes.extent
         found = spectrum.lines(2 * resolution, min(2 / task.low, self._highest * 2), 3 * MOST_LINES)
         octaves = np.log(max(task.high / task.low, 2.0)) / resolution
-        real = [line for line in found if line.chance * max(octaves * line.wavenumber, 1.0) < FALSE_ALARM]
+        real = [
+            line
+            for line in found
+            if line.chance * max(octaves * line.wavenumber, 1.0) < FALSE_ALARM
+            or (line.chance < CONFIRMED and abs(line.wavenumber - task.proved) < 0.5 * resolution)
+        ]
         self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_LINES]
         inside = [line for line in self._lines if 1 / task.high <= line.wavenumber <= self._highest]
         self.finding = replace(
@@ -180,6 +192,7 @@ class Look:
             if origin == Verdict.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
                 # What is left without it is looked at anew.
                 self._cleaned = True
+                self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
                 self._strokes = silenced(self._strokes, self._time, self._time_lines)
                 most = max(hum.amplitude for hum in self._time_lines)
                 loud = tuple(hum.wavenumber for hum in self._time_lines if hum.amplitude > 0.2 * most)
@@ -197,7 +210,9 @@ class Look:
             )
             self._stop()
             return
-        fundamental = self._fundamental(chosen)
+        fundamental, sure = self._fundamental(chosen)
+        if not sure:
+            verdict = Verdict.AMBIGUOUS
         self._hum = self._cleaned or bool(hums)
         self._wavenumber, self._late = fundamental, task.late_s
         self._strokes = self._unmixed()
@@ -234,6 +249,12 @@ class Look:
             return Verdict.TIME_LOCKED
         return Verdict.TIME_LOCKED if self._near_hum(line) else Verdict.UNDECIDED
 
+    def _exact(self, frequency: float) -> float:
+        """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
+        nearest = min(self._task.hums_Hz, key=lambda hum: abs(hum - frequency), default=frequency)
+        longest = max(self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True))
+        return nearest if abs(nearest - frequency) * longest < 0.5 else frequency
+
     def _near_hum(self, line: Line, highest_Hz: float = np.inf) -> bool:
         """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells."""
         weight = self._strokes.weight
@@ -252,29 +273,39 @@ class Look:
             if hum.amplitude > line.amplitude
         )
 
-    def _fundamental(self, chosen: Line) -> float:
-        """The wavenumber of which the chosen line and others are harmonics; its own where there is no sign of it."""
+    def _fundamental(self, chosen: Line) -> tuple[float, bool]:
+        """The wavenumber of which the chosen line and others are harmonics, its own where there is no sign of it; and
+        whether that is sure."""
         k = chosen.wavenumber
         reach = SLACK / self._strokes.extent
-        # A higher harmonic of the mains is theirs only where a lower one is.
-        steady = self._bend * k < BENT
-        humming = steady and any(self._near_hum(line, 2 * max(MAINS_HZ)) for line in self._lines)
+        # A harmonic of the mains is theirs only where they are.
+        bent = self._bend * k > BENT
+        humming = not bent and any(self._near_hum(line, max(MAINS_HZ)) for line in self._lines)
         others = [
             line
             for line in self._lines
             if line.amplitude > FAINT * chosen.amplitude
             and abs(line.wavenumber - round(line.wavenumber / k) * k) > reach
-            and not (humming and self._near_hum(line))
         ]
+        sure = True
         for divisor in range(2, SUBHARMONICS + 1):
             base = k / divisor
             slack = min(reach, 0.1 * base)
             fits = [line for line in others if abs(line.wavenumber - round(line.wavenumber / base) * base) < slack]
+            if bent:
+                fits = [line for line in fits if self._origin(line) != Verdict.TIME_LOCKED]
+            elif humming:
+                fits = [line for line in fits if not self._near_hum(line)]
+            if not fits:
+                continue
             # How often lines of another texture would fit by chance.
             chance = (2 * slack / base * len(others)) ** len(fits)
-            if fits and (chance < COINCIDENCE or any(line.wavenumber < 1.5 * base for line in fits)):
-                return base
-        return k
+            loud = max(line.amplitude for line in fits) > LOUD * chosen.amplitude
+            if chance < (COINCIDENCE if loud else FAINTLY):
+                return base, True
+            sure = sure and not loud and chance > COINCIDENCE
+        # What many looks have agreed on is not in doubt for lines that come and go.
+        return k, sure or abs(k - self._task.proved) < KNOWN * k
 
     def _unmixed(self) -> Strokes:
         """The strokes without lines of time, and without the lines over the path of another texture."""
@@ -372,37 +403,23 @@ class Look:
             late_variance=float(fit.covariance[1, 1]) if self._task.late_variance > 0 else 0.0,
             phase=tuple(angle.tolist()),
             phase_sigma=tuple(spread.tolist()),
+            amplitude=tuple(last.tolist()),
+            noise=tuple(self._level[0].tolist()),
             kept=kept,
             kept_sigma=kept_sigma,
         )
 
     def _newest(self) -> tuple[float, float]:
-        """Share of the amplitude that the newest whole periods have, and its sigma from what is left of the readings;
-        of as many periods as it takes to miss the line, if it is missing."""
-        first = int(self._begin[-2])
-        cycles = self._wavenumber * np.abs(self._place[first:] - self._place[-1])
-        wanted = self._phases.amplitude[-1]
-        kept, sigma = 1.0, 1.0
+        """Share of the amplitude that the newest whole periods have, and its sigma; of as many periods as it takes to
+        miss the line, if it is missing."""
+        rows = slice(int(self._begin[-2]), None)
+        seen, readings = self._strokes.seen[rows], self._strokes.readings[rows]
+        wanted, kept, sigma = self._phases.amplitude[-1], 1.0, 1.0
         for periods in (2, 4, 8, 12, 16):
-            if cycles.max() < periods + 1:
+            found = share_kept(self._place[rows], readings, seen, self._wavenumber, wanted, self._level[0], periods)
+            if found is None:
                 break
-            rows = first + np.flatnonzero(cycles <= periods)
-            path = self._path_weight()[rows, None]
-            used = self._strokes.seen[rows] * path
-            total = np.maximum(used.sum(axis=0), 1e-150)
-            # A gauge that is lost has not lost the line.
-            weight = np.where(total > 0.5 * path.sum(), 1 / self._level[0], 0.0)
-            if not weight.any():
-                continue
-            size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
-            values = self._strokes.readings[rows]
-            values = values - (used * values).sum(axis=0) / total
-            wave = np.exp(-2j * np.pi * self._wavenumber * self._place[rows])[:, None]
-            own = 2 * (wave * used * values).sum(axis=0) / total
-            rest = (used * (values - (own * np.conj(wave)).real) ** 2).sum(axis=0) / total
-            share = (used**2).sum(axis=0) / total**2
-            kept = float(((np.conj(wanted) * own).real * weight).sum()) / size
-            sigma = float(np.sqrt(2 * (rest * share * np.abs(wanted) ** 2 * weight**2).sum())) / size
+            kept, sigma = found
             if kept + SURE * sigma < LOST:
                 break
         return kept, sigma

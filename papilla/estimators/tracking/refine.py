@@ -133,3 +133,31 @@ def _centred(phases: Phases, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray
     means = [np.bincount(phases.stroke, weight * column, strokes) / total for column in columns]
     *regressors, cycles = (column - mean[phases.stroke] for column, mean in zip(columns, means, strict=True))
     return np.stack(regressors, axis=1), cycles
+
+
+def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods: int) -> tuple[float, float] | None:
+    """Share of its amplitude that a line has in the newest periods, and its sigma from what is left of the readings.
+
+    place (m,) : of one stroke; readings, seen (m, g); wanted (g,) : complex amplitude at place 0; noise (g,) : variance
+    of a sample. None for less path than one period more.
+    """
+    cycles = wavenumber * np.abs(place - place[-1])
+    first = len(cycles) - int((cycles[::-1] > periods).argmax())
+    if cycles.max(initial=0.0) < periods + 1 or first > len(cycles) - 3:
+        return None
+    place, readings, path = place[first:], readings[first:], np.maximum(np.abs(np.gradient(place[first:])), 1e-12)
+    used = seen[first:] * path[:, None]
+    total = np.maximum(used.sum(axis=0), 1e-150)
+    # A gauge that is lost has not lost the line.
+    weight = np.where(total > 0.5 * path.sum(), 1 / np.asarray(noise), 0.0)
+    if not weight.any():
+        return None
+    wanted = np.asarray(wanted)
+    size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
+    values = readings - (used * readings).sum(axis=0) / total
+    wave = np.exp(-2j * np.pi * wavenumber * place)[:, None]
+    own = 2 * (wave * used * values).sum(axis=0) / total
+    rest = (used * (values - (own * np.conj(wave)).real) ** 2).sum(axis=0) / total
+    share = (used**2).sum(axis=0) / total**2
+    kept = float(((np.conj(wanted) * own).real * weight).sum()) / size
+    return kept, float(np.sqrt(2 * (rest * share * np.abs(wanted) ** 2 * weight**2).sum())) / size

@@ -20,7 +20,8 @@ class Task(NamedTuple):
     """What a look is at: rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
 
     low, high : wavelengths in mm; step, size : the grid; late_s : of the path, and its variance (0: known);
-    trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none.
+    trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none; proved :
+    the one that many looks agreed on, 0 for none.
     hums_Hz : frequencies that time may be locked to, known_hums_Hz : that it was of late; rate_Hz : of the samples.
     """
 
@@ -34,6 +35,7 @@ class Task(NamedTuple):
     late_variance: float
     trial_s: float
     before: float
+    proved: float
     hums_Hz: tuple[float, ...]
     known_hums_Hz: tuple[float, ...]
     rate_Hz: float

@@ -146,7 +146,8 @@ def taken_as_exact(calibration: Calibration) -> Calibration:
 
     def sure(readout):
         known = readout.uncertainty
-        return replace(readout, uncertainty=replace(known, fit_rms=0.0, fit_max=0.0, scatter=0.0 * known.scatter))
+        exact = replace(known, fit_rms=0.0, fit_max=0.0, scatter=0.0 * known.scatter, strain=0.0, friction=None)
+        return replace(readout, uncertainty=exact)
 
     return replace(calibration, surface=sure(calibration.surface), gauges=tuple(map(sure, calibration.gauges)))
 

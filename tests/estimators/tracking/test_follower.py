@@ -6,6 +6,8 @@ import pytest
 from papilla.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
 from papilla.estimators.tracking import TrackingStatus
+from papilla.estimators.tracking.follower import Follower, checked
+from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import credits_of
 from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of
 from papilla.studies.estimator_bench.scenes import scene
@@ -191,3 +193,41 @@ def test_a_gauge_that_is_lost_has_not_lost_the_line():
     block[1000:, 1] = np.nan
     found = FusedTracker(2).process(block)
     assert good(found)[800:].all() and np.abs(found.wavelength_mm[800:] / 1.3 - 1).max() < 1e-3
+
+
+def test_every_turn_of_the_path_ends_a_stroke():
+    """At any speed: at 100 mm/s a step is a quarter of the shortest wavelength, at 20 mm/s a cell is many samples."""
+    for peak in (20.0, 100.0, 300.0):
+        follower = Follower(1, checked((0.4, 6.0), RATE, 0.0, 0.0, ()))
+        follower.remember(follower.fresh())
+        for number in range(2600):
+            time = number / RATE
+            follower.advance(time, peak / (2 * np.pi) * (1 - np.cos(2 * np.pi * time)), (float(number % 7),))
+        turns = follower.memory.breaks
+        times = follower.memory.rows[np.array(turns) - follower.memory.first, 0]
+        assert times == pytest.approx(np.arange(1, 6)[-len(turns) :] * 0.5, abs=0.08) and len(turns) >= 2
+
+
+def test_a_hand_with_everything_at_once_is_followed_and_never_wrong():
+    made = scene("hand, realistic", 1.5, seed=7, seconds=3.0)
+    found = SpaceTracker().process(made.block())
+    usable = good(found)
+    assert usable[1000:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / 1.5 - 1).max() < 0.05
+
+
+def test_lines_that_may_be_harmonics_by_chance_are_not_ok_yet():
+    """Second and third harmonic alone: the path is too short for their ratio to be more than chance."""
+    made = scene("const, missing fundamental", 1.8, seed=5, seconds=1.5)
+    found = SpaceTracker().process(made.block())
+    usable = good(found)
+    assert usable[800:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / 1.8 - 1).max() < 0.01
+
+
+def test_a_line_is_missed_by_its_newest_periods():
+    place, kept = np.linspace(0, 12, 241), {}
+    for name, wavelength in (("same", 1.5), ("other", 0.7)):
+        readings = np.cos(2 * np.pi * place / wavelength)[:, None]
+        kept[name] = share_kept(place, readings, np.ones_like(readings, bool), 1 / 1.5, [1.0 + 0j], [0.01], 2)
+    assert kept["same"][0] == pytest.approx(1, abs=0.05) and kept["same"][1] < 0.05
+    assert kept["other"][0] + kept["other"][1] < 0.5
+    assert share_kept(place[:40], readings[:40], np.ones((40, 1), bool), 1 / 1.5, [1.0 + 0j], [0.01], 2) is None
