@@ -1,8 +1,8 @@
 """Simulated fingers, identified from a few presses: do intervals hold what they say, and how well is S_d predicted.
 
-Run with `python benchmarks/identified_fingers.py coverage` or `... presses`. Moduli are off by up to a factor of two,
-gains are 0.01 to 1 of either sign, levers -2 to 1 mm of the gain, zeros up to 20 microstrain, forces 1 % and readings
-5 microstrain off. Truths are presses on another mesh than the fit's, or (--family) the smooth response of another mesh.
+Run with `python benchmarks/identified_fingers.py coverage`, `... presses` or `... ageing`. Moduli are off by up to a
+factor of two, gains are 0.01 to 1 of either sign, levers -2 to 1 mm of the gain, zeros up to 20 microstrain, forces 1 %
+and readings 5 microstrain off. Truths are presses on another mesh than the fit's, or (--family) its smooth response.
 """
 
 import argparse
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla import fem
-from papilla.calibrate.identification import PARAMETERS, Identification, identify
+from papilla.calibrate.identification import PARAMETERS, Identification, compare, confess, identify, record
 from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.parameters import kind
 from papilla.fem.pressing.response import Response, response
@@ -193,16 +193,47 @@ def few_presses(draws: int, smooth: bool, depths: bool) -> None:
         print(f"{count:7}   " + "".join(cell.rjust(24) for cell in cells))
 
 
+def ageing(draws: int) -> None:
+    """Share of unchanged fingers that are called changed, and of changed ones that are not, by a fingerprint of two."""
+    finger = Finger.default()
+    relatives = family_of(finger, size_mm=SIZE_MM, variant=VARIANT)
+    other = response(relatives, Block(1.0, THICKNESS_MM))
+    force, modulus = (one.ravel() for one in np.meshgrid(np.geomspace(0.05, 0.98, 5), (0.089, 0.51, 0.72)))
+    few = np.array([0.4, 0.9]), np.array([0.089, 0.51])
+    changes = {
+        "nothing": lambda values: values,
+        "inner layer 15 % softer": lambda values: values | {"inner_modulus_MPa": 0.85 * values["inner_modulus_MPa"]},
+        "outer layer 30 % softer": lambda values: values | {"outer_modulus_MPa": 0.7 * values["outer_modulus_MPa"]},
+        "g3 reads 10 % less": lambda values: values | {name: 0.9 * values[name] for name in ("gain.g3", "lever_mm.g3")},
+        "zero of g1 drifts by 60 microstrain": lambda values: (
+            values | {"zero_microstrain.g1": values["zero_microstrain.g1"] + 60}
+        ),
+    }
+    alarms: dict[str, list[bool]] = {name: [] for name in changes}
+    for seed in range(draws):
+        rng = np.random.default_rng(5000 + seed)
+        truth = Drawn.by(rng, relatives, other)
+        found = identify(truth.log(rng, force, modulus, True), finger)
+        stored = found.with_record(record(found, confess(found), "block"))
+        for name, change in changes.items():
+            later = Drawn(change(truth.values), relatives, other).log(rng, *few, True)
+            alarms[name].append(not compare(stored, later).same)
+    for name, called in alarms.items():
+        print(f"{name:40} recalibrate in {100 * np.mean(called):.0f} % of {len(called)} fingers, from two presses")
+
+
 def main() -> None:
     """Run the study that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", choices=("coverage", "presses"))
+    parser.add_argument("study", choices=("coverage", "presses", "ageing"))
     parser.add_argument("--fingers", type=int, default=200)
     parser.add_argument("--family", action="store_true")
     parser.add_argument("--depths", action="store_true", help="presses measure the indentation too")
     asked = parser.parse_args()
     if asked.study == "coverage":
         coverage(asked.fingers, asked.family)
+    elif asked.study == "ageing":
+        ageing(asked.fingers)
     else:
         few_presses(asked.fingers, asked.family, asked.depths)
 

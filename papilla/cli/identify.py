@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from papilla.cli.identify_compare import CompareOption, compare_with
 from papilla.cli.identify_rate import RelaxationOption, loops_of, print_relaxation, read_and_tell, relaxation_of
 from papilla.cli.identify_suggest import (
     CriterionOption,
@@ -57,16 +58,19 @@ def identify(
     moduli: ModuliOption = None,
     criterion: CriterionOption = "I",
     relaxation: RelaxationOption = None,
+    compare: CompareOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
 
     The written finger is one that every command takes; calibrate carries its uncertainty on. With --suggest: what to
-    press next.
+    press next; with --compare: whether it is still the same finger.
     """
     watch = Stopwatch()
-    rubbing, held, there = read_friction(friction), _held(fix or []), read_moduli(moduli)
     given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
+    if compare is not None:
+        return compare_with(compare, log, as_json, finger=finger, suggest=suggest, **given)
+    rubbing, held, there = read_friction(friction), _held(fix or []), read_moduli(moduli)
     refuse_unfit(log, suggest, moduli, **given)
     from papilla.calibrate.identification import Noise, confess, record
     from papilla.calibrate.identification import identify as fit

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification import PARAMETERS, Noise, identify
+from papilla.calibrate.identification import PARAMETERS, Noise, compare, confess, identify, record
 from papilla.calibrate.identification.fit import family_of, problem_of
 from papilla.calibrate.identification.parameters import kind
 from papilla.errors import InputError
@@ -151,3 +151,32 @@ def test_what_cannot_be_identified_is_refused(smooth, change, options, message):
 def test_noise_must_be_positive():
     with pytest.raises(InputError, match="noise force must be greater than 0"):
         Noise(force=0.0)
+
+
+@pytest.mark.parametrize(
+    "change, named",
+    [
+        ({}, None),
+        ({"zero_microstrain.g1": 400.0}, "zero_microstrain.g1"),
+        ({"reading of g3": 0.6}, "reading of g3"),
+    ],
+)
+def test_a_later_press_tells_whether_it_is_the_same_finger(smooth, change, named):
+    log, truth = made(smooth, 11)
+    found = identify(log, Finger.default(), size_mm=SIZE_MM)
+    stored = found.with_record(record(found, confess(found), "block"))
+    later = made(smooth, 11, forces=(0.3, 0.8))[0]
+    readings = later.readings.copy()
+    readings[:, 0] += change.get("zero_microstrain.g1", 0.0)
+    zero = truth["zero_microstrain.g3"]
+    readings[:, 2] = zero + change.get("reading of g3", 1.0) * (readings[:, 2] - zero)
+    told = compare(stored, replace(later, readings=readings), size_mm=SIZE_MM)
+    assert told.same == (named is None) and told.freedom == 24
+    if named is not None:
+        assert told.changes[0].name == named and told.verdict.startswith("recalibrate")
+        assert named in told.verdict
+
+
+def test_a_finger_that_was_not_identified_is_not_compared(smooth):
+    with pytest.raises(InputError, match="has no table .identified.: papilla identify makes one"):
+        compare(Finger.default(), made(smooth, 11)[0], size_mm=SIZE_MM)

@@ -105,3 +105,16 @@ def test_what_cannot_be_identified_is_one_line(refused, bench, changes, options,
 def test_what_presses_leave_open_is_a_doubt(papilla, bench, changes, doubt):
     found = json.loads(papilla("identify", bench(**changes), "--out", "f.toml", "--json").out)
     assert any(doubt in one for one in found["doubts"]) and found["status"].startswith("doubtful")
+
+
+def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
+    assert papilla("identify", bench(), "--out", "f.toml").code == 0
+    same = papilla("identify", "log.csv", "--compare", "f.toml", "--json")
+    assert same.code == 0 and json.loads(same.out)["verdict"].startswith("fine")
+    moved = bench("later.csv", g1=lambda reading: reading + 500)
+    other = papilla("identify", moved, "--compare", "f.toml")
+    assert other.code == 1 and "recalibrate" in other.out and "zero_microstrain.g1" in other.out
+
+
+def test_compare_takes_no_other_option(refused, bench):
+    assert "--fix does not go with --compare" in refused("identify", bench(), "--compare", "f.toml", "--fix", "gain=1")

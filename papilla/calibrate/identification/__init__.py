@@ -1,8 +1,19 @@
 """Which finger made these presses: its moduli, gauges and bench, from a log, with intervals and what to doubt."""
 
+from papilla.calibrate.identification.ageing import Comparison, compare
 from papilla.calibrate.identification.confession import Confession, confess, record
 from papilla.calibrate.identification.fit import Identification, identify
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import PARAMETERS
 
-__all__ = ["PARAMETERS", "Confession", "Identification", "Noise", "confess", "identify", "record"]
+__all__ = [
+    "PARAMETERS",
+    "Comparison",
+    "Confession",
+    "Identification",
+    "Noise",
+    "compare",
+    "confess",
+    "identify",
+    "record",
+]

@@ -306,8 +306,11 @@ def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.
 
 
 def _covariance(problem: Problem, vector: np.ndarray) -> np.ndarray:
-    """Inverse of the information of presses and priors; columns are scaled first, for they have many units."""
-    jacobian = problem.jacobian(vector)
+    """Inverse of the information of presses and priors; columns are scaled first, for they have many units.
+
+    That the ratio of the moduli keeps to the family, the last residual, is no information.
+    """
+    jacobian = problem.jacobian(vector)[:-1]
     size = np.linalg.norm(jacobian, axis=0)
     return np.linalg.inv((jacobian / size).T @ (jacobian / size)) / np.outer(size, size)
 

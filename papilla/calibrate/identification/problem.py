@@ -140,7 +140,7 @@ class Problem:
             if which in by:
                 columns[:, :, place] = by[which]
             elif which == "touch_down_mm":
-                columns[:, -1, place] = 1.0
+                columns[:, len(gauges) :, place] = 1.0
             else:
                 k = gauges.index(gauge)
                 parts = {"gain": felt[:, 0, k] / MICROSTRAIN, "lever_mm": felt[:, 1, k] / MICROSTRAIN}

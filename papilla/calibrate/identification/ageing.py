@@ -1,0 +1,133 @@
+"""Is it still the same finger? New presses against a stored identification, and what moved if it is not."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from papilla.calibrate.identification.fit import family_of, shapes_of
+from papilla.calibrate.identification.log_check import refuse, refuse_beyond
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import names_of, scaled, start_of
+from papilla.calibrate.identification.problem import Problem
+from papilla.errors import InputError
+from papilla.finger import Finger
+from papilla.logs import PressLog
+
+ALARM = 0.01
+"""Probability of chi-square below which a finger counts as another: the share of false alarms."""
+
+CLEAR = 6.6
+"""Rise of chi-square (1 % of one degree of freedom) from which a change is named."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that may have moved: by how much (in the scale of the fit: relative for moduli), with its standard
+    deviation, and how much of chi-square it explains."""
+
+    name: str
+    change: float
+    sigma: float
+    chi_square: float
+
+    @property
+    def words(self) -> str:
+        """In words, such as "inner_modulus_MPa -22 +- 3 %"."""
+        if self.name.endswith("_modulus_MPa") or self.name.startswith("reading"):
+            return f"{self.name} {100 * self.change:+.3g} +- {100 * self.sigma:.2g} %"
+        unit = "µε" if "microstrain" in self.name else "mm"
+        return f"{self.name} {self.change:+.3g} +- {self.sigma:.2g} {unit}"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """New presses against a stored identification: chi-square of all they measured, its freedom and probability.
+
+    changes : what may have moved alone, the best explanation first; readings relative to what they were.
+    """
+
+    presses: int
+    chi_square: float
+    freedom: int
+    probability: float
+    changes: tuple[Change, ...]
+
+    @property
+    def same(self) -> bool:
+        """Whether it is still the same finger."""
+        return self.probability >= ALARM
+
+    @property
+    def verdict(self) -> str:
+        """ "fine" or "recalibrate", and why."""
+        about = f"chi-square {self.chi_square:.3g} of {self.freedom} measured values"
+        if self.same:
+            return f"fine: {about} is what a finger that has not changed shows"
+        named = [one for one in self.changes if one.chi_square > CLEAR]
+        moved = f"; what moved, told best by one change: {named[0].words}" if named else ""
+        return f"recalibrate: {about} has a probability of {self.probability:.1g}{moved}"
+
+
+def compare(
+    finger: Finger,
+    log: PressLog,
+    *,
+    noise: Noise | None = None,
+    size_mm: float | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Comparison:
+    """New presses of an identified finger against its identification, whose covariance counts with the noise.
+
+    Raises `InputError` for a finger that was not identified, and what `identify` raises for its log.
+    """
+    told = finger.identified
+    if told is None:
+        raise InputError(f"the finger {finger.name!r} has no table [identified]: papilla identify makes one")
+    unknown = [name for name in told.parameters if name not in names_of(finger)]
+    if unknown:
+        raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
+    refuse(log, finger)
+    stated = noise or Noise(readings_microstrain=told.noise_microstrain, force=told.force_error)
+    values = dict(zip(told.parameters, told.values, strict=True))
+    relatives = family_of(finger, size_mm=size_mm, progress=progress)
+    touched = finger.bench.specimen(1.0)
+    shapes = shapes_of(log, touched, relatives, False, finger.bench.friction, progress)
+    held = start_of(finger, finger.bench.thickness) | {"touch_down_mm": told.touch_down_mm} | values
+    problem = Problem(log, finger, shapes, held, told.parameters, stated)
+    refuse_beyond(problem)
+    return _against(problem, np.array([scaled(name, values[name]) for name in told.parameters]), told.covariance)
+
+
+def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
+    weights = problem.weighted(vector).weights
+    assert weights is not None
+    modelled = problem.modelled(vector)
+    off = (weights @ (problem.measured - modelled.values)[:, :, None]).ravel()
+    slopes = (weights @ modelled.by_free).reshape(len(off), -1)
+    precision = np.linalg.inv(np.eye(len(off)) + slopes @ np.array(covariance) @ slopes.T)
+    total = float(off @ precision @ off)
+    moving = replace(problem, free=_may_move(problem))
+    at = np.array([scaled(name, problem.held[name]) for name in moving.free])
+    columns = (weights @ moving.modelled(at).by_free).reshape(len(off), -1)
+    by_name = dict(zip(moving.free, columns.T, strict=True))
+    for gauge in problem.finger.gauges:
+        # A gauge that comes loose follows less, whatever it follows
+        parts = [f"{key}.{gauge.name}" for key in ("gain", "lever_mm")]
+        by_name[f"reading of {gauge.name}"] = sum(problem.held[part] * by_name.pop(part) for part in parts)
+    changes = []
+    for name, column in by_name.items():
+        told = float(column @ precision @ column)
+        if told > 0:
+            found = float(column @ precision @ off) / told
+            changes.append(Change(name, found, told**-0.5, found**2 * told))
+    changes.sort(key=lambda one: -one.chi_square)
+    return Comparison(len(problem.log), total, len(off), float(chi2.sf(total, len(off))), tuple(changes))
+
+
+def _may_move(problem: Problem) -> tuple[str, ...]:
+    """Parameters that a change may be told by."""
+    depths = problem.log.indentation_mm is not None
+    out = {"thickness_mm"} if depths else {"thickness_mm", "touch_down_mm"}
+    return tuple(name for name in names_of(problem.finger) if name not in out)
