@@ -85,9 +85,7 @@ def identify(
     keep_inputs(surface_files(design), outputs)
     stated = Noise(readings_microstrain=noise, force=force_error)
     if log is None:
-        assert suggest is not None
-        print_protocol(design, suggest, there, touched, stated, criterion, as_json)
-        return
+        return print_protocol(design, suggest or 1, there, touched, stated, criterion, as_json)
     presses = read_and_tell(log, relaxation)
     for path in outputs:
         check_writable(path.parent)
@@ -107,10 +105,7 @@ def identify(
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
     summary = summary_of(found, told) | {"specimen": describe(touched)} | written | besides
     summary["seconds"] = watch.seconds
-    if as_json:
-        print_json(summary)
-    else:
-        _print(summary)
+    return print_json(summary) if as_json else _print(summary)
 
 
 def _held(fix: list[str]) -> dict[str, float]:
