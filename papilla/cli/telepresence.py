@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from papilla.cli.options import about, keep_inputs
-from papilla.cli.output import print_json, print_table, say, tell
+from papilla.cli.output import print_json, print_table, progress, say, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,10 +86,10 @@ def simulate(
 
     outputs = [path for path in (out, html) if path is not None]
     keep_inputs([log], outputs)
+    _different(outputs)
     checks.within("--uplink-share", uplink_share, 0, 1)
     common = {"jitter_ms": jitter_ms, "loss": loss, "reordering": reordering, "duplication": duplication}
-    if bandwidth is not None:
-        common["bandwidth_bytes_s"] = checks.positive("--bandwidth", bandwidth)
+    common["bandwidth_bytes_s"] = float("inf") if bandwidth is None else checks.positive("--bandwidth", bandwidth)
     up, down = (_way(share, round_trip_ms, round_trip_sd_ms, common) for share in (uplink_share, 1 - uplink_share))
     motion = Motion(speed, strokes)
     texture, start = _texture(wavelength, second_wavelength, amplitude, log, motion, seconds)
@@ -107,7 +107,9 @@ def simulate(
         seed,
         start,
     )
-    record = run(scene)
+    with progress() as bar:
+        bar.line("simulating")
+        record = run(scene, progress=bar.steps)
     found = _summary(record, scene)
     if out is not None:
         _write(out, record)
@@ -119,6 +121,11 @@ def simulate(
         print_json(found)
     else:
         _print(found)
+
+
+def _different(outputs: list[Path]) -> None:
+    if len({path.resolve() for path in outputs}) < len(outputs):
+        raise InputError(f"--out and --html must be two files, got {outputs[0]} twice")
 
 
 def _way(share: float, round_trip_ms: float, round_trip_sd_ms: float, common: dict) -> "LinkModel":
@@ -133,6 +140,7 @@ def _way(share: float, round_trip_ms: float, round_trip_sd_ms: float, common: di
 
 def _texture(wavelength, second, amplitude, log, motion, seconds) -> "tuple[Texture, float]":
     """The texture of the options, and the place on it where the hand begins."""
+    from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM
     from papilla.telepresence.texture import GratingTexture, RecordedTexture, SideBySide
 
     if log is not None:
@@ -151,11 +159,18 @@ def _texture(wavelength, second, amplitude, log, motion, seconds) -> "tuple[Text
             )
         return texture, low + 0.5 * (high - low - needed)
     first = GratingTexture(wavelength, amplitude)
-    if second is None:
+    other = None if second is None else GratingTexture(second, amplitude)
+    for one in (wavelength, second):
+        if one is not None and not DEFAULT_RANGE_MM[0] <= one <= DEFAULT_RANGE_MM[1]:
+            say(
+                f"a wavelength of {one:g} mm is not looked for: estimators look from {DEFAULT_RANGE_MM[0]:g} to "
+                f"{DEFAULT_RANGE_MM[1]:g} mm"
+            )
+    if other is None:
         return first, 0.0
     # The border lies where the hand passes it in the middle of a stroke, or of the time.
     border = 0.5 * (motion.length_mm if motion.strokes_Hz else motion.peak_mm_s * seconds)
-    return SideBySide(first, GratingTexture(second, amplitude), border), 0.0
+    return SideBySide(first, other, border), 0.0
 
 
 def _summary(record: "Record", scene) -> dict:

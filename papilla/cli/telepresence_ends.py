@@ -232,10 +232,8 @@ def _live() -> "Iterator[Report]":
 
     def report(live: "Live") -> None:
         nonlocal last, state
-        counts = live.counts
-        line = (
-            f"{live.time_s:8.1f} s  {live.state}; {live.said}; {counts.accepted} messages, {counts.dropped} dropped, "
-        )
+        counts, said = live.counts, f"{live.said}; " if live.said else ""
+        line = f"{live.time_s:8.1f} s  {live.state}; {said}{counts.accepted} messages, {counts.dropped} dropped, "
         line += f"{live.period.missed} periods missed"
         if terminal:
             print(f"\r\x1b[2K{line[: _width()]}", end="", file=sys.stderr, flush=True)
@@ -282,9 +280,10 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
     if as_json:
         print_json(found)
     else:
+        trip = 1e-6 * offset.round_trip_ns
         tell(
             f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, {counts.accepted} "
-            f"received, {counts.dropped} dropped; shortest round trip {found['round_trip_ms']:.2f} ms"
+            f"received, {counts.dropped} dropped" + (f"; shortest round trip {trip:.2f} ms" if trip == trip else "")
         )
     return code
 
@@ -302,9 +301,10 @@ def timing(
     from papilla.cli.output import progress, show_table
     from papilla.studies.telepresence.timing import periods
 
+    checks.within("--seconds", seconds, 1, 3600)
     with progress() as bar:
         bar.line("two processes over loopback, idle and loaded")
-        rows = periods(checks.within("--seconds", seconds, 1, 3600), load)
+        rows = periods(seconds, load)
     if as_json:
         print_json({"rows": [row._asdict() for row in rows]})
         return

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.pipeline import Pipeline
-from papilla.telepresence.answer import DisplayStatus
+from papilla.telepresence.answer import DisplayStatus, Shown
 from papilla.telepresence.direct import DirectFeedback
 from papilla.telepresence.hand import RemoteHand
 from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
@@ -129,7 +130,8 @@ class Record(NamedTuple):
         rows, shown = self.judged, self.local_um if which == "local" else self.direct_um
         steps = np.diff(self.hand_mm, prepend=self.hand_mm[0])
         turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
-        longest = min(1.5e-3 * self.late_ms + 0.3, 0.4 * self.time_s[-1])
+        late_ms = self.late_ms if math.isfinite(self.late_ms) else 0.0
+        longest = min(1.5e-3 * late_ms + 0.3, 0.4 * self.time_s[-1])
         return 1e3 * lag_s(shown[rows], turns[rows], self.hand_mm[rows], RATE_HZ, longest)
 
     def felt(self, which: str):
@@ -169,8 +171,15 @@ class Headers:
         return Header(VERSION, own, next(self._sequence), now, own + 1, now, 1_000_000)
 
 
-def run(scene: Set, local: LocalModel | None = None, direct: DirectFeedback | None = None) -> Record:
+def run(
+    scene: Set,
+    local: LocalModel | None = None,
+    direct: DirectFeedback | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Record:
     """Simulate the loop: both displays hear the same sensor over links of the same model and seed.
+
+    `progress` is called now and then with the seconds that are done, and all.
 
     Raises `InputError` where the strokes leave a recorded texture.
     """
@@ -188,7 +197,10 @@ def run(scene: Set, local: LocalModel | None = None, direct: DirectFeedback | No
     noises = scene.noise_microstrain * noise.standard_normal(time.size)
     hand_every, told_every = round(RATE_HZ / HAND_HZ), round(RATE_HZ / scene.parameters_Hz)
     shown_local, shown_direct, displayed, newest = [], [], [], (math.nan, math.nan)
+    learnt_s = heard_s = -math.inf
     for row, now in enumerate(time.tolist()):
+        if row % 250 == 0:
+            progress(round(now), round(scene.seconds))
         if row % hand_every == 0:
             place = float(hand[row])
             local.move(now, place)
@@ -207,32 +219,40 @@ def run(scene: Set, local: LocalModel | None = None, direct: DirectFeedback | No
         if row % told_every == 0:
             told = sensing.parameters(headers["local"].next(now))
             down["local"].send(now, told, len(encode(told)))
+        # What was overtaken or came twice is left out, as `gate.Gate` does.
         for delivery in down["local"].receive(now):
-            told = delivery.content
-            local.learn(now, told.components, told.texture)
+            if delivery.sent_s > learnt_s:
+                told, learnt_s = delivery.content, delivery.sent_s
+                local.learn(now, told.components, told.texture)
         for delivery in down["direct"].receive(now):
-            reading, place, played = delivery.content
-            newest = scene.texture.wavelength(place), played
-            direct.hear(now, reading)
+            if delivery.sent_s > heard_s:
+                (reading, place, played), heard_s = delivery.content, delivery.sent_s
+                newest = scene.texture.wavelength(place), played
+                direct.hear(now, reading)
         shown_local.append(local.update(now))
         shown_direct.append(direct.update(now))
         displayed.append((newest[0], 1e3 * (now - newest[1])))
+    return _record(scene, time, hand, (shown_local, shown_direct), np.array(displayed), down)
+
+
+def _record(scene: Set, time, hand, shown: tuple[list[Shown], list[Shown]], displayed, down: dict[str, Link]) -> Record:
+    """A run as arrays; displayed (n, 2): wavelength under the sensor at the displayed sample, and its age in ms."""
+    local, direct = shown
     truth = np.array([scene.texture.wavelength(place) for place in hand.tolist()])
-    displayed_mm, late_ms = np.array(displayed).T
     return Record(
         time_s=time,
         hand_mm=hand,
         truth_mm=truth,
-        local_um=np.array([one.displacement_um for one in shown_local]),
-        direct_um=np.array([one.displacement_um for one in shown_direct]),
-        wavelength_mm=np.array([one.wavelength_mm if one.gain > 0 else math.nan for one in shown_local]),
-        direct_mm=displayed_mm,
-        local_status=np.array([one.status for one in shown_local]),
-        direct_status=np.array([one.status for one in shown_direct]),
+        local_um=np.array([one.displacement_um for one in local]),
+        direct_um=np.array([one.displacement_um for one in direct]),
+        wavelength_mm=np.array([one.wavelength_mm if one.gain > 0 else math.nan for one in local]),
+        direct_mm=displayed[:, 0],
+        local_status=np.array([one.status for one in local]),
+        direct_status=np.array([one.status for one in direct]),
         bytes_per_s={name: link.bytes_sent / scene.seconds for name, link in down.items()},
         with_headers={
             name: (link.bytes_sent + HEADER_BYTES * link.sent) / scene.seconds for name, link in down.items()
         },
-        round_trip_ms=late_ms,
+        round_trip_ms=displayed[:, 1],
         lost={name: link.lost / max(1, link.sent) for name, link in down.items()},
     )

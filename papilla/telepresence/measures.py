@@ -13,6 +13,8 @@ SILENT = 0.05
 
 NEAR_S, BROAD_S = 0.15, 0.02
 """How far from the common lag a window's may be, and over how much of a lag windows agree: delays change."""
+LEAST_TURNS, LEAST_COHERENCE = 2.0, 0.35
+"""Of a window: periods of the texture that the hand must pass, and share of the signal that must fit (a sine: 1)."""
 STEADY = 0.2
 """Share of the greatest speed by which the speed must change within a window that tells a lag."""
 
@@ -22,8 +24,8 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
 
     In windows of 0.25 s, |sum shown(t) exp(-2 pi i turns(t - lag))| over lags from `earliest_s` to `longest_s`. To and
     fro fit alike, so one window fits half a stroke later too; their sum does not, where strokes differ. The answer is
-    the median over windows of the best lag within 0.15 s of the best of that sum. NaN where nothing is displayed or
-    the speed never changes: a steady sine fits at any lag.
+    the median over windows of the best lag within 0.15 s of the best of that sum. NaN where nothing is displayed,
+    nothing of the texture is in it, or the speed never changes: a steady sine fits at any lag.
 
     Parameters
     ----------
@@ -31,7 +33,8 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
     place_mm : (n,) position of the hand. rate_Hz : of all.
     """
     signal = np.asarray(shown, float)
-    wave, place = np.exp(-2j * math.pi * np.asarray(turns, float)), np.asarray(place_mm, float)
+    passed, place = np.asarray(turns, float), np.asarray(place_mm, float)
+    wave = np.exp(-2j * math.pi * passed)
     size, first, last = (round(own * rate_Hz) for own in (LAG_WINDOW_S, earliest_s, longest_s))
     loudest, scores = _loudest(signal, size), []
     for begin in range(max(0, last), signal.size - size + min(0, first), size // 2):
@@ -39,9 +42,12 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
         speeds = np.abs(np.diff(place[around]))
         if loudest == 0 or part.std() < SILENT * loudest or np.ptp(speeds) < STEADY * speeds.max():
             continue
+        if np.abs(np.diff(passed[begin : begin + size])).sum() < LEAST_TURNS:
+            continue
         # `correlate` conjugates its second argument; the signal is real, so nothing changes.
         score = np.abs(np.correlate(wave[around], part - part.mean(), "valid"))[::-1]
-        scores.append(score / score.max())
+        if score.max() * math.sqrt(2) > LEAST_COHERENCE * size * part.std():
+            scores.append(score / score.max())
     if not scores:
         return math.nan
     near, found = round(NEAR_S * rate_Hz), []

@@ -72,7 +72,8 @@ def run_sensor(
             state = {Trust.OK: "ok", Trust.HELD: "wavelength held", Trust.UNKNOWN: "no wavelength"}[trust]
             if now - heard_s > 1:
                 state = "no display is heard"
-            report(Live(now, state, f"{source.said}{found}", endpoint.gate.counts, period))
+            said = f"{source.said}{found}" if math.isfinite(heard_s) else ""
+            report(Live(now, state, said, endpoint.gate.counts, period))
         if source.over:
             break
     return period
@@ -111,8 +112,11 @@ def run_display(
         keep(now, place, shown, told)
         if now - live_s >= LIVE_S:
             live_s = now
-            said = f"{shown.wavelength_mm:.3f} mm, {shown.frequency_Hz:.0f} Hz, gain {shown.gain:.2f}, "
+            said = f"gain {shown.gain:.2f}, "
+            if math.isfinite(shown.wavelength_mm):
+                said = f"{shown.wavelength_mm:.3f} mm, {shown.frequency_Hz:.0f} Hz, {said}"
             said += _softness(told) + f"last message {1e-6 * age_ns:.1f} ms old when it came"
+            said = said if told else ""
             state = DisplayStatus(shown.status).sentence
             report(Live(now, state, said, endpoint.gate.counts, period))
     return period

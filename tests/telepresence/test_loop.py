@@ -80,3 +80,17 @@ def test_a_recorded_texture_is_its_longest_stroke():
         RecordedTexture(np.linspace(0, 3, 100), np.zeros(100))
     with pytest.raises(InputError, match="longest stroke"):
         RecordedTexture(np.full(10, math.nan), np.zeros(10))
+
+
+def test_noise_tells_no_lag_and_neither_does_a_hand_that_hardly_moves():
+    rng = np.random.default_rng(0)
+    assert math.isnan(lag_s(rng.standard_normal(6000), HAND / 1.3, HAND, 1000.0, 0.5))
+    slow = HAND / 100
+    assert math.isnan(lag_s(np.sin(2 * np.pi * slow / 1.3), slow / 1.3, slow, 1000.0, 0.5))
+
+
+def test_a_link_that_loses_everything_leaves_both_displays_silent():
+    record = run(Set(GratingTexture(1.2), seconds=2, uplink=LinkModel(loss=1.0)))
+    assert (record.local_um == 0).all() and (record.direct_um == 0).all()
+    assert math.isnan(record.lag_ms("local")) and math.isnan(record.lag_ms("direct")) and math.isnan(record.late_ms)
+    assert math.isnan(record.felt("local").error) and record.felt("local").silent == 1
