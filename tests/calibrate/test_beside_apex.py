@@ -92,7 +92,7 @@ def test_presses_beyond_the_model_are_left_out(monkeypatch):
     """A force that takes the contact to the rim ends its modulus, and the rest is fitted."""
     reduced = type("Reduced", (), {"patch": None})
     mesh = type("Mesh", (), {"points": np.array([[-24.0, 0, 0], [24.0, 0, 0]])})
-    model = type("Model", (), {"mesh": mesh})
+    model = type("Model", (), {"mesh": mesh, "finger": Finger.default()})
 
     def press(_, block, force, **options):
         if block.modulus < 0.03 and force > 0.5:

@@ -1,13 +1,14 @@
 """The main job on the made-up finger: which meshes, tables and checks go into a calibration."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
-from papilla.finger import Finger
+from papilla.finger import Bench, Finger
 
 FREE = 0.03
 """What S_d of the made-up finger is larger by without friction."""
@@ -22,14 +23,15 @@ def made(monkeypatch, tmp_path, truth):
         asked["prepared"].append((finger, variant))
         return SimpleNamespace(variant=variant, to_arrays=lambda: {"variant": np.array(variant)})
 
-    def sweep(reduced, moduli, forces, progress, friction):
+    def sweep(reduced, moduli, forces, specimen, progress, friction):
+        asked["thickness"] = specimen(0.1).thickness
         asked["swept"].append((reduced.variant, len(moduli), len(forces), friction))
         size = (1 + reduced.variant / 1000) * (1 if friction else 1 + FREE)
         name = f"mesh {reduced.variant}"
         return truth.sweep(moduli, forces, change=lambda *_: size, mesh_sha256=name, friction=friction)
 
     def press(reduced, specimen, *, force, fidelity, friction):
-        assert (reduced.variant, specimen.thickness, fidelity) == (0, 10.0, "contact")
+        assert (reduced.variant, specimen.thickness, fidelity) == (0, asked["thickness"], "contact")
         return SimpleNamespace(sd=float(truth.sd(force, specimen.modulus)))
 
     def press_truth(finger, mesh, friction, steps):
@@ -54,7 +56,18 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job, "large_strain_error", lambda reduced, friction: 0.001)
     monkeypatch.setattr(job, "corrected", lambda reduced, specimen, found: found)
     monkeypatch.setattr(job, "tables_of", lambda reduced, stuck: ())
+    monkeypatch.setattr(job, "published_depths", lambda finger, reduced: [])
     return asked
+
+
+def test_a_bench_says_block_and_friction_unless_another_is_asked_for(made):
+    finger = replace(Finger.default(), bench=Bench(12.0, 0.0))
+    calibration = job.calibrate_finger(finger).calibration
+    assert made["thickness"] == 12.0 and made["swept"][0] == (0, 43, 60, 0.0) and made["truth"][1] == 0.0
+    assert not any("friction is not known" in note for note in calibration.notes)
+    made["swept"].clear()
+    job.calibrate_finger(finger, friction="stick")
+    assert made["swept"][0] == (0, 43, 60, "stick")
 
 
 def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
