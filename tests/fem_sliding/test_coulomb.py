@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _relax, rub
+from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, relax, rub
 
 E_STAR = 0.1
 
@@ -127,7 +127,7 @@ def test_newton_and_relaxation_agree(seed, given):
         C, rng.uniform(0, 0.5, n), friction=mu, drift=float(rng.uniform(-1, 1)), old=rng.normal(0, 0.2, n),
         **{given: 1.0},
     )  # fmt: skip
-    newton, relaxed = rub(step, np.zeros(n, dtype=int)), _relax(step)
+    newton, relaxed = rub(step, np.zeros(n, dtype=int)), relax(step)
     assert relaxed.violation < 1e-8
     np.testing.assert_allclose(newton.force, relaxed.force, atol=1e-6 * np.abs(newton.force).max())
 

@@ -69,7 +69,7 @@ def rub(laws: Laws, start: np.ndarray) -> Rubbed:
         # Some sweeps at the depth of the last try find other sets to begin with
         guess = _relax_at(laws, last.depth, last.force, FEW_SWEEPS)
         state = guess.state
-    return _relax(laws)
+    return relax(laws)
 
 
 def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
@@ -167,7 +167,7 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
     return following, urgency, error
 
 
-def _relax(laws: Laws) -> Rubbed:
+def relax(laws: Laws) -> Rubbed:
     """The step by relaxation; of a given load, by the depth at which it is carried (secant within a bracket)."""
     if laws.load is None:
         assert laws.depth is not None

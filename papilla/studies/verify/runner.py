@@ -18,6 +18,7 @@ from papilla.studies.verify.manufactured import manufactured
 from papilla.studies.verify.patch_test import patch_test
 from papilla.studies.verify.revolution import revolution
 from papilla.studies.verify.scatter import scatter
+from papilla.studies.verify.sliding import sliding
 
 FAMILIES: dict[str, Family] = {
     "patch": patch_test,
@@ -28,6 +29,7 @@ FAMILIES: dict[str, Family] = {
     "friction": friction,
     "adhesion": adhesion,
     "creep": creep,
+    "sliding": sliding,
     "incompressible": incompressible,
     "contrast": contrast,
     "loads": loads,
