@@ -10,6 +10,7 @@ from scipy.sparse.linalg import splu
 from papilla import Dome, Layer, Slab
 from papilla.errors import InputError
 from papilla.fem import prepare_section
+from papilla.fem.sliding.dynamics import Modal
 from papilla.fem.sliding.section_model import SectionModel
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, build_section
@@ -178,3 +179,39 @@ def test_a_wave_on_smooth_skin_fades_as_the_half_planes(finger):
     for one, other in ((6.0, 4.0), (4.0, 3.0)):
         fading = [3 * k * np.exp(-3 * k) for k in (2 * np.pi / one, 2 * np.pi / other)]
         assert 0.4 < (strain[one] / strain[other]) / (fading[0] / fading[1]) < 2.5
+
+
+@pytest.mark.slow
+def test_modes_follow_a_force_in_time_as_the_whole_does(model):
+    """A smooth knock, against all unknowns by the trapezoidal rule (inf-sup pressure included), without loss."""
+    compliance, rows = model.condense()
+    modes, step, count = model.modes(30), 5e-4, 60
+    n = len(compliance) // 2
+    readings = 1e6 * rows[0]
+    load = np.zeros(2 * n)
+    load[n // 2], load[n + n // 2] = 0.3, 1.0
+    knock = np.sin(np.pi * np.minimum(np.arange(count + 1) / 40, 1.0)) ** 2
+    moving = Modal(modes, compliance, readings, 1e6 * modes.gauges[0], step, 0.0, 0.0 * load)
+    found = []
+    for size in knock[1:]:
+        moving.accept(size * load)
+        found.append(moving.readings(size * load))
+    stiffness, mass = (matrix[model.free][:, model.free].tocsc() for matrix in model.system)
+    inside = model.free < 2 * model.nodes
+    means, _ = model.patch_weights
+    full = np.zeros(len(model.free))
+    full[inside] = (means.T @ load)[model.free[inside]]
+    factor = splu((stiffness + 4 / step**2 * mass).tocsc())
+    u, speed, pull = np.zeros(len(full)), np.zeros(len(full)), 0.0 * full
+    gauges = 1e6 * model.gauge_rows[: len(readings)]
+    exact = []
+    for size in knock[1:]:
+        # Trapezoidal: M a = f - K u at both ends; `pull` is M a
+        new = factor.solve(size * full + mass @ (4 / step**2 * u + 4 / step * speed) + pull)
+        speed = 2 / step * (new - u) - speed
+        u, pull = new, np.where(inside, size * full - stiffness @ new, 0.0)
+        field = np.zeros(2 * model.nodes)
+        field[model.free[inside]] = u[inside]
+        exact.append(gauges @ field)
+    exact = np.array(exact)
+    assert np.abs(np.array(found) - exact).max() < 0.03 * np.abs(exact).max()

@@ -29,7 +29,9 @@ def sliding() -> Iterator[Case]:
 
     there, back = (slid(way * 36.0, 9.0, 0.5, "quasi-static") for way in (1, -1))
     ratio = there.tangential_N[there.sliding] / there.force_N[there.sliding]
-    yield Case("full slip", "net tangential over net normal force, against mu", float(np.abs(ratio / 0.5 - 1).max()), 1e-9)
+    yield Case(
+        "full slip", "net tangential over net normal force, against mu", float(np.abs(ratio / 0.5 - 1).max()), 1e-9
+    )
     scale = np.abs(there.readings).max()
     mirrored = float(np.abs(back.readings[:, ::-1] - there.readings).max() / scale)
     yield Case("reversed motion", "readings mirrored, over the largest", mirrored, 1e-6)
