@@ -54,8 +54,11 @@ def draw(found: Found) -> Figure:
     with styled(8.0, 4.4) as figure:
         axes = figure.add_axes((0.1, 0.13, 0.87, 0.72))
         bars = [one for one in found.series if one.style == "bars"]
-        for place, one in enumerate(found.series):
-            color = ACCENTS[place % len(ACCENTS)]
+        place, before = -1, ""
+        for one in found.series:
+            # Points after a curve are what it is compared with, and have its colour
+            place += not (one.style == "points" and before == "line")
+            color, before = ACCENTS[place % len(ACCENTS)], one.style
             if one.style == "bars":
                 width = 0.8 / len(bars)
                 left = np.arange(len(one.x)) + (bars.index(one) - (len(bars) - 1) / 2) * width
