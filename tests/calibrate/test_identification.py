@@ -180,3 +180,17 @@ def test_a_later_press_tells_whether_it_is_the_same_finger(smooth, change, named
 def test_a_finger_that_was_not_identified_is_not_compared(smooth):
     with pytest.raises(InputError, match="has no table .identified.: papilla identify makes one"):
         compare(Finger.default(), made(smooth, 11)[0], size_mm=SIZE_MM)
+
+
+def test_swapped_gauges_and_equal_presses_are_doubted(smooth):
+    log, _ = made(smooth, 12)
+    swapped = identify(replace(log, readings=log.readings[:, [0, 2, 1, 3, 4]]), Finger.default(), size_mm=SIZE_MM)
+    told = confess(swapped)
+    assert any("the model does not fit" in doubt for doubt in told.doubts) and told.status.startswith("doubtful")
+    assert any("g2 and g3 look swapped" in doubt for doubt in told.doubts)
+    same, _ = made(smooth, 12, forces=(0.5, 0.5, 0.5), moduli=(0.3,))
+    told = confess(identify(same, Finger.default(), size_mm=SIZE_MM))
+    assert any("one and the same scene" in doubt for doubt in told.doubts)
+    for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
+        low, high = told.intervals[name]
+        assert high / low > 1.5

@@ -27,8 +27,8 @@ BEYOND = 0.01
 FIRST_EXPONENT = 0.67
 """Of readings over force before the model tells it: Hertz's."""
 
-LEAST_GAIN = 1e-4
-"""Gains below this are those of a foil that feels nothing."""
+LEAST_GAIN, MOST_GAIN = 1e-4, 2.0
+"""Gains below the first are those of a foil that feels nothing, and none is above the second."""
 
 LEVERS_PER_GAIN_MM = np.linspace(-2.0, 1.0, 13)
 """Levers over gains among which the largest gain that readings may come from is looked for."""
@@ -278,7 +278,8 @@ class Problem:
         parts = (felt - felt.mean(axis=0)) / MICROSTRAIN
         sizes = [np.sqrt(((parts[:, 0] + lever * parts[:, 1]) ** 2).mean(axis=0)) for lever in LEVERS_PER_GAIN_MM]
         least = np.maximum(np.min(sizes, axis=0), CANCELLING * np.max(sizes, axis=0))
-        return np.sqrt((moved**2).mean(axis=0)) / np.maximum(least, np.finfo(float).tiny)
+        size = np.sqrt((moved**2).mean(axis=0))
+        return size / np.maximum(least, size / MOST_GAIN + np.finfo(float).tiny)
 
     def _whitener(self, slope: np.ndarray, unsure: np.ndarray) -> np.ndarray:
         """(n, c, c) what makes each press's errors independent and of one; slope : (n, c) by ln force."""

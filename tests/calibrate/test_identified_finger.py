@@ -1,0 +1,110 @@
+"""The calibration of an identified finger: its covariance in every interval, the bench's zeros, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from spring_calibration import calibration
+
+from papilla.calibrate.identification import fit
+from papilla.calibrate.identified_finger import with_identification
+from papilla.calibration import Calibration
+from papilla.cli.estimate import _zeros
+from papilla.errors import InputError
+from papilla.finger import Finger
+from papilla.identified import Identified
+
+SIGMA = 0.1
+
+
+@pytest.fixture
+def finger(monkeypatch):
+    """A finger all of whose gains are known to 10 % together, so that S_d is."""
+    monkeypatch.setattr(fit, "SIZE_MM", 2.8)
+    names = tuple(f"gain.g{k}" for k in range(1, 6))
+    told = Identified(
+        status="ok: told",
+        presses=5,
+        specimen="block",
+        friction="stick",
+        zeros_microstrain=(5.0, -4.0, 3.0, -2.0, 1.0),
+        touch_down_mm=0.1,
+        parameters=names,
+        logarithmic=(False,) * 5,
+        values=(1.0,) * 5,
+        lower=(0.8,) * 5,
+        upper=(1.2,) * 5,
+        covariance=((SIGMA**2,) * 5,) * 5,
+        chi_square=1.0,
+        freedom=1.0,
+        force_error=0.01,
+        noise_microstrain=5.0,
+        notes=("g1 is told by few presses",),
+    )
+    return replace(Finger.default(), identified=told)
+
+
+def test_what_gains_leave_open_is_in_the_interval_and_zeros_are_kept(finger, tmp_path):
+    before = calibration()
+    after = with_identification(before, finger)
+    for force, modulus in ((0.1, 0.1), (0.6, 0.5)):
+        sigmas = after.surface.uncertainty.sigmas(np.log(force), np.log(modulus))
+        assert sigmas["identification"] == pytest.approx(SIGMA, rel=0.02)
+    sd = float(before.predict(0.5, 0.3))
+    one, other = (each.invert(sd, 0.5) for each in (before, after))
+    assert other.modulus_MPa == one.modulus_MPa and other.sigma_MPa > 2 * one.sigma_MPa
+    assert other.lower_MPa < one.lower_MPa and other.upper_MPa > one.upper_MPa
+    assert after.dominant == "identification" and any("told by few presses" in note for note in after.notes)
+    assert list(_zeros(after)) == list(finger.identified.zeros_microstrain)
+    after.save(tmp_path / "c.json")
+    again = Calibration.load(tmp_path / "c.json")
+    assert again.invert(sd, 0.5).sigma_MPa == other.sigma_MPa and list(_zeros(again)) == list(_zeros(after))
+    assert with_identification(before, Finger.default()) is before
+
+
+def test_a_design_that_was_changed_since_is_refused(finger):
+    gauges = (replace(finger.gauges[0], membrane_gain=2.0), *finger.gauges[1:])
+    with pytest.raises(InputError, match="gain.g1 is 2 in the design and 1 in its .identified."):
+        with_identification(calibration(), replace(finger, gauges=gauges))
+
+
+def test_parameters_of_other_gauges_are_refused(finger):
+    told = replace(finger.identified, parameters=(*(f"gain.g{k}" for k in range(1, 5)), "gain.g9"))
+    with pytest.raises(InputError, match="has gain.g9, which is no parameter"):
+        with_identification(calibration(), replace(finger, identified=told))
+
+
+def test_zeros_of_another_number_of_gauges_are_refused():
+    spoilt = replace(calibration(), finger={"name": "", "sha256": "", "zeros_microstrain": [1.0]})
+    with pytest.raises(InputError, match="zeros_microstrain must hold 5 numbers"):
+        _zeros(spoilt)
+    assert _zeros(None).size == 0 and _zeros(calibration()).size == 0
+
+
+def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
+    from papilla.calibrate import job
+    from papilla.calibrate.identification.fit import family_of
+    from papilla.fem.pressing.response import response
+    from papilla.logs import PressLog
+    from papilla.specimen import Block
+
+    monkeypatch.setattr(fit, "SIZE_MM", 2.8)
+    smooth = response(family_of(Finger.default()), Block(1.0, 10.0))
+    force, modulus = (one.ravel() for one in np.meshgrid((0.1, 0.2, 0.4, 0.7, 0.98), (0.089, 0.51)))
+    felt = smooth.felt(force, modulus, 0.2, 0.04)
+    rng = np.random.default_rng(5)
+    zeros = np.array([5.0, -10.0, 15.0, 0.0, -20.0])
+    readings = 1e5 * felt.values[:, 0] + zeros + 5 * rng.normal(size=(10, 5))
+    log = PressLog(force, modulus, readings, tuple(f"g{k}" for k in range(1, 6)), felt.indentation + 0.1)
+
+    def swept(finger, **_):
+        return job.Calibrated(with_identification(calibration(), finger), log, job.Recovery(force, modulus, modulus))
+
+    monkeypatch.setattr(job, "calibrate_finger", swept)
+    done = job.calibrate_bench(log, Finger.default())
+    assert done.bench.finger.identified.presses == 10 and done.bench.finger.outer.modulus > 0.1
+    told = np.array(done.bench.finger.identified.zeros_microstrain)
+    assert done.bench.sd_microstrain == pytest.approx((readings - told).std(axis=1))
+    assert done.bench.inside.shape == done.bench.recovery.recovered_MPa.shape == (10,)
+    assert (done.bench.sigma_microstrain > 5 / np.sqrt(5)).all()
+    assert list(done.calibration.finger["zeros_microstrain"]) == told.tolist()
