@@ -157,3 +157,13 @@ def test_unusable_doubts_are_refused(name):
             Doubts(**{name: value})
     with pytest.raises(InputError, match="thickness_mm must be greater than 0, or None"):
         Doubts(thickness_mm=0)
+
+
+@pytest.mark.parametrize("doubted, share", [(0.0, 0.0), (20.0, 50 / 51), (200.0, 1.0)])
+def test_zeros_are_learnt_in_the_air_as_far_as_they_are_in_doubt(five_gauges, doubted, share):
+    """Fifty samples of noise 20 and zeros of 100: what is in no doubt is not taken from noise."""
+    doubts = Doubts(zero_microstrain=doubted)
+    own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
+    air = np.random.default_rng(1).normal(100, 20, (50, 5))
+    own.process(np.column_stack([air, np.zeros(50)]))
+    np.testing.assert_allclose(own.state.zeros, share * air.mean(axis=0), rtol=1e-3, atol=1e-9)

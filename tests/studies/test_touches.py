@@ -44,7 +44,7 @@ def test_noise_alone_is_measured_against_its_bound(calibration):
     known = {"touches": ("noise alone",), "methods": ("all gauges", "S_d alone"), "seeds": range(100, 124)}
     five, alone = touches.feel(calibration, Finger.default(), **known, progress=lambda *step: steps.append(step))
     assert (five.method, alone.method) == known["methods"] and steps == [("softness", 0, 1)]
-    assert five.answered == 1 and five.trials == 24 and 0.6 < five.over_bound < 2.5
+    assert five.answered == 1 and five.trials == 24 and 0.6 < five.over_bound < 1.5 and 0.6 < five.over_sigma < 1.5
     assert alone.over_bound > 10, "the S_d of this made-up finger is not that of its gauges"
     assert json.loads(json.dumps(asdict(five)))["touch"] == "noise alone"
     force = touches.forces()[touches.AIR :]

@@ -265,7 +265,8 @@ class Look:
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may cover the fundamental of which this line is a harmonic."""
-        reach = 2 / self._strokes.extent
+        # The two flanks of a taper meet.
+        reach = 3 / self._strokes.extent
         return any(
             abs(line.wavenumber / order - hum.wavenumber) < reach
             for hum in hums
