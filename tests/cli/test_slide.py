@@ -102,6 +102,7 @@ def test_a_motion_and_a_profile_come_from_files(papilla, slab, tmp_path):
         (["--seconds", 1, "--depth", 0], "grating depth (mm) must be greater than 0"),
         (["--seconds", 1e9], "more than 2,000,000 samples"),
         (["--seconds", 1, "--seed", -1], "--seed must be at least 0"),
+        (["--seconds", 1, "--speed", 1e5], "speed (mm/s) must lie between -10000 and 10000"),
     ],
 )
 def test_bad_scenes_are_one_line(refused, options, message, monkeypatch):

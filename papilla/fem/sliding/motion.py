@@ -27,7 +27,7 @@ class Motion:
     @classmethod
     def steady(cls, speed_mm_s: float, seconds: float, rate_Hz: float = RATE_HZ) -> "Motion":
         """Constant speed from x = 0; negative to the left, zero for a finger that rests."""
-        speed = checks.within("speed (mm/s)", speed_mm_s, -1e5, 1e5)
+        speed = checks.within("speed (mm/s)", speed_mm_s, -1e4, 1e4)
         t = sample_times(seconds, rate_Hz)
         return cls(t, speed * t, rate_Hz)
 
@@ -46,8 +46,8 @@ class Motion:
         if steps.max() > MOTION_GAP * np.median(steps):
             at = int(np.argmax(steps))
             raise InputError(f"the motion has a gap from t_s {t[at]:g} to {t[at + 1]:g}: nothing is known there")
-        if np.abs(np.diff(x) / steps).max() > 1e5:
-            raise InputError("the motion is faster than 100 m/s: are these s and mm?")
+        if np.abs(np.diff(x) / steps).max() > 1e4:
+            raise InputError("the motion is faster than 10 m/s: are these s and mm?")
         lasts = float(t[-1] - t[0]) if seconds is None else checks.positive("seconds", seconds)
         if lasts > float(t[-1] - t[0]) * (1 + 1e-9):
             raise InputError(f"seconds {lasts:g} is longer than the motion, {t[-1] - t[0]:g} s")
