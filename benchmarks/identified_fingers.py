@@ -89,7 +89,7 @@ def pulls(found: Identification, truth: Drawn) -> dict[str, list[float]]:
 
 
 def ln_sd(found: Identification, force: np.ndarray, modulus: np.ndarray) -> tuple[np.ndarray, ...]:
-    """ln S_d of the identified finger, its slope by ln force, and one sigma of what the identification leaves open."""
+    """ln S_d of the identified finger, its slope by ln force, and one sigma of what identification and mesh leave."""
     g = found.problem.gauge_count
     modelled = found.other_presses(force, modulus).modelled(found.vector)
     zeros = np.array([found.values[f"zero_microstrain.{gauge.name}"] for gauge in found.problem.finger.gauges])
@@ -97,7 +97,8 @@ def ln_sd(found: Identification, force: np.ndarray, modulus: np.ndarray) -> tupl
     about = readings - readings.mean(axis=1, keepdims=True)
     square = (about**2).sum(axis=1)
     slopes = np.einsum("ng,ngf->nf", about, modelled.by_free[:, :g]) / square[:, None]
-    sigma = np.sqrt(np.einsum("nf,fe,ne->n", slopes, found.covariance, slopes))
+    mesh = np.sqrt(((about * modelled.unsure[:, :g]) ** 2).sum(axis=1)) / square
+    sigma = np.hypot(np.sqrt(np.einsum("nf,fe,ne->n", slopes, found.covariance, slopes)), mesh)
     by_force = (about * modelled.by_ln_force[:, :g]).sum(axis=1) / square
     return 0.5 * np.log(square / g), by_force, sigma
 
