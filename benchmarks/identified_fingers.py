@@ -21,7 +21,7 @@ from papilla.logs import PressLog
 from papilla.specimen import Block
 from papilla.units import gf_to_newton
 
-SIZE_MM, VARIANT = 1.0, 1
+SIZE_MM, VARIANT, FIT_SIZE_MM = 1.0, 1, 1.0
 THICKNESS_MM, TOUCH_DOWN_MM = 10.0, 0.15
 NOISE, FORCE_ERROR, DEPTH_NOISE_MM, ZERO = 5.0, 0.01, 0.02, 20.0
 DOMAIN_N, DOMAIN_MPA = (gf_to_newton(5.0), gf_to_newton(100.0)), (0.05, 0.72)
@@ -113,7 +113,7 @@ def coverage(draws: int, smooth: bool) -> None:
     for seed in range(draws):
         rng = np.random.default_rng(seed)
         truth = Drawn.by(rng, relatives, other)
-        found = identify(truth.log(rng, force, modulus, True), finger)
+        found = identify(truth.log(rng, force, modulus, True), finger, size_mm=FIT_SIZE_MM)
         for name, values in pulls(found, truth).items():
             gathered.setdefault(name, []).extend(values)
         fresh, E = np.exp(rng.uniform(*np.log((0.2, 0.98)), 1)), np.exp(rng.uniform(*np.log(DOMAIN_MPA), 1))
@@ -184,7 +184,7 @@ def few_presses(draws: int, smooth: bool, depths: bool) -> None:
             log = truth.log(rng, *chosen(count), depths)
             sd = truth.felt(force, modulus)[0].std(axis=1)
             told = (
-                np.exp(ln_sd(identify(log, finger), force, modulus)[0]),
+                np.exp(ln_sd(identify(log, finger, size_mm=FIT_SIZE_MM), force, modulus)[0]),
                 quadratic(log, force, modulus),
                 gaussian_process(log, force, modulus),
             )
@@ -214,11 +214,11 @@ def ageing(draws: int) -> None:
     for seed in range(draws):
         rng = np.random.default_rng(5000 + seed)
         truth = Drawn.by(rng, relatives, other)
-        found = identify(truth.log(rng, force, modulus, True), finger)
+        found = identify(truth.log(rng, force, modulus, True), finger, size_mm=FIT_SIZE_MM)
         stored = found.with_record(record(found, confess(found), "block"))
         for name, change in changes.items():
             later = Drawn(change(truth.values), relatives, other).log(rng, *few, True)
-            alarms[name].append(not compare(stored, later).same)
+            alarms[name].append(not compare(stored, later, size_mm=FIT_SIZE_MM).same)
     for name, called in alarms.items():
         print(f"{name:40} recalibrate in {100 * np.mean(called):.0f} % of {len(called)} fingers, from two presses")
 

@@ -16,6 +16,11 @@ PEER = PeerPress("a library", 2.0, 1.0, 1.0, 1.0, 0.0, 900.0, 900.0, 0.0, 10.0, 
 
 SHORT = {
     "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
+    "identified_fingers": (
+        ["coverage", "--fingers", "2", "--family"],
+        {"SIZE_MM": 2.8, "FIT_SIZE_MM": 2.8, "VARIANT": 0},
+        "E from S_d",
+    ),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
     "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
