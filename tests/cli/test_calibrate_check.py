@@ -31,7 +31,18 @@ def made(monkeypatch, tmp_path):
 
 
 def test_presses_that_are_recovered_pass_and_the_header_is_written(papilla, made, tmp_path):
-    done = papilla("calibrate", "--bench", made("log.csv"), "--check", made("c.csv"), "--export-c", "f.h", "--json")
+    done = papilla(
+        "calibrate",
+        "--bench",
+        made("log.csv"),
+        "--form",
+        "spline",
+        "--check",
+        made("c.csv"),
+        "--export-c",
+        "f.h",
+        "--json",
+    )
     assert done.code == 0, done.err
     found = json.loads(done.out)
     assert found["check"]["passed"] and found["check"]["presses"] == found["check"]["answered"] == 9
@@ -39,7 +50,7 @@ def test_presses_that_are_recovered_pass_and_the_header_is_written(papilla, made
 
 
 def test_presses_that_are_not_recovered_end_with_exit_code_1_and_are_named(papilla, made):
-    done = papilla("calibrate", "--bench", made("log.csv"), "--check", made("c.csv", 1.5))
+    done = papilla("calibrate", "--bench", made("log.csv"), "--form", "spline", "--check", made("c.csv", 1.5))
     assert done.code == 1 and "MISSED" in done.out and "9 presses, 9 with a modulus" in done.out
 
 
