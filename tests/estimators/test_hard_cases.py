@@ -221,11 +221,17 @@ def test_an_unknown_velocity_gives_no_new_wavelength(name):
 
 @every
 def test_aliases_are_refused(name):
-    """2500 mm/s at 1 kHz: not even 5 mm is sampled twice a period, so nothing between 0.4 and 4 mm can be told."""
+    """2500 mm/s at 1 kHz: not even 5 mm is sampled twice a period, so nothing between 0.4 and 4 mm can be told.
+
+    No paper prints such a limit: what is as printed does not have one.
+    """
     fast = 2500.0
     at = fast * np.arange(900) / 1000
     block = np.column_stack([np.sin(2 * math.pi * at / 1.2), np.full(900, fast)])
     found = run(name, block, wavelength_range_mm=(0.4, 4.0))
+    if name.endswith("as_printed"):
+        assert int(RoughnessStatus.ALIASED) not in found.status
+        return
     if name in TRACKERS:
         assert set(found.status[300:]) == {int(TrackingStatus.ALIASED)}
     else:
