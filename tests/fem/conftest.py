@@ -21,9 +21,9 @@ from papilla.mesh.topology import paired_faces, volumes
 
 
 @pytest.fixture
-def without_tables(monkeypatch, tmp_path):
+def without_tables(monkeypatch):
     """No table of large strain is known: presses without a fidelity are linear."""
-    monkeypatch.setattr(large_strain, "SHIPPED", tmp_path / "none.json")
+    monkeypatch.setattr(large_strain, "ALL_SHIPPED", ())
     large_strain._known.cache_clear()
     yield
     large_strain._known.cache_clear()

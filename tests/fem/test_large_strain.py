@@ -13,7 +13,7 @@ from papilla.calibrate.large_strain import RATIOS
 from papilla.errors import FileFormatError
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing import large_strain
-from papilla.fem.pressing.large_strain import Family, LargeStrain, known, tables_of, with_large_strain
+from papilla.fem.pressing.large_strain import Family, LargeStrain, known, softness_in_each, tables_of, with_large_strain
 from papilla.finger import Finger, Layer
 from papilla.materials import NeoHookean, Ogden
 from papilla.mesh import build
@@ -64,6 +64,25 @@ def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
     assert sum(weights) == pytest.approx(1)
     assert np.dot(weights, np.log([1.0, 2.0, 4.0]) ** 2) == pytest.approx(np.log(ratio) ** 2)
     assert family.at(5.0) == () and Family(family.tables[:2]).at(1.5) == ()
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+@pytest.mark.parametrize("ratio", [2.0, 4.0, 8.0])
+def test_presses_of_a_ratio_that_is_left_out_are_told_by_the_others(ratio, stuck):
+    """At ratio 4 the softest specimen is half as soft again as at 2 (in ln area): it is told, too, and as well."""
+    tables = known(Finger.default().strain_sha256).tables
+    truth = next(one for one in tables if one.ratio == ratio and (one.friction > 0) == stuck)
+    others = Family(tuple(one for one in tables if one is not truth)).at(ratio, stuck)
+    for force, linear, finite in zip(truth.force, truth.linear, truth.finite, strict=True):
+        softness = softness_in_each(others, force, linear[1])
+        pairs = list(zip(others, softness, strict=True))
+        assert all(table.covers(force, soft) for (table, _), soft in pairs)
+        told = sum(weight * table.changes(force, soft) for (table, weight), soft in pairs)
+        change = finite - linear
+        assert told[0] == pytest.approx(change[0] / linear[0], abs=0.004)
+        for gauges, error in ((slice(3, 8), 0.01), (slice(8, 13), 0.02)):
+            size = np.linalg.norm(linear[gauges])
+            assert told[gauges] == pytest.approx(change[gauges] / size, abs=error)
 
 
 def test_what_ships_holds_the_ratios_that_are_measured_for_it():
@@ -132,7 +151,20 @@ def test_a_press_includes_large_strain_unless_it_is_asked_to_be_linear(reduced):
     at_depth = press(reduced, specimen, indentation=found.indentation)
     assert at_depth.indentation == pytest.approx(found.indentation, rel=1e-9)
     assert at_depth.force == pytest.approx(0.6, rel=1e-4)
-    assert not press(reduced, specimen, force=5e-3).large_strain
+    light = press(reduced, specimen, force=5e-3)
+    assert not light.large_strain and light.friction == 0 and "without friction, which is included with" in light.status
+
+
+def test_soft_specimens_are_pressed_as_hard_ones_whatever_the_ratio_of_the_moduli(dome):
+    """Beyond the softness of a table's neighbours a press lost friction and large strain: a jump of 9 % in a gauge."""
+    finger = dataclasses.replace(Finger.default(), outer=Layer(0.241), inner=Layer(0.0291))
+    reduced = FingerModel(finger, dome(Finger.default())).reduce()
+    moduli = np.geomspace(0.05, 0.15, 7)
+    presses = [press(reduced, Block(float(modulus), 10), force=0.365) for modulus in moduli]
+    assert all(one.large_strain and math.isinf(one.friction) for one in presses)
+    readings = np.array([one.reading for one in presses])
+    bends = np.diff(readings, n=2, axis=0) / np.linalg.norm(readings[1:-1], axis=1, keepdims=True)
+    assert np.abs(bends).max() < 0.04
 
 
 def test_moduli_scale_and_gains_need_no_other_table(reduced):

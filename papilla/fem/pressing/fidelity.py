@@ -43,6 +43,9 @@ NEARLY_HERTZIAN = 0.1
 PROBE_FORCES = np.geomspace(0.02, 1.0, 6)
 """Forces (N) at which hertz is measured against contact."""
 
+NOT_STUCK = "; without friction, which is included with large strain alone: no table of that has such a press"
+"""Follows the status of a press that would have been stuck."""
+
 SILENT = 1e-9
 """S_d over the largest reading below which the gauges, one or mirror images, cannot differ: readings are compared."""
 
@@ -110,6 +113,7 @@ def press(
         else:
             if found.large_strain:
                 return replace(found, seconds=perf_counter() - began)
+            doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
     if rubbing or (fidelity is None and tables_of(reduced)):
         found = told(contact, rubbing)
         if found.large_strain:

@@ -86,7 +86,7 @@ class LargeStrain:
         levels, at = np.log(np.unique(self.force)), np.log(force)
         if not levels[0] - MARGIN <= at <= levels[-1] + MARGIN:
             return False
-        low, high = self._softness_between(at)
+        low, high = self.softness_between(at)
         return bool(low - MARGIN <= softness <= high + MARGIN)
 
     def continues(self, force: float, softness: float) -> bool:
@@ -99,9 +99,10 @@ class LargeStrain:
         if self.covers(force, softness):
             return force, softness
         force = float(np.clip(force, self.force.min(), self.force.max()))
-        return force, float(np.clip(softness, *self._softness_between(np.log(force))))
+        return force, float(np.clip(softness, *self.softness_between(np.log(force))))
 
-    def _softness_between(self, ln_force: float) -> tuple[float, float]:
+    def softness_between(self, ln_force: float) -> tuple[float, float]:
+        """ln(A/A_rigid) of the hardest and the softest specimen by a force, or by the nearest one of the table."""
         levels = np.unique(self.force)
         groups = [self._softness[self.force == one] for one in levels]
         low, high = (np.interp(ln_force, np.log(levels), [side(one) for one in groups]) for side in (np.min, np.max))
@@ -211,16 +212,31 @@ def with_large_strain(
     if not tables:
         return None
     force = found.force / reduced.layers[1, 1]
-    softness = np.log(found.contact_area) - sum(weight * table.rigid(force) for table, weight in tables)
-    covered = all(table.covers(force, softness) for table, _ in tables)
-    if not (covered or beyond or all(table.continues(force, softness) for table, _ in tables)):
+    softness = softness_in_each(tables, force, found.contact_area)
+    pairs = list(zip(tables, softness, strict=True))
+    covered = all(table.covers(force, soft) for (table, _), soft in pairs)
+    if not (covered or beyond or all(table.continues(force, soft) for (table, _), soft in pairs)):
         return None
-    changes = np.sum([weight * table.changes(*table.nearest(force, softness)) for table, weight in tables], axis=0)
+    changes = np.sum([weight * table.changes(*table.nearest(force, soft)) for (table, weight), soft in pairs], axis=0)
     norms = np.linalg.norm(found.values, axis=1, keepdims=True)
     values = found.values + norms * changes[3:].reshape(found.values.shape)
     measures = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
     told = _with(reduced, found, values, measures)
     return told if covered else replace(told, status=f"{told.status}, {BEYOND}: S_d within 2 %, gauges within 6 %")
+
+
+def softness_in_each(tables: tuple[tuple[LargeStrain, float], ...], force: float, area: float) -> list[float]:
+    """ln(A/A_rigid) at which each weighted table is asked for a press by F / E_inner (mm2) on a contact area (mm2).
+
+    It lies as far between the hardest and the softest specimen there as the press does at its own ratio of moduli: the
+    same specimens span half as much of it at ratio 1 as at 4, and a quarter more at 8.
+    """
+    ends = np.array([table.softness_between(math.log(force)) for table, _ in tables])
+    weights = np.array([weight for _, weight in tables])
+    rigid = sum(weight * table.rigid(force) for table, weight in tables)
+    low, high = weights @ ends
+    share = (math.log(area) - rigid - low) / (high - low)
+    return [float(least + share * (most - least)) for least, most in ends]
 
 
 def between_ends(
