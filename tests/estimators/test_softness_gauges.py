@@ -107,7 +107,7 @@ def test_a_saved_state_continues_bit_for_bit(exact):
     second.state = first.state
     np.testing.assert_array_equal(second.process(samples[77:]).modulus_MPa, expected.modulus_MPa[77:])
     with pytest.raises(InputError, match="the state is of 2 gauges, the calibration has 5"):
-        second.state = replace(first.state, zeros=(1.0, 2.0))
+        second.state = first.state._replace(zeros=(1.0, 2.0))
 
 
 def swapped(samples, one, other):

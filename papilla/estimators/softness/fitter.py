@@ -10,7 +10,7 @@ where it does not, that of the filter. Sigma is the filter's in both cases.
 """
 
 import math
-from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -53,8 +53,7 @@ PRIOR_REACH = 0.25
 """Of the scale h, by which a first estimate may lie beyond the calibrated moduli."""
 
 
-@dataclass(frozen=True)
-class Belief:
+class Belief(NamedTuple):
     """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; node, slopes (c + 1, m): where (ln
     force, place, h) H is taken; offset: by how much ln force and place of the filter differ from those of noise alone.
 
@@ -140,6 +139,7 @@ class Fitter:
         self.anywhere, self.position_sigma = position_sigma is not None, position_sigma or 0.0
         self._spread = np.array([SPREAD_FORCE, surfaces.reach])[: self.own]
         self.low, self.high = map(math.log, surfaces.force_N)
+        self.ln_modulus = lru_cache(maxsize=64)(self._ln_modulus)
         self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
         self._shift, self._shift_sigma = doubts.thickness_shift(THICKNESS_MM)
         self.parts = self._columns()
@@ -192,7 +192,7 @@ class Fitter:
             slopes.append(math.sqrt(max(a @ a - (a @ b) ** 2 / (b @ b + SPREAD_FORCE**-2), 0.0)))
         return np.array(slopes), float(nodes[0]), 1 / float(nodes[1] - nodes[0])
 
-    def ln_modulus(self, h: float) -> tuple[float, float]:
+    def _ln_modulus(self, h: float) -> tuple[float, float]:
         """ln E at h, and dh / d ln E there; beyond the calibrated moduli their end's."""
         values = self.curve.values
         return self.curve.solve(min(max(h, values[0]), values[-1]), 0, len(values) - 1)
@@ -338,7 +338,7 @@ class Fitter:
         covariance = belief.covariance.copy()
         if belief.slopes is not None:
             covariance.flat[self._drifting] += DRIFT**2
-        return replace(belief, node=(at, place, h), slopes=exact, covariance=covariance)
+        return belief._replace(node=(at, place, h), slopes=exact, covariance=covariance)
 
     def heard(self, belief: Belief, alone: Alone, y: np.ndarray, rows: np.ndarray, keep: float = 1.0) -> Belief:
         """The belief after a sample that the filter has yet to learn; what noise alone tells is forgotten but for a
@@ -346,8 +346,7 @@ class Fitter:
         # What is left out of one sample is left out of the mean.
         used = np.full(len(y), math.nan)
         used[rows] = y[rows]
-        return replace(
-            belief,
+        return belief._replace(
             ln_force=alone.ln_force,
             drift=alone.ln_force - belief.ln_force if belief.samples else 0.0,
             place_mm=alone.place_mm,
@@ -371,8 +370,7 @@ class Fitter:
         if keep < 1.0:
             covariance[0] /= keep ** (0.25 * fit.samples)
             covariance[:, 0] /= keep ** (0.25 * fit.samples)
-        return replace(
-            belief,
+        return belief._replace(
             mean=faded * (belief.mean + fit.PH @ fit.last.weighted),
             covariance=covariance,
             offset=(fit.ln_force - alone.ln_force, fit.place_mm - alone.place_mm),

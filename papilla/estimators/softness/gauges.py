@@ -5,7 +5,6 @@ that contradicts the others is found and left out, where nothing else explains i
 """
 
 import math
-from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -176,7 +175,7 @@ class GaugeSoftness(Touch):
     def _begin(self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
         """The first sample of a touch, or the first that fits."""
         if self._state.contradicted > TRUSTED:
-            self._state = replace(self._state, contradicted=self._state.contradicted * (1 - 1 / SAMPLES))
+            self._state = self._state._replace(contradicted=self._state.contradicted * (1 - 1 / SAMPLES))
             return self._answer(SoftnessStatus.MISFIT, faults)
         contrast, belief = self._start(y, rows, self._fresh())
         if contrast.misfit > LIMIT:
@@ -184,7 +183,7 @@ class GaugeSoftness(Touch):
                 return self._answer(outside, faults)
             blame = self._blamed(rows, self._start.without(y, rows, self._fresh()))
             if blame is None:
-                self._state = replace(self._state, contradicted=1.0)
+                self._state = self._state._replace(contradicted=1.0)
                 return self._answer(SoftnessStatus.MISFIT, faults)
             contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._fresh())
             faults, rows = self._left_out(y, faults, blame, belief)
@@ -208,13 +207,13 @@ class GaugeSoftness(Touch):
             elif anew.misfit < LIMIT:
                 return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
         # What was learnt is not to be believed either: after a while, from the beginning.
-        self._state = replace(self._state, belief=None, contradicted=1.0)
+        self._state = self._state._replace(belief=None, contradicted=1.0)
         return self._answer(SoftnessStatus.MISFIT, faults)
 
     def _looked(self, contradicted: bool) -> None:
         """Count one look at whether what was learnt explains the readings."""
         share = self._state.contradicted
-        self._state = replace(self._state, contradicted=share + (contradicted - share) / LOOKS)
+        self._state = self._state._replace(contradicted=share + (contradicted - share) / LOOKS)
 
     def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> tuple[int, ...] | None:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.
@@ -254,7 +253,7 @@ class GaugeSoftness(Touch):
         standing, now = list(self._state.faults), list(faults)
         for channel, fault in named.items():
             standing[channel] = now[channel] = int(fault)
-        self._state = replace(self._state, faults=tuple(standing))
+        self._state = self._state._replace(faults=tuple(standing))
         return tuple(now), self._of(tuple(now))
 
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, Fault]:
@@ -284,7 +283,7 @@ class GaugeSoftness(Touch):
             return self._answer(outside, faults)
         fit = self._take(y, rows, belief, alone)
         if fit and fit.first.misfit > LIMIT and belief.samples:
-            self._state = replace(self._state, belief=replace(belief, heard=np.zeros(len(y)), count=0))
+            self._state = self._state._replace(belief=belief._replace(heard=np.zeros(len(y)), count=0))
             return self._contradict(y, rows, faults, belief, fit.first)
         if fit:
             self._looked(False)
@@ -309,7 +308,7 @@ class GaugeSoftness(Touch):
                 returning[channel] = returning[channel] + 1 if rest[0] ** 2 < FITS_AGAIN * variance[0] else 0
                 if returning[channel] >= BACK_AFTER:
                     faults[channel] = returning[channel] = 0
-        self._state = replace(self._state, faults=tuple(faults), returning=tuple(returning))
+        self._state = self._state._replace(faults=tuple(faults), returning=tuple(returning))
 
     def _beyond(self, y: np.ndarray, belief: Belief) -> SoftnessStatus | None:
         """The status of a force that all sensors place outside the domain, where nothing is known of the readings."""
@@ -325,7 +324,7 @@ class GaugeSoftness(Touch):
         found = self._health.look(tuple(readings))
         if self._health.stuck and self._health.stuck != before:
             # A gauge has just turned out to be stuck: what was learnt with it, and whom it had blamed, is void.
-            self._state = replace(self._state, belief=None, faults=self._clean, contradicted=0.0)
+            self._state = self._state._replace(belief=None, faults=self._clean, contradicted=0.0)
         standing = self._state.faults
         if not found and force - force == 0.0:
             return standing

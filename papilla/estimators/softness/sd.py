@@ -98,7 +98,7 @@ class Softness(Touch):
         healthy = not self._health.look(tuple(readings))
         if force - force != 0.0:
             return _nothing(SoftnessStatus.BAD_INPUT)
-        sd = float(np.subtract(readings, self._state.zeros).std()) if healthy else math.nan
+        sd = self._sd(readings) if healthy else math.nan
         # A noisy force alone does not end a touch: S_d has to agree, where it is to be trusted.
         if force >= self._contact:
             self._light = 0
@@ -126,6 +126,12 @@ class Softness(Touch):
         self._take(y, rows, belief, alone, self._keep)
         modulus, sigma, status = self._modulus()
         return SoftnessEstimate(modulus, sigma, int(status))
+
+    def _sd(self, readings: list[float]) -> float:
+        """S_d of the readings less their zeros; `ndarray.std` costs ten times as much."""
+        moved = np.subtract(readings, self._state.zeros)
+        moved -= np.add.reduce(moved) / self._gauges
+        return math.sqrt(np.add.reduce(moved * moved) / self._gauges)
 
 
 def _nothing(status: int) -> SoftnessEstimate:

@@ -1,7 +1,6 @@
 """Where a touch begins: the contact, of all that are calibrated, that explains a first sample best."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -110,4 +109,4 @@ class Start:
                 break
         mean = belief.mean.copy()
         mean[0] = h
-        return contrast, replace(belief, mean=mean, ln_force=at, place_mm=place, anchor=h)  # type: ignore[return-value]
+        return contrast, belief._replace(mean=mean, ln_force=at, place_mm=place, anchor=h)  # type: ignore[return-value]

@@ -48,7 +48,7 @@ class GaugeSurfaces:
         table = np.array([surface.coefficients for surface in surfaces])
         self._apex = _spline(surfaces)
         self.ln_nodes = np.log(first.modulus_axis.nodes)
-        self._moved, self.reach = None, 0.0
+        self._moved, self.reach, self._nothing = None, 0.0, np.zeros(self.channels)
         if anywhere:
             terms, domain = calibration.position_terms, calibration.domain
             if (terms.force_N, terms.modulus_MPa) != (domain["force_N"], domain["modulus_MPa"]):
@@ -67,12 +67,12 @@ class GaugeSurfaces:
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
         """What is read within the domain."""
         force = math.exp(ln_force)
-        (value, a), (slope, _) = self._apex(ln_force, ln_modulus)
-        if self._moved is None:
-            return Expected(force * value, force * a, value + slope, np.zeros(self.channels))
-        moved = self._moved(ln_force, ln_modulus, x)
-        value, a, slope = value + moved[0, 0, 0], a + moved[0, 1, 0], slope + moved[1, 0, 0]
-        return Expected(force * value, force * a, value + slope, force * moved[0, 0, 1])
+        per_force, along_x = self._apex(ln_force, ln_modulus), self._nothing
+        if self._moved is not None:
+            moved = self._moved(ln_force, ln_modulus, x)
+            per_force, along_x = per_force + moved[:, :, 0], force * moved[0, 0, 1]
+        reading, along_modulus = force * per_force[0]
+        return Expected(reading, along_modulus, per_force[0, 0] + per_force[1, 0], along_x)
 
     def _error(self, level: int) -> np.ndarray:
         """(c,) one sigma of the calibration, friction apart, microstrain / N, at a force of so many percent."""
@@ -87,14 +87,17 @@ class GaugeSurfaces:
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
         """(c,) what readings change in microstrain where there is no friction, if it is not known."""
         if self._friction is None:
-            return np.zeros(self.channels)
+            return self._nothing
         return math.exp(ln_force) * self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
         """(c,) one sigma of each gauge's change at a place, microstrain / N."""
         if self._moved is None or x == 0.0:
-            return np.zeros(self.channels)
-        return np.array([np.interp(x, self._place_nodes, own) for own in self._place_errors])
+            return self._nothing
+        nodes, errors = self._place_nodes, self._place_errors
+        after = min(max(int(nodes.searchsorted(x, "right")), 1), len(nodes) - 1)
+        slope = (errors[:, after] - errors[:, after - 1]) / (nodes[after] - nodes[after - 1])
+        return slope * (x - nodes[after - 1]) + errors[:, after - 1]
 
 
 class SdSurface:

@@ -1,7 +1,7 @@
 """What both estimators of softness share: the gauges' health, contact, zeros in the air, and the answer of a fit."""
 
 import math
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,7 @@ AIR_SAMPLES = 100.0
 """Time constant, in samples, of the gauges' zeros in the air."""
 
 
-@dataclass(frozen=True)
-class TouchState:
+class TouchState(NamedTuple):
     """All that an estimator of softness remembers: the gauges' health, their zeros in microstrain and for how many
     samples they were seen in the air, and what is known of this touch (None in the air).
 
@@ -65,7 +64,7 @@ class Touch:
     @property
     def state(self) -> TouchState:
         """All that the estimator remembers, to be kept or to be set again."""
-        return replace(self._state, health=self._health.state, light=self._light)
+        return self._state._replace(health=self._health.state, light=self._light)
 
     @state.setter
     def state(self, state: TouchState) -> None:
@@ -119,8 +118,8 @@ class Touch:
             weight = self._zero_gain(airborne)
             zeros = tuple([zero + (y - zero) * weight for zero, y in zip(zeros, readings, strict=True)])
         if zeros is not old.zeros or old.belief is not None:
-            self._state = replace(
-                old, zeros=zeros, airborne=airborne, belief=None, contradicted=0.0, dominant=self.dominant
+            self._state = old._replace(
+                zeros=zeros, airborne=airborne, belief=None, contradicted=0.0, dominant=self.dominant
             )
 
     def _zero_gain(self, samples: float) -> float:
@@ -147,7 +146,7 @@ class Touch:
         if not np.isfinite(mean[rows]).all():
             mean, count = y, 1
         fit = fitter.fit(mean, rows, belief, alone, count) if due else None
-        self._state = replace(self._state, belief=fitter.learnt(fit, alone, keep) if fit else belief)
+        self._state = self._state._replace(belief=fitter.learnt(fit, alone, keep) if fit else belief)
         return fit
 
     def _modulus(self) -> tuple[float, float, SoftnessStatus]:
