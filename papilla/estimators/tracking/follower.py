@@ -210,14 +210,15 @@ class Follower:
 
     def _status(self) -> TrackingStatus:
         memory, verdict = self.memory, self.memory.finding.verdict
-        if memory.changed:
-            return TrackingStatus.NO_TEXTURE
         if memory.doubted:
             return TrackingStatus.SEARCHING
         if verdict == Verdict.TIME_LOCKED:
             return TrackingStatus.TIME_LOCKED
         if verdict == Verdict.OUT_OF_RANGE:
             return TrackingStatus.OUT_OF_RANGE
+        # What the look after a change finds, if anything, is told above.
+        if memory.changed:
+            return TrackingStatus.NO_TEXTURE
         wavenumber, sigma = memory.known
         if verdict == Verdict.INCOHERENT:
             return TrackingStatus.INCOHERENT

@@ -213,7 +213,7 @@ class Look:
         fundamental, sure = self._fundamental(chosen)
         if not sure:
             verdict = Verdict.AMBIGUOUS
-        self._hum = self._cleaned or bool(hums)
+        self._refused, self._hum = bool(hums), self._cleaned or bool(hums)
         self._wavenumber, self._late = fundamental, task.late_s
         self._strokes = self._unmixed()
         if not 1 / task.high <= fundamental * 1.02:
@@ -390,6 +390,9 @@ class Look:
             verdict = Verdict.INCOHERENT
         if not phases.information.any():
             verdict = Verdict.INCOHERENT
+        if verdict == Verdict.INCOHERENT and self._refused:
+            # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
+            verdict = Verdict.TIME_LOCKED
         kept, kept_sigma = self._newest()
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)

@@ -84,6 +84,26 @@ def test_another_surface_is_noticed():
     assert off[usable & (made.time_s > 1.15)].max() < 0.02
 
 
+@pytest.mark.parametrize("speed, wavelength", [(124.5, 2.4), (126.3, 2.43)])
+def test_a_texture_beside_the_mains_is_told_once_the_path_is_long_enough(speed, wavelength):
+    # 52 Hz: for half a second 50 Hz is not excluded, and no faint image of the line may be taken instead of it.
+    time = np.arange(1500) / RATE
+    readings = np.sin(2 * np.pi * speed / wavelength * time) + np.random.default_rng(0).normal(0, 0.1, 1500)
+    found = SpaceTracker().process(np.column_stack([readings, np.full(1500, speed)]))
+    assert (found.status[250:350] == TrackingStatus.TIME_LOCKED).all()
+    assert (found.status[1200:] == TrackingStatus.CONSTANT_SPEED).all()
+    assert found.wavelength_mm[-1] == pytest.approx(wavelength, rel=5e-3)
+
+
+def test_a_surface_that_may_be_the_mains_after_a_step_is_called_so():
+    time = np.arange(2500) / RATE
+    phase = np.where(time < 1.2, 40 * time, 48 + 120 * (time - 1.2))
+    readings = np.sin(2 * np.pi * phase) + np.random.default_rng(0).normal(0, 0.1, 2500)
+    found = SpaceTracker().process(np.column_stack([readings, np.full(2500, 108.0)]))
+    assert (found.status[800:1200] == TrackingStatus.CONSTANT_SPEED).all()
+    assert (found.status[1800:] == TrackingStatus.TIME_LOCKED).all()
+
+
 def test_the_position_of_the_gauges_tells_the_wavelength_whatever_the_velocity_says():
     places = (0.0, 2.3, 5.9, 7.1)
     made = scene("const", 1.3, seed=2, seconds=1.5, gauge_positions_mm=places)
