@@ -59,13 +59,13 @@ class Belief(NamedTuple):
 
     Of noise alone: ln_force, drift: of the last sample and its change to that; place_mm: its place; information, score,
     square: for h - anchor; freedom: degrees of freedom of `square`; samples: how many were learnt. heard (c + 1,),
-    count: sum of the samples that the filter still has to learn, and how many.
+    waiting: sum of the samples that the filter still has to learn, and how many.
     """
 
     mean: np.ndarray
     covariance: np.ndarray
     heard: np.ndarray
-    count: int = 0
+    waiting: int = 0
     node: tuple[float, float, float] = (math.nan, 0.0, 0.0)
     slopes: np.ndarray | None = None
     offset: tuple[float, float] = (0.0, 0.0)
@@ -283,7 +283,7 @@ class Fitter:
 
     def due(self, belief: Belief, alone: Alone) -> bool:
         """Whether the filter has to learn now: a full block, another node, or a sample unlike the others."""
-        if belief.samples < BLOCK or belief.count + 1 >= BLOCK:
+        if belief.samples < BLOCK or belief.waiting + 1 >= BLOCK:
             return True
         (force, place), (at, beside, _) = belief.offset, belief.node
         moved = abs(alone.ln_force + force - at) > NODE[0] or abs(alone.place_mm + place - beside) > NODE[1]
@@ -356,7 +356,7 @@ class Fitter:
             freedom=keep * belief.freedom + alone.own,
             samples=belief.samples + 1,
             heard=belief.heard + used,
-            count=belief.count + 1,
+            waiting=belief.waiting + 1,
         )
 
     def learnt(self, fit: Fit, alone: Alone, keep: float = 1.0) -> Belief:
@@ -376,7 +376,7 @@ class Fitter:
             offset=(fit.ln_force - alone.ln_force, fit.place_mm - alone.place_mm),
             place_sigma_mm=fit.place_sigma_mm * math.sqrt(fit.samples),
             heard=np.zeros(self.channels + 1),
-            count=0,
+            waiting=0,
         )
 
     def estimate(self, belief: Belief) -> tuple[float, float]:

@@ -283,7 +283,7 @@ class GaugeSoftness(Touch):
             return self._answer(outside, faults)
         fit = self._take(y, rows, belief, alone)
         if fit and fit.first.misfit > LIMIT and belief.samples:
-            self._state = self._state._replace(belief=belief._replace(heard=np.zeros(len(y)), count=0))
+            self._state = self._state._replace(belief=belief._replace(heard=np.zeros(len(y)), waiting=0))
             return self._contradict(y, rows, faults, belief, fit.first)
         if fit:
             self._looked(False)

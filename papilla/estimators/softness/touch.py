@@ -142,7 +142,7 @@ class Touch:
         """Learn one more sample; what the filter made of it, where it was its turn."""
         fitter = self._fitter
         belief, due = fitter.heard(belief, alone, y, rows, keep), fitter.due(belief, alone)
-        mean, count = belief.heard / belief.count, belief.count
+        mean, count = belief.heard / belief.waiting, belief.waiting
         if not np.isfinite(mean[rows]).all():
             mean, count = y, 1
         fit = fitter.fit(mean, rows, belief, alone, count) if due else None
