@@ -9,6 +9,7 @@ from papilla.studies.reproduce.experiments import (
     presses,
     remote,
     softness,
+    specimens,
     spectra,
     textiles,
     toolkit,
@@ -17,5 +18,18 @@ from papilla.studies.reproduce.experiments import (
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
     module.EXPERIMENT
-    for module in (presses, softness, fitted, impulses, counts, gratings, spectra, wavelets, textiles, remote, toolkit)
+    for module in (
+        presses,
+        softness,
+        specimens,
+        fitted,
+        impulses,
+        counts,
+        gratings,
+        spectra,
+        wavelets,
+        textiles,
+        remote,
+        toolkit,
+    )
 )

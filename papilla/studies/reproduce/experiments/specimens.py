@@ -1,0 +1,83 @@
+"""2006 IV: specimens of known modulus, told apart by S_d and a force that is read with an error."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from papilla import fem
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.calibration.published import SPECIMENS_MPA
+from papilla.finger import Finger
+from papilla.studies.reproduce.claim import Claim, Experiment, Found, Series, above
+from papilla.studies.reproduce.experiments.softness import GAUGE_NOISE, MODULI, OTHER_MESH, calibrated, sweep
+
+PRESSED_N = (0.2, 0.4, 0.6, 0.8)
+FORCE_ERROR, DRAWS = 0.01, 40
+MIXES_MPA = np.geomspace(0.015, 0.15, 9)
+"""Moduli as far apart as mixes of soft silicones with thinner are."""
+
+CLAIMS = (
+    Claim("X7", "2006 IV", "The three specimens are told apart at 0.2-0.8 N with 1 % error of the force", 1.0,
+          above(0.9), "share right", "confusion", "Calibration.invert", "nearest of the three in ln E: {matrix}; "
+          "{unanswered:.0%} had no answer; simulated presses on another mesh, 5 microstrain"),
+    Claim("X8", "2006 IV", "Nine silicone mixes of 0.015-0.15 MPa, 20-40 % apart, are told apart likewise", 1.0,
+          above(0.9), "share right", "mixes", "Calibration.invert", "moduli a factor 1.33 apart, as measured mixes "
+          "of soft silicone are; {mixes_next:.0%} within the neighbour; simulated"),
+)  # fmt: skip
+
+
+def run(tell) -> Found:
+    """Presses on another mesh than the calibration's, with noise in gauges and force."""
+    tell("calibration")
+    calibration = calibrated(fem.prepare(Finger.default()))
+    other = fem.prepare(Finger.default(), variant=OTHER_MESH)
+    tell("telling specimens apart")
+    told, matrix, unanswered = _confusion(other, calibration, SPECIMENS_MPA)
+    share, confused, _ = _confusion(other, calibration, [modulus for modulus in MIXES_MPA if modulus >= MODULI[0]])
+    names = [f"{modulus:g} MPa" for modulus in SPECIMENS_MPA]
+    words = "; ".join(
+        f"{name}: " + " ".join(f"{part:.0%}" for part in row) for name, row in zip(names, matrix, strict=True)
+    )
+    values = {
+        "confusion": told,
+        "matrix": words,
+        "unanswered": unanswered,
+        "mixes": share,
+        "mixes_next": float(sum(np.trace(confused, offset) for offset in (-1, 0, 1)) / len(confused)),
+    }
+    bars = tuple(Series(f"told as {name}", names, matrix[:, k], "bars") for k, name in enumerate(names))
+    title = f"Presses of 0.2 to 0.8 N with 1 % force error: {told:.0%} are told right, the two hard ones are confused"
+    return Found(values, title, "specimen", "share of the presses", bars)
+
+
+def _confusion(
+    reduced: fem.ReducedFinger, calibration: Calibration, moduli: Sequence[float]
+) -> tuple[float, np.ndarray, float]:
+    """Share of right names, matrix (stated, told) of shares, and share without an answer."""
+    rng, known = np.random.default_rng(42), np.log(np.asarray(moduli, float))
+    matrix, lost = np.zeros((len(known), len(known))), 0
+    table = sweep(reduced, sorted(float(value) for value in moduli), PRESSED_N)
+    for number, stated in enumerate(sorted(moduli)):
+        for force in PRESSED_N:
+            row = int(np.flatnonzero((table.modulus_MPa == stated) & (table.force_N == force))[0])
+            noise = rng.standard_normal((DRAWS, table.reading.shape[1]))
+            sd = (table.reading[row] + GAUGE_NOISE * noise).std(axis=1)
+            read = force * (1 + FORCE_ERROR * rng.standard_normal(DRAWS))
+            found = calibration.invert(sd, read)
+            for told, status in zip(np.asarray(found.modulus_MPa), np.asarray(found.status), strict=True):
+                if np.isfinite(told):
+                    matrix[number, int(np.argmin(np.abs(known - np.log(told))))] += 1
+                elif status in (SoftnessStatus.SOFTER, SoftnessStatus.HARDER):
+                    matrix[number, 0 if status == SoftnessStatus.SOFTER else -1] += 1
+                    lost += 1
+    total = matrix.sum()
+    return float(np.trace(matrix) / total), matrix / matrix.sum(axis=1, keepdims=True), lost / total
+
+
+EXPERIMENT = Experiment(
+    "specimens",
+    "telling specimens apart by their softness",
+    CLAIMS,
+    run,
+    "presses of the default finger (finite elements with large strain, stuck), noise where it is stated",
+)
