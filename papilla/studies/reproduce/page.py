@@ -75,6 +75,8 @@ def draw(found: Found) -> Figure:
             axes.set_yscale("log")
         axes.set_xlabel(found.x_label)
         axes.set_ylabel(found.y_label)
+        if bars:
+            axes.margins(y=0.3)  # Room for the legend
         if len(found.series) > 1:
             axes.legend(loc="best", fontsize=8, frameon=True, framealpha=0.85, edgecolor="none")
         titled(figure, found.title, "", size=9.5)
