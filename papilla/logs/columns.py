@@ -12,6 +12,10 @@ from papilla.tables import Table, TableReader, closest
 GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
 TORQUE = "torque_Nmm"
 """Of a sensor at the base about an axis along y: with its distance from the skin it tells the tangential force."""
+SD_ALONE = (
+    "S_d alone tells no gauge's gain, lever or zero: add the readings that it was computed from, in microstrain. To "
+    "fit the published quadratic to it there is papilla.calibrate.published_form.fit_quadratic"
+)
 MOST_NAMED = 40  # Columns that a message lists
 
 
@@ -41,7 +45,8 @@ def _gauges(reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...]
             raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found})")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
     if not gauges and not {"tangential_N", TORQUE} & {*reader.names}:
-        raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {found})")
+        alone = f"; {SD_ALONE}" if "sd_microstrain" in reader.names else ""
+        raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {found}){alone}")
     return gauges
 
 

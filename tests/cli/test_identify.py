@@ -80,6 +80,11 @@ def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_pa
         ({f"g{k}": lambda reading: 1e-6 * reading for k in range(1, 6)}, [], "are these strains?"),
         ({"g5": None}, [], "the log has 4 gauges (g1, g2, g3, g4), the finger"),
         ({"g6": np.ones(10)}, [], "the log has 6 gauges"),
+        (
+            {f"g{k}": None for k in range(1, 6)} | {"sd_microstrain": np.full(10, 500.0)},
+            [],
+            "S_d alone tells no gauge's gain, lever or zero: add the readings that it was computed from",
+        ),
         ({"x_mm": np.ones(10)}, [], "a finger is identified at the apex alone"),
         ({"g2": np.full(10, np.nan)}, [], "expected a finite number, got nan"),
         ({}, ["--fix", "gain"], "--fix takes NAME=VALUE, got 'gain'"),
