@@ -4,6 +4,7 @@ from papilla.estimators.published.wavelet.answer import RidgeEstimate, RidgeStat
 from papilla.estimators.published.wavelet.cross import CrossWavelet, Ridge, Window, cross_wavelet
 from papilla.estimators.published.wavelet.phase import lag_of_phase, periods_of_phase
 from papilla.estimators.published.wavelet.significance import (
+    common_threshold,
     cross_quantile,
     cross_threshold,
     lag_one,
@@ -22,6 +23,7 @@ __all__ = [
     "RidgeStatus",
     "Wavelet",
     "Window",
+    "common_threshold",
     "cross_quantile",
     "cross_threshold",
     "cross_wavelet",

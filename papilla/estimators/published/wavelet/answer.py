@@ -19,6 +19,7 @@ class RidgeStatus(IntEnum):
     NOT_SIGNIFICANT = 2
     GAP = 3
     SILENT = 4
+    COMMON = 5
 
     @property
     def sentence(self) -> str:
@@ -32,8 +33,9 @@ _SENTENCES = {
     RidgeStatus.NOT_SIGNIFICANT: "red noise explains what the two channels share",
     RidgeStatus.GAP: "too many samples are missing within reach",
     RidgeStatus.SILENT: "a channel does not change",
+    RidgeStatus.COMMON: "no phase between the two channels: it may be common to both (hum, a jolt of the finger)",
 }
-OK, WARMING_UP, NOT_SIGNIFICANT, GAP, SILENT = map(int, RidgeStatus)
+OK, WARMING_UP, NOT_SIGNIFICANT, GAP, SILENT, COMMON = map(int, RidgeStatus)
 
 
 class RidgeEstimate(NamedTuple):

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.estimators.published.wavelet.significance import cross_threshold
+from papilla.estimators.published.wavelet.significance import common_threshold, cross_threshold
 from papilla.estimators.published.wavelet.transform import morlet
 
 BEFORE, AFTER = 6, 13
@@ -33,13 +33,15 @@ class Ridge:
     """f_MP (n,) in Hz: frequency of greatest cross power at each sample; magnitude (n,) there.
 
     phase (n,) : of the first channel before the second there, in -pi ... pi. significant (n,) : the magnitude is over
-    the level of red noise; inside (n,) : the ends of the record do not reach it. strongest : sample of t_MP.
+    the level of red noise; travels (n,) : and what is common to both channels does not explain it; inside (n,) : the
+    ends of the record do not reach it. strongest : sample of t_MP.
     """
 
     frequency_Hz: np.ndarray
     magnitude: np.ndarray
     phase: np.ndarray
     significant: np.ndarray
+    travels: np.ndarray
     inside: np.ndarray
     strongest: int
 
@@ -62,18 +64,28 @@ class Ridge:
 class CrossWavelet:
     """Product (m, n) of the first channel's transform and the conjugate of the second's, at frequency_Hz (m,).
 
-    level (m,) : magnitude that independent red noises of the two channels exceed with 5 %; inside (m, n) : see `Ridge`.
+    level (m,) : magnitude that independent red noises of the two channels exceed with 5 %; common_level (m,) : squared
+    imaginary part over the magnitude that what reaches both at once exceeds with 5 %; inside (m, n) : see `Ridge`.
     """
 
     frequency_Hz: np.ndarray
     product: np.ndarray
     level: np.ndarray
+    common_level: np.ndarray
     inside: np.ndarray
 
     @property
     def significant(self) -> np.ndarray:
         """(m, n) whether the magnitude is over the level: its edge is the contour of the paper's figures."""
         return np.abs(self.product) > self.level[:, None]
+
+    @property
+    def travels(self) -> np.ndarray:
+        """(m, n) significant, with a phase that nothing common to both channels (hum, a jolt) has.
+
+        A texture whose phase is near 0 or pi, a whole number of half periods between the channels, is not told from it.
+        """
+        return self.significant & (self.product.imag**2 > self.common_level[:, None] * np.abs(self.product))
 
     @cached_property
     def ridge(self) -> Ridge:
@@ -87,6 +99,7 @@ class CrossWavelet:
             top,
             np.angle(self.product[best, samples]),
             top > self.level[best],
+            self.travels[best, samples],
             self.inside[best, samples],
             int(top.argmax()),
         )
@@ -103,4 +116,5 @@ def cross_wavelet(first, second, sample_rate_Hz: float, frequency_Hz) -> CrossWa
         raise InputError(f"two channels of one record must be equally long, got {ones.shape} and {twos.shape}")
     a, b = morlet(ones, sample_rate_Hz, frequency_Hz), morlet(twos, sample_rate_Hz, frequency_Hz)
     level = cross_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)
-    return CrossWavelet(a.frequency_Hz, a.coefficients * np.conj(b.coefficients), level, a.inside)
+    common = common_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)
+    return CrossWavelet(a.frequency_Hz, a.coefficients * np.conj(b.coefficients), level, common, a.inside)

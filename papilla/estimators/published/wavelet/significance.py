@@ -7,6 +7,9 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 
+ROUNDING = 1e-24
+"""Share of the power in which two channels that are the same differ."""
+
 
 def lag_one(samples) -> float:
     """Autocorrelation at lag one of samples (n,), the estimate for a first-order autoregressive background.
@@ -69,3 +72,31 @@ def cross_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: f
         frequency_Hz, sample_rate_Hz, lag_one(twos)
     )
     return ones.std() * twos.std() * np.sqrt(expected) * z / 2
+
+
+@lru_cache
+def normal_quantile_squared(level: float = 0.05) -> float:
+    """What the square of a standard normal variable exceeds with this chance: 3.841 at 0.05."""
+    from scipy.special import ndtri
+
+    return float(ndtri(0.5 * checks.within("level", level, 1e-12, 0.5)) ** 2)
+
+
+def common_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
+    """Im(C)^2 / |C| (m,) of a cross-wavelet C that what reaches both channels at once exceeds with this chance.
+
+    Hum, or a jolt of the whole finger, is the same in both but for a real gain: it adds to Re C alone (Nolte et al.
+    2004, doi:10.1016/j.clinph.2004.04.029), and Im C is made of what differs. Of A = W1 / sd1 and B = +-W2 / sd2,
+    Im(A B*) = Im((A - B) B*) is normal with variance |B|^2 V / 2, V the red noise of the channels' difference.
+
+    Raises `InputError` for a channel that does not change.
+    """
+    ones, twos = np.asarray(first, float), np.asarray(second, float)
+    if min(scales := (ones.std(), twos.std())) == 0:
+        raise InputError("the samples of a channel never change: nothing is common to both")
+    ones, twos = (ones - ones.mean()) / scales[0], (twos - twos.mean()) / scales[1]
+    apart = ones - np.copysign(1.0, ones @ twos) * twos
+    background = np.full(np.shape(frequency_Hz), ROUNDING)
+    if apart.var() > ROUNDING:
+        background = apart.var() * red_noise(frequency_Hz, sample_rate_Hz, lag_one(apart))
+    return scales[0] * scales[1] * background * normal_quantile_squared(level) / 2

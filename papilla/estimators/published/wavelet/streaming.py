@@ -10,7 +10,7 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.published.wavelet.answer import GAP, NONE, SILENT, WARMING_UP, RidgeEstimate
 from papilla.estimators.published.wavelet.cross import AFTER, BEFORE
-from papilla.estimators.published.wavelet.significance import cross_quantile
+from papilla.estimators.published.wavelet.significance import cross_quantile, normal_quantile_squared
 from papilla.estimators.published.wavelet.strongest import Strongest
 from papilla.estimators.published.wavelet.transform import FOURIER, octaves
 
@@ -82,7 +82,7 @@ class CrossRidge:
         self._count, self._hop = 2 * reach + 1, max(round(HOP_S * rate), 1)
         independent = max(math.log2(high_Hz / low_Hz) / APART, 1.0)
         quantile = cross_quantile(1 - (1 - CHANCE) ** (1 / independent))
-        self._strongest = Strongest(self.frequency_Hz, rate, reach, quantile)
+        self._strongest = Strongest(self.frequency_Hz, rate, reach, quantile, normal_quantile_squared(CHANCE))
         self.reset()
 
     def reset(self) -> None:

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from papilla.estimators.published.wavelet.answer import NONE, NOT_SIGNIFICANT, OK, SILENT
+from papilla.estimators.published.wavelet.answer import COMMON, NONE, NOT_SIGNIFICANT, OK, SILENT
+from papilla.estimators.published.wavelet.significance import ROUNDING
 from papilla.estimators.published.wavelet.transform import FOURIER, OMEGA0
 
 AT_ONCE = 2**15
@@ -14,11 +15,13 @@ AT_ONCE = 2**15
 class Strongest:
     """Wavelets at frequency_Hz (m,) over 2 reach + 1 samples, and how far above red noise their product must be.
 
-    quantile : as `significance.cross_quantile` gives it, of one frequency. A window among many is multiplied by itself,
-    and all that is chosen comes from products and sums of its own: so it is treated as one alone.
+    quantile : as `significance.cross_quantile` gives it, of one frequency; apart : as
+    `normal_quantile_squared`, of what is common to both channels, see `significance.common_threshold`. A window among
+    many is multiplied by itself, and all that is chosen comes from products and sums of its own: so it is treated as
+    one alone.
     """
 
-    def __init__(self, frequency_Hz: np.ndarray, rate_Hz: float, reach: int, quantile: float):
+    def __init__(self, frequency_Hz: np.ndarray, rate_Hz: float, reach: int, quantile: float, apart: float):
         self._count = 2 * reach + 1
         scale = FOURIER / frequency_Hz
         eta = np.arange(-reach, reach + 1) / rate_Hz / scale[:, None]
@@ -28,6 +31,7 @@ class Strongest:
         self._rows = np.stack([wavelet.real, wavelet.imag], axis=1).reshape(-1, self._count)
         self._mean = np.full(self._count, 1 / self._count)
         self._frequency, self._cosine = frequency_Hz, np.cos(2 * np.pi * frequency_Hz / rate_Hz)
+        self._apart = 0.5 * apart / self._count
         self._quarter = (0.5 * quantile / self._count) ** 2
 
     def of(self, window: np.ndarray) -> tuple[float, float, float, int]:
@@ -35,12 +39,16 @@ class Strongest:
         one, two = self._rows @ window[0], self._rows @ window[1]
         best = int((_powers(one) * _powers(two)).argmax())
         (a, b), (c, d) = one[2 * best : 2 * best + 2].tolist(), two[2 * best : 2 * best + 2].tolist()
-        energy, lagged = (sums.tolist() for sums in self._sums(window))
+        sums = self._sums(window)
+        energy, lagged = (own.tolist() for own in sums)
         if not min(energy) > 0.0:
             return NONE, NONE, NONE, SILENT
         real, imaginary = a * c + b * d, b * c - a * d
         power = real * real + imaginary * imaginary
-        status = OK if power > self._level(energy, lagged, self._cosine.item(best)) else NOT_SIGNIFICANT
+        status, cosine = NOT_SIGNIFICANT, self._cosine.item(best)
+        if power > self._level(energy, lagged, cosine):
+            travels = imaginary * imaginary > self._common(window, sums[0], cosine) * math.sqrt(power)
+            status = OK if travels else COMMON
         return self._frequency.item(best), math.atan2(imaginary, real), math.sqrt(power), status
 
     def of_all(self, windows: np.ndarray) -> np.ndarray:
@@ -63,8 +71,17 @@ class Strongest:
         silent = ~(energy.min(axis=0) > 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             clear = power > self._level(energy, lagged, self._cosine[best])
+            common = self._common(windows, energy, self._cosine[best])
+            travels = imaginary * imaginary > common * np.sqrt(power)
         phase = list(map(math.atan2, imaginary.tolist(), real.tolist()))
-        found = np.array([self._frequency[best], phase, np.sqrt(power), np.where(clear, OK, NOT_SIGNIFICANT)])
+        found = np.array(
+            [
+                self._frequency[best],
+                phase,
+                np.sqrt(power),
+                np.where(clear, np.where(travels, OK, COMMON), NOT_SIGNIFICANT),
+            ]
+        )
         found[:3, silent], found[3, silent] = NONE, SILENT
         return found
 
@@ -77,6 +94,16 @@ class Strongest:
         """Square of `significance.cross_threshold` at one frequency, of the two channels' sums."""
         (first, second), (one, two) = energy, lagged
         return self._quarter * (first * _red(one / first, cosine)) * (second * _red(two / second, cosine))
+
+    def _common(self, windows: np.ndarray, energy: np.ndarray, cosine):
+        """`significance.common_threshold` at one frequency; energy (2, ...) : of windows (2, ..., n)."""
+        one, two = windows / np.sqrt(energy)[..., None]
+        one, two = (own - np.vecdot(own, self._mean)[..., None] for own in (one, two))
+        apart = one - np.copysign(1.0, np.vecdot(one, two))[..., None] * two
+        own, lagged = np.vecdot(apart, apart), np.vecdot(apart[..., 1:], apart[..., :-1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            background = np.where(own > ROUNDING, own * _red(lagged / own, cosine), ROUNDING)
+        return self._apart * np.sqrt(energy[0] * energy[1]) * background
 
 
 def _powers(parts: np.ndarray) -> np.ndarray:

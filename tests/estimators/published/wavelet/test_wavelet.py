@@ -77,6 +77,25 @@ def test_significance_levels_hold_for_noise():
     assert np.mean(cross) == pytest.approx(0.05, abs=0.02)
 
 
+@pytest.mark.parametrize("size", [0.0, 0.5, 3.0, 30.0])
+@pytest.mark.parametrize("kind", ["hum", "jolts"])
+def test_what_both_channels_have_at_once_does_not_travel(kind, size):
+    """Whatever its size and the gains, as often as is stated at most; a texture 1.2 rad later in the second does."""
+    generator, time = np.random.default_rng(2), np.arange(1500) / RATE
+    common = np.sqrt(2) * np.sin(2 * np.pi * 60 * time) if kind == "hum" else 3.5 * ((4 * time) % 1 - 0.5)
+    frequency, ridges = octaves(12, 120, 12), []
+    for gain in (0.5, 1.0, -1.3):
+        noise = generator.normal(size=(2, time.size))
+        pair = cross_wavelet(size * common + noise[0], gain * size * common + noise[1], RATE, frequency)
+        assert pair.travels[pair.inside].mean() < 0.02
+        ridges.append(pair.ridge.travels[pair.ridge.inside].mean())
+    assert np.mean(ridges) < 0.1
+    texture = [2 * np.sin(2 * np.pi * 31 * time - late) for late in (0.0, 1.2)]
+    pair = cross_wavelet(*(own + row + 0.5 * common for own, row in zip(texture, noise, strict=True)), RATE, frequency)
+    assert pair.ridge.travels[pair.ridge.inside].mean() > 0.9
+    assert not cross_wavelet(texture[0], 0.7 * texture[0], RATE, frequency).travels.any()
+
+
 def test_the_published_quantile_of_the_cross_wavelet():
     """Z of two chi-squares with two degrees of freedom at 5 % is 3.999."""
     noise = np.random.default_rng(0).normal(size=4000)
