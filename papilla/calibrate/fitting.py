@@ -1,5 +1,6 @@
 """From a table of presses to a `Calibration`: the quadratic, the surfaces, their uncertainty and provenance."""
 
+import math
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
 from papilla.errors import InputError
-from papilla.fem.pressing.large_strain import BEYOND
+from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 
 FRICTION_CELLS = (Resolution(8), Resolution(8))
 """Cells over force and modulus of what friction changes: it is smooth."""
@@ -99,13 +100,22 @@ class Doubts:
     friction_known: bool
     strain: float
 
+    @property
+    def share_continued(self) -> float:
+        """Share of the sweep's presses that large strain was not measured for."""
+        told = [BEYOND in status for status, known in zip(self.sweep.status, self.sweep.valid, strict=True) if known]
+        return sum(told) / len(told)
+
     def of_surface(
         self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float, *, one_site: bool = False
     ) -> Uncertainty:
-        """How far a surface, fitted to a `value` (n,) of the sweep, may be off; strain is relative to `unit`."""
+        """How far a surface, fitted to a `value` (n,) of the sweep, may be off; strain is relative to `unit`, and
+        holds its share of presses that were told as the last that was measured."""
         others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
+        continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(self.share_continued)
+        strain = math.hypot(self.strain, continued) * unit
         if self.frictionless is None:
-            return replace(uncertainty(fitted, others, one_site=one_site), strain=self.strain * unit)
+            return replace(uncertainty(fitted, others, one_site=one_site), strain=strain)
         change = value(self.frictionless) - value(self.sweep)
         known = np.isfinite(change)
         solver = SurfaceFit(self.sweep.force_N[known], self.sweep.modulus_MPa[known], FRICTION_CELLS)
@@ -113,7 +123,7 @@ class Doubts:
         others = [(force, modulus, found - friction(force, modulus)) for force, modulus, found in others]
         return replace(
             uncertainty(fitted, others, one_site=one_site),
-            strain=self.strain * unit,
+            strain=strain,
             friction=None if self.friction_known else friction,
         )
 

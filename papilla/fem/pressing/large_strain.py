@@ -52,6 +52,9 @@ FURTHER = 2.25
 """Forces in the largest of a table up to which a press is changed as by that one, and as far below the least. At 1.6
 times the largest S_d was within 1.1 % of finite strain, gauges within 6 % of the largest; linear: 2.3 and 10 %."""
 
+CONTINUED_SD, CONTINUED_GAUGE = 0.01, 0.03
+"""One sigma of such a press: of its S_d, and of a gauge in the largest."""
+
 BEYOND = "beyond the forces at which large strain was measured"
 """In the status of such a press."""
 
