@@ -7,6 +7,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators import Doubts, Pipeline
+from papilla.studies.estimator_bench.scenes import scene
 
 PLACES = np.array([0.0, 3.0, 7.1])
 """Where three gauges are along the sliding direction, mm."""
@@ -85,6 +86,47 @@ def test_after_a_long_gap_everything_begins_anew():
     alone = tracked(rows[1000:], "velocity_mm_s")
     for a, b in zip(answer[:-2], alone[:-2], strict=True):
         np.testing.assert_array_equal(a[1000:], b)
+
+
+def stroked(column, jump_s=0.0, late_ms=0):
+    """A pipeline's answers to strokes over 1.4 mm, the clock set by `jump_s` at row 1200; the rows that are ok."""
+    made = scene("act1", 1.4, seed=4, seconds=2.4)
+    time, path = made.time_s + jump_s * (np.arange(2400) >= 1200), getattr(made, column)
+    behind = np.concatenate([np.full(late_ms, path[0]), path[: 2400 - late_ms]])
+    pipeline = Pipeline(gauges=1, columns=(column,))
+    answer = pipeline.process(np.column_stack([time, made.readings, behind]))
+    return pipeline, answer, np.array([words.startswith("ok") for words in answer.wavelength_status])
+
+
+@pytest.mark.parametrize("column", ["velocity_mm_s", "position_mm"])
+@pytest.mark.parametrize(
+    "jump_s, left_out, told",
+    [
+        (0.07, 0, "time: samples are missing before this one"),
+        (0.6, 0, "time: samples are missing before this one"),
+        (4.0, 0, "time: begun anew"),
+        (-0.2, 200, "left out: the sample is not later"),
+        (-4.0, 0, "time: begun anew"),
+    ],
+)
+def test_a_clock_that_is_set_is_told_and_nothing_wrong_is_ok(column, jump_s, left_out, told):
+    _, answer, usable = stroked(column, jump_s)
+    assert usable[800:1200].mean() > 0.9 and answer.status[1200].startswith(told)
+    off = np.abs(answer.wavelength_mm / 1.4 - 1)
+    assert off[usable].max() < 0.05
+    # Until the clock is where it was.
+    assert all(words.startswith("left out") for words in answer.status[1200 : 1200 + left_out])
+    assert usable[1500:].mean() > 0.4
+
+
+@pytest.mark.parametrize("column", ["velocity_mm_s", "position_mm"])
+@pytest.mark.parametrize("late_ms", [4, 10, 20])
+def test_a_late_encoder_is_found_and_told(column, late_ms):
+    pipeline, answer, usable = stroked(column, late_ms=late_ms)
+    assert usable[800:].mean() > 0.8 and np.abs(answer.wavelength_mm[usable] / 1.4 - 1).max() < 0.02
+    (told,) = [line for line in pipeline.messages if "ms behind the readings" in line]
+    assert float(told.split(" ms behind")[0].split()[-1]) == pytest.approx(late_ms, abs=1.0)
+    assert not [line for line in stroked(column)[0].messages if "behind the readings" in line]
 
 
 def test_bad_gauges_are_named_and_the_others_answer():

@@ -19,6 +19,8 @@ LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
 CONTRADICTED_SIGMAS = 3.0
 """By which the wavelengths over the path and between the gauges differ, where one of them is wrong."""
+LATE_MS = 1.5
+"""From here on a lateness that was found is told; less is its error in harsh touch."""
 _BY_PHASE = 32
 """Added to the status of a wavelength where they do."""
 _NONE = math.nan
@@ -156,7 +158,17 @@ class WavelengthPart(Part):
     """
 
     def __init__(self, gauges, **options):
-        self.estimator = FusedTracker(gauges, **options)
+        self.estimator, self._stated = FusedTracker(gauges, **options), options.get("latency_s")
+
+    @property
+    def doubted(self) -> str:  # type: ignore[override]
+        """How late velocity or position were found to be, where nobody said so."""
+        late = 1e3 * self.estimator.latency_s
+        if self._stated is not None or abs(late) < LATE_MS:
+            return ""
+        return (
+            f"wavelength: velocity or position were found to be {late:.1f} ms behind the readings, which is allowed for"
+        )
 
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""
