@@ -88,7 +88,7 @@ def lee_radok_force(
     E* = E(0) / (1 - nu^2) (MPa): F = 4/3 sqrt(R) integral of E*(t - s) d(delta^1.5).
 
     delta^1.5 is taken to be linear between the times. Raises `InputError` where the indentation falls: the contact
-    shrinks, and the solution is another one.
+    shrinks, and the solution is another one. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
     """
     depth = _growing("indentation (mm)", indentation)
     return 4 / 3 * math.sqrt(radius) * modulus * prony.stressed(time_s, depth**1.5)
@@ -97,7 +97,10 @@ def lee_radok_force(
 def lee_radok_indentation(
     time_s: ArrayLike, force: ArrayLike, radius: float, modulus: float, prony: Prony
 ) -> np.ndarray:
-    """Indentation (n,) in mm by a force (n,) in N that does not fall: delta^1.5 = 3 / (4 sqrt(R)) integral of J dF."""
+    """Indentation (n,) in mm by a force (n,) in N that does not fall: delta^1.5 = 3 / (4 sqrt(R)) integral of J dF.
+
+    Raises `InputError` where the force falls. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
+    """
     load = _growing("force (N)", force)
     return (3 / (4 * math.sqrt(radius) * modulus) * prony.strained(time_s, load)) ** (2 / 3)
 

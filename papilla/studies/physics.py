@@ -17,14 +17,14 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem.pressing.adhesion import adhesive_press
-from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.fidelity import on_nodes, press
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.foil import FoiledModel, weight_readings
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.mesh import DEFAULT_SIZE_MM, build
-from papilla.specimen import STICK, THICKNESS_MM, Block
+from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
 FORCES_GF, MODULI_MPA = (5.0, 38.0, 100.0), (0.1, 0.51)
@@ -165,8 +165,8 @@ class Bench:
         return self.model.reduce((1e-6, 1e-6))
 
     def plain(self, force_N: float, modulus: float) -> Press:
-        """The linear, frictionless press on a bonded block."""
-        return press(self.reduced, Block(modulus, THICKNESS_MM), force_N=force_N, fidelity="contact")
+        """The linear, frictionless press on a bonded block: of the nodes alone, as all that is compared with it."""
+        return on_nodes(self.reduced, Block(modulus, THICKNESS_MM), (force_N, None), 0.0)
 
     def effect(self, name: str, size: str, modelled_by: str, sd: Callable[[float, float], float]) -> Effect:
         """What S_d becomes, `sd(force_N, modulus)` in microstrain, and what modulus is read from it."""
@@ -217,11 +217,18 @@ def _effects(bench: Bench):
     """Name, size in words, what models it, and S_d with it as a function of force (N) and modulus (MPa)."""
     finger, thick = bench.finger, THICKNESS_MM
 
-    def on(reduced: Callable[[], ReducedFinger], **options):
-        return lambda force, E: press(reduced(), Block(E, thick), force_N=force, fidelity="contact", **options).sd
+    def on(reduced: Callable[[], ReducedFinger], friction: float = 0.0):
+        return lambda force, E: on_nodes(reduced(), Block(E, thick), (force, None), friction).sd
 
     def specimen(make, reduced=lambda: bench.reduced):
-        return lambda force, E: press(reduced(), make(E), force_N=force, fidelity="contact").sd
+        return lambda force, E: on_nodes(reduced(), make(E), (force, None), 0.0).sd
+
+    def strained(force: float, E: float) -> float:
+        small, large = (
+            press(bench.reduced, Block(E, thick), force_N=force, fidelity=fidelity, friction=0.0)
+            for fidelity in ("contact", None)
+        )
+        return bench.plain(force, E).sd * large.sd / small.sd
 
     def offset(readings: Callable[[], np.ndarray]):
         return lambda force, E: float((bench.plain(force, E).reading + readings()).std())
@@ -230,9 +237,9 @@ def _effects(bench: Bench):
         "large strain",
         "neo-Hookean layers",
         "press",
-        lambda force, E: press(bench.reduced, Block(E, thick), force_N=force, friction=0.0).sd,
+        strained,
     )
-    yield "friction", "stick", "press --friction", on(lambda: bench.reduced, friction=STICK)
+    yield "friction", "stick", "press --friction", on(lambda: bench.reduced, math.inf)
     yield "thickness of the block", f"8 mm, {thick:g} assumed", "--thickness", specimen(lambda E: Block(E, 8.0))
     yield (
         "block not bonded",
@@ -252,11 +259,11 @@ def _effects(bench: Bench):
         "20 mm square",
         "",
         lambda force, E: (
-            press(
+            on_nodes(
                 bench.reduced,
                 NarrowBlock(E, thick, pressed=bench.plain(force, E), reduced=bench.reduced),
-                force_N=force,
-                fidelity="contact",
+                (force, None),
+                0.0,
             ).sd
         ),
     )

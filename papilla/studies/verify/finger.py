@@ -4,7 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.fem import FingerModel, Press, ReducedFinger, press
+from papilla.fem import FingerModel, Press, ReducedFinger
+from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.finger import Finger
 from papilla.mesh import build
@@ -39,8 +40,8 @@ def default_reduced() -> ReducedFinger:
 
 
 def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:
-    """A press at fidelity contact by a force in gf."""
-    return press(reduced, specimen, force=gf_to_newton(force_gf), fidelity="contact")
+    """The contact of the nodes alone by a force in gf: what invariances hold for, on any mesh."""
+    return on_nodes(reduced, specimen, (gf_to_newton(force_gf), None), 0.0)
 
 
 def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press) -> tuple[float, float, float]:

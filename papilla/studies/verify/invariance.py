@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem import FingerModel, ReducedFinger, press
+from papilla.fem import FingerModel, ReducedFinger
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import solve_contact
+from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
@@ -71,7 +72,7 @@ def _energy() -> Iterator[Case]:
     depths = np.linspace(0, pressed.indentation, 101)[1:]
     forces, start = [0.0], None
     for depth in depths:
-        step = press(reduced, BLOCK, indentation=float(depth), fidelity="contact", start=start)
+        step = on_nodes(reduced, BLOCK, (None, float(depth)), 0.0, start)
         forces.append(step.force)
         start = step.active
     own = reduced.compliance + reduced.specimen_compliance(BLOCK)
@@ -138,9 +139,7 @@ def _mirrors() -> Iterator[Case]:
         gauge_sites=(0.3, -0.8),
     )
     ball, depth = BALL, 1 / BALL_RADIUS / 4
-    readings = [
-        press(model.reduce(), ball, indentation=depth, fidelity="contact").reading for model in (quarter, whole)
-    ]
+    readings = [on_nodes(model.reduce(), ball, (None, depth), 0.0).reading for model in (quarter, whole)]
     away = float(np.abs(readings[0] - readings[1]).max() / np.abs(readings[0]).max())
     measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
     yield Case("mirror planes, readings", measure, away, MIRROR)
@@ -167,7 +166,7 @@ def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf and the exchanges that contact takes from a cold start, all in the given units."""
     block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
     force = gf_to_newton(50) * stress * length**2
-    found = press(reduced, block, force=force, fidelity="contact")
+    found = on_nodes(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch
     cold = solve_contact(compliance, patch.mass, patch.gap, force=force / reduced.multiplicity)
