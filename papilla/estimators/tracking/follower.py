@@ -316,6 +316,10 @@ class Follower:
         # What a look takes out of the readings a glance would see.
         if end - memory.glanced < GLANCE or not memory.agreed or not found.amplitude or memory.hums_Hz:
             return
+        # Where the line is not most of what is read, the rest is another wave as well as noise.
+        power = np.abs(found.amplitude) ** 2 / 2
+        if not (power > found.noise).any():
+            return
         memory.glanced = end
         begin = max(memory.breaks[-1:] + [memory.begin, memory.first]) - memory.first
         # The phase of a stroke that the look did not have is not known, and of this one no more where it turns.
