@@ -151,6 +151,7 @@ def _inside_private_class(tree: ast.Module, node: ast.AST) -> bool:
     return any(node in item.body for item in private)
 
 
+@pytest.mark.slow
 def test_errors_are_raised_from_the_one_tree():
     """A bare builtin where a papilla error belongs would reach the user as a traceback."""
     builtin = {"Exception", "ValueError", "TypeError", "RuntimeError", "OSError", "KeyError", "FileNotFoundError"}

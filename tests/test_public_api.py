@@ -30,6 +30,7 @@ def test_help_loads_nothing_heavy():
     assert loaded_after(code) == []
 
 
+@pytest.mark.slow
 def test_the_probe_sees_a_heavy_module():
     assert "numpy" in loaded_after("import papilla; papilla.read_presses")
 

@@ -83,6 +83,7 @@ def test_presses_beyond_measured_strain_are_in_sigma_and_counted(truth):
     assert found.invert(truth.sd(0.3, 0.3), 0.3).sigma_MPa > plain.invert(truth.sd(0.3, 0.3), 0.3).sigma_MPa
 
 
+@pytest.mark.slow
 def test_intervals_include_mesh_scatter_and_cover_as_often_as_they_say(truth):
     """Meshes whose S_d differs by smooth random 1 %: 40 families of a nominal mesh, 4 others, and one held out."""
     rng = np.random.default_rng(8)

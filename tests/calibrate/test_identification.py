@@ -80,6 +80,7 @@ def test_sigmas_cover_what_is_drawn(smooth):
         assert (np.abs(values) < 2).mean() > 0.75, name
 
 
+@pytest.mark.slow
 def test_the_jacobian_is_that_of_the_residuals(smooth):
     log, _ = made(smooth, 4)
     free = ("thickness_mm",)
@@ -103,6 +104,7 @@ def test_the_jacobian_is_that_of_the_residuals(smooth):
         assert slope[:, place] @ residuals == pytest.approx((costs[0] - costs[1]) / 2e-5, rel=1e-3, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_gauge_wired_backwards_is_answered(smooth):
     log, truth = made(smooth, 5)
     turned = replace(log, readings=log.readings * [1, -1, 1, 1, 1])
@@ -119,6 +121,7 @@ def test_held_parameters_stay_and_free_ones_move(smooth):
     assert "gain.g3" in found.names and "touch_down_mm" in found.names
 
 
+@pytest.mark.slow
 def test_an_outlier_hardly_moves_the_finger(smooth):
     log, _ = made(smooth, 7)
     readings = log.readings.copy()
@@ -153,6 +156,7 @@ def test_noise_must_be_positive():
         Noise(force=0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change, named",
     [
@@ -182,6 +186,7 @@ def test_a_finger_that_was_not_identified_is_not_compared(smooth):
         compare(Finger.default(), made(smooth, 11)[0], size_mm=SIZE_MM)
 
 
+@pytest.mark.slow
 def test_swapped_gauges_and_equal_presses_are_doubted(smooth):
     log, _ = made(smooth, 12)
     swapped = identify(replace(log, readings=log.readings[:, [0, 2, 1, 3, 4]]), Finger.default(), size_mm=SIZE_MM)

@@ -35,6 +35,7 @@ def test_a_fit_recovers_the_material_that_made_the_data(card):
     assert model_stress(fit.material, data) == pytest.approx(data.stress, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("card", CARDS, ids=repr)
 def test_stated_errors_are_those_of_repeated_fits(card):
     truth = np.array(list(card.describe().values())[1:])

@@ -46,6 +46,7 @@ def test_three_moduli_without_noise(truth, tmp_path):
     assert loaded.finger["name"] == "lab finger" and loaded.provenance["source"] == "bench log"
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_noise_of_a_bench():
     """Presses on a quadratic ln S_d with 1 % noise: 95 % of the intervals hold the modulus."""
     rng = np.random.default_rng(5)
@@ -144,6 +145,7 @@ def test_a_force_in_the_wrong_row_is_told_by_its_sd(truth):
     assert fit_bench(log).notes[0].startswith("press 26: S_d is ")
 
 
+@pytest.mark.slow
 def test_clean_logs_lose_no_press_and_junk_is_refused(truth):
     found = [fit_bench(few_presses(truth, seed, forces=12)) for seed in range(12)]
     assert sum(calibration.provenance["left_out"] for calibration in found) <= 1
@@ -185,6 +187,7 @@ def test_that_is_a_quarter_of_what_the_last_degree_changes():
     assert fitted([-1.0, -0.4, 0.1, 0.5, 1.0]).fit_rms < 1e-6
 
 
+@pytest.mark.slow
 def test_noise_that_hides_the_rise_is_confessed(truth):
     """10 % noise on three moduli: whatever part falls is not inverted, and a note says how much."""
     found = [fit_bench(log_of(truth, presses=6, noise=0.1, seed=seed)) for seed in range(12)]

@@ -43,6 +43,7 @@ def test_its_own_terms_come_back(prony, held):
     assert found.rms < 1e-3 and found.doubts == ()
 
 
+@pytest.mark.slow
 def test_sigmas_hold_what_noise_does():
     prony, pulls = Prony((0.3,), (2.0,)), []
     for seed in range(30):

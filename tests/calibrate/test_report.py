@@ -224,6 +224,7 @@ def test_provenance_names_all_sources(swept):
     assert rows["versions"].startswith("papilla ") and ", numpy " in rows["versions"]
 
 
+@pytest.mark.slow
 def test_statuses_are_counted(swept, bench, calibration, sweep_page):
     of_presses, of_answers = statuses(swept, AnswerMap.of(calibration))
     assert of_presses == [("made up", len(swept.presses))]
@@ -240,6 +241,7 @@ def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     from papilla.calibrate.report import page
 
@@ -262,6 +264,7 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     assert "Outer layer 0.136 MPa, inner layer 0.034 MPa" in found.text and "The papers give no moduli" in found.text
 
 
+@pytest.mark.slow
 def test_a_folder_that_is_not_there_is_refused_in_one_line(bench, tmp_path):
     with pytest.raises(FileAccessError, match="cannot write"):
         write_report(tmp_path / "missing" / "report.html", bench)
@@ -352,6 +355,7 @@ def test_contacts_are_the_nearest_presses(made_up):
     assert [row[0] for row in rows[::5]] == pytest.approx([0.089, 0.51, 0.72], rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_page_declares_language_charset_and_viewport(bench, tmp_path):
     write_report(tmp_path / "report.html", bench)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -360,6 +364,7 @@ def test_the_page_declares_language_charset_and_viewport(bench, tmp_path):
     assert "<title>Calibration of a measured finger</title>" in text
 
 
+@pytest.mark.slow
 def test_the_first_card_is_the_error_against_physics(swept, made_up, calibration, read):
     force, modulus = np.array([0.3, 0.5, 0.3]), np.array([0.1, 0.3, 0.1])
     sd = np.asarray(calibration.predict(force, modulus)) * [0.999, 0.999, 1.03]

@@ -54,6 +54,7 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
         assert text in again.out
 
 
+@pytest.mark.slow
 def test_refit_from_a_bench_log(papilla, tmp_path):
     columns = bench_columns()
     write_table(tmp_path / "presses.csv", columns)
@@ -66,6 +67,7 @@ def test_refit_from_a_bench_log(papilla, tmp_path):
     assert json.loads((tmp_path / "mine" / "calibration.json").read_text())["mesh"] == {}
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_path, monkeypatch):
     import errno
 
@@ -89,6 +91,7 @@ def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_pa
     assert results() == old and len(old) == 3
 
 
+@pytest.mark.slow
 def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
     answer = papilla("calibrate", "--bench", "presses.csv", "--form", "spline")

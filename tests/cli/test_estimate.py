@@ -72,6 +72,7 @@ def rows_of(path):
         return list(csv.DictReader(stream))
 
 
+@pytest.mark.slow
 def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
     answer = papilla("estimate", log, "--calibration", calibrated, "--out", "est.csv", "--json")
     assert answer.code == 0, answer.err
@@ -97,6 +98,7 @@ def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
     assert found["answered_rows"]["modulus_MPa"] == sum(row["modulus_MPa"] != "" for row in rows)
 
 
+@pytest.mark.slow
 def test_table_for_people(papilla, log, calibrated):
     answer = papilla("estimate", log, "--calibration", calibrated, "--out", "est.csv")
     assert answer.code == 0
@@ -104,6 +106,7 @@ def test_table_for_people(papilla, log, calibrated):
         assert text in answer.out
 
 
+@pytest.mark.slow
 def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log, calibrated):
     assert papilla("estimate", log, "--out", "est.csv").code == 0
     assert all("no modulus: no calibration was given" in row["status"] for row in rows_of(tmp_path / "est.csv"))
@@ -114,6 +117,7 @@ def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log,
     assert [row["modulus_MPa"] for row in rows] == ["", ""]
 
 
+@pytest.mark.slow
 def test_answers_of_a_changed_calibration_come_with_a_remark(papilla, tmp_path, log, calibrated):
     document = json.loads((tmp_path / calibrated).read_text())
     document["softness"]["surface"]["coefficients"][2][2] += 0.1
@@ -125,6 +129,7 @@ def test_answers_of_a_changed_calibration_come_with_a_remark(papilla, tmp_path, 
     assert remark in answer.err and "UserWarning" not in answer.err
 
 
+@pytest.mark.slow
 def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_path, sliding):
     answer = papilla("estimate", sliding, "--out", "est.csv", "--wavelength-range", 0.5, 5, "--json")
     assert answer.code == 0, answer.err
@@ -146,6 +151,7 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_
         assert text in table
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column, factor", [("t_s", 1000), ("velocity_mm_s", 1e-3)])
 def test_units_off_by_a_thousand_are_asked_about(papilla, tmp_path, column, factor):
     t = np.arange(2000) / 1000
@@ -236,6 +242,7 @@ def test_a_gauge_is_called_by_the_name_that_the_header_gives_it(papilla, tmp_pat
     assert {row["status"].split(";")[0] for row in rows_of(tmp_path / "est.csv")} == {"g4 missing"}
 
 
+@pytest.mark.slow
 def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sliding, monkeypatch):
     from papilla.tables import TableReader
 
@@ -247,6 +254,7 @@ def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sl
     assert told[0] == told[1]
 
 
+@pytest.mark.slow
 def test_lines_of_a_long_log_are_those_of_its_latest_rows(papilla, tmp_path, sliding, monkeypatch):
     from papilla.cli import estimate_output
     from papilla.tables import TableReader
@@ -278,6 +286,7 @@ def test_memory_does_not_grow_with_the_log(tmp_path):
     assert peaks[1] - peaks[0] < 30 * 1024, f"{peaks} KiB"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", ["g1", "force_N", "velocity_mm_s", "position_mm", "tangential_N"])
 @pytest.mark.parametrize("value", [1e155, -1e300])
 def test_absurd_numbers_in_a_log_count_as_missing(papilla, tmp_path, calibrated, column, value):
@@ -295,6 +304,7 @@ def test_absurd_numbers_in_a_log_count_as_missing(papilla, tmp_path, calibrated,
     assert (tmp_path / "log.out").read_bytes() == (tmp_path / "gaps.out").read_bytes()
 
 
+@pytest.mark.slow
 def test_friction_needs_no_gauges_and_its_memory_is_the_callers(papilla, tmp_path):
     """The friction falls from 0.42 to 0.28: a short memory has forgotten the first sooner."""
     time = np.arange(4000) / 1000

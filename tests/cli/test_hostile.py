@@ -17,6 +17,7 @@ def scene(**changed: str) -> list[str]:
     return ["press", *(part for name, value in options.items() for part in (f"--{name}", value))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

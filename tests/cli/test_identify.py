@@ -44,6 +44,7 @@ def bench(smooth, tmp_path, monkeypatch):
     return write
 
 
+@pytest.mark.slow
 def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_path):
     out, report = tmp_path / "f.toml", tmp_path / "r.html"
     answer = papilla("identify", bench(), "--out", out, "--report", report, "--json")
@@ -65,6 +66,7 @@ def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_pat
     assert tomllib.loads(again.read_text()) == tomllib.loads(out.read_text())
 
 
+@pytest.mark.slow
 def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_path):
     answer = papilla("identify", bench(), "--out", "f.toml", "--fix", "lever_mm.g5=0")
     assert answer.code == 0, answer.err
@@ -100,6 +102,7 @@ def test_what_cannot_be_identified_is_one_line(refused, bench, changes, options,
     assert message in refused("identify", path, *out, *options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes, doubt",
     [
@@ -112,6 +115,7 @@ def test_what_presses_leave_open_is_a_doubt(papilla, bench, changes, doubt):
     assert any(doubt in one for one in found["doubts"]) and found["status"].startswith("doubtful")
 
 
+@pytest.mark.slow
 def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
     assert papilla("identify", bench(), "--out", "f.toml").code == 0
     same = papilla("identify", "log.csv", "--compare", "f.toml", "--json")

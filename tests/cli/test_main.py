@@ -92,6 +92,7 @@ def run(*arguments, **options) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "papilla", *map(str, arguments)], **options)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="streams of a POSIX shell")
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-"])
 def test_closed_streams_are_no_error(closed):
@@ -111,6 +112,7 @@ def test_a_closed_stdout_does_not_lead_into_a_file(tmp_path):
     assert (tmp_path / "first").read_bytes() == b""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii", "utf-8"])
 def test_what_an_encoding_lacks_is_written_as_an_escape(encoding):
     code = "from papilla.cli import main, output\nmain._open_what_is_closed()\n"

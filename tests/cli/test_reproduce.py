@@ -2,7 +2,10 @@
 
 import json
 
+import pytest
 
+
+@pytest.mark.slow
 def test_json_has_the_documented_keys(papilla, tmp_path):
     done = papilla("reproduce", "--only", "C22", "--json", "--out", "pages")
     assert done.code == 0, done.err

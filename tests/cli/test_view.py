@@ -7,6 +7,7 @@ import pytest
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["strain", "contact", "receptive"])
 def test_each_picture_is_written_and_reported(papilla, tmp_path, what):
     answer = papilla("view", what, "--screenshot", "shown.png", "--json")
@@ -17,6 +18,7 @@ def test_each_picture_is_written_and_reported(papilla, tmp_path, what):
     assert content.startswith(PNG) and len(content) > 20_000
 
 
+@pytest.mark.slow
 def test_strain_is_the_default_and_names_its_file(papilla, tmp_path):
     answer = papilla("view", "--modulus", 0.1, "--force", 0.2)
     assert answer.code == 0, answer.err

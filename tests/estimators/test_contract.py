@@ -194,6 +194,7 @@ def test_the_rows_wake_the_estimator(case):
     assert any(np.isfinite(column).sum() > 100 for column in numbers), "a contract on silence proves nothing"
 
 
+@pytest.mark.slow
 @every
 def test_chunks_and_single_samples_change_no_bit(case):
     make, rows = case
@@ -204,6 +205,7 @@ def test_chunks_and_single_samples_change_no_bit(case):
     assert same(one_by_one(make(), rows.tolist(), whole), whole)
 
 
+@pytest.mark.slow
 @every
 def test_a_reset_is_as_good_as_new(case):
     make, rows = case
@@ -214,6 +216,7 @@ def test_a_reset_is_as_good_as_new(case):
     assert same(used.process(rows()), make().process(rows()))
 
 
+@pytest.mark.slow
 @every
 def test_a_state_that_was_saved_goes_on_bit_for_bit(case):
     make, rows = case
@@ -229,6 +232,7 @@ def test_a_state_that_was_saved_goes_on_bit_for_bit(case):
     assert same(third.process(rows()[508:]), rest), "a state that was handed out does not change later"
 
 
+@pytest.mark.slow
 @every
 def test_float32_and_integer_samples_are_their_numbers(case):
     make, rows = case
@@ -242,6 +246,7 @@ def test_float32_and_integer_samples_are_their_numbers(case):
     assert same(one_by_one(make(), list(counts[:300]), whole), make().process(counts[:300].astype(float)))
 
 
+@pytest.mark.slow
 @every
 def test_the_state_does_not_grow(case, name):
     make, rows = case

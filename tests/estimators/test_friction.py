@@ -74,6 +74,7 @@ def test_one_direction_only_leaves_the_offset_in_and_says_so():
     assert math.isnan(estimator.coefficients[1].mu_kinetic)
 
 
+@pytest.mark.slow
 def test_a_slower_filter_lowers_the_breakaway_but_not_the_kinetic_value():
     found = []
     for corner in (50.0, 5.0, 2.0):
@@ -97,6 +98,7 @@ def test_no_movement_no_contact_and_faults_are_statuses():
     assert all(isinstance(text, str) for text in estimator.process(rows[:5]).sentence)
 
 
+@pytest.mark.slow
 def test_chunks_states_and_reset():
     rows = slide(seconds=9.0)
     rows[4321, 0] = np.nan
@@ -168,6 +170,7 @@ def test_a_breakaway_below_the_kinetic_friction_is_remarked_on():
     assert estimator.coefficients[0].status == FrictionStatus.STATIC_BELOW_KINETIC
 
 
+@pytest.mark.slow
 def test_stated_sigmas_cover_what_is_drawn():
     """Offsets, directions and scatter over the path drawn from what the estimator takes for granted."""
     inside, trials = 0, 60

@@ -36,6 +36,7 @@ def settled(answer, wavelength, tolerance, last=300):
     assert (answer.wavelength_sigma_mm[-last:] > 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drift, jitter", [(1.0, 0.0), (0.985, 0.0), (1.02, 0.0), (1.0, 0.3)])
 def test_neither_drift_nor_jitter_of_the_clock_bends_the_wavelength(drift, jitter):
     time, position, velocity, readings = slid(drift=drift, jitter=jitter)
@@ -119,6 +120,7 @@ def test_a_clock_that_is_set_is_told_and_nothing_wrong_is_ok(column, jump_s, lef
     assert usable[1500:].mean() > 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", ["velocity_mm_s", "position_mm"])
 @pytest.mark.parametrize("late_ms", [4, 10, 20])
 def test_a_late_encoder_is_found_and_told(column, late_ms):
@@ -177,6 +179,7 @@ def test_integer_counts_give_the_same_wavelength():
     settled(tracked(np.column_stack([time, counts, velocity]), "velocity_mm_s"), 1.2, 1.5e-3)
 
 
+@pytest.mark.slow
 def test_without_a_velocity_there_is_a_frequency():
     time, _, velocity, readings = slid()
     answer = tracked(np.column_stack([time, readings]))
@@ -210,6 +213,7 @@ def test_friction_from_the_positions(calibration):
     assert answer.mu_kinetic[-1] == pytest.approx(0.6, rel=0.02)
 
 
+@pytest.mark.slow
 def test_softness_uses_every_gauge_or_s_d(calibration, touch):
     rng = np.random.default_rng(4)
     force = np.full(800, 0.4)

@@ -38,6 +38,7 @@ def last_answers(calibration, touch, modulus, gauge_sigma, force_sigma_N, trials
     return np.array(answers).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "modulus, gauge_sigma, force_sigma_N", [(0.05, 100, 0.0005), (0.3, 20, 0.004), (0.72, 100, 0.01)]
 )
@@ -51,6 +52,7 @@ def test_it_reaches_the_bound_without_bias(calibration, touch, modulus, gauge_si
     assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_poor_force_sensor_does_not_bias_a_light_press(calibration, touch):
     """17 % of force noise over a bent S_d: the force that S_d itself measures is where it is linearised."""
     estimator, error, sigma = exact(calibration, gauge_sigma=20, force_sigma_N=0.02), [], []

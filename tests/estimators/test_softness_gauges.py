@@ -46,6 +46,7 @@ def estimator(calibration, gauge_sigma=50.0, force_sigma=0.005, **options):
     return GaugeSoftness(calibration, **(known | options))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "modulus, gauge_sigma, force_sigma", [(0.05, 100, 0.0005), (0.6, 300, 0.03), (0.6, 20, math.inf)]
 )
@@ -226,6 +227,7 @@ def test_forces_outside_the_domain_have_no_answer(exact):
     assert own.update(rows[2] * 1.15).status == SoftnessStatus.FORCE_ABOVE
 
 
+@pytest.mark.slow
 def test_a_calibration_error_does_not_average_out(five):
     """Long presses end at the calibration's own error, and other calibrations within it are covered."""
     unsure, rng, z = five(0.003), np.random.default_rng(5), []

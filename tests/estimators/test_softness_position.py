@@ -99,6 +99,7 @@ def test_slopes_of_the_surfaces_are_their_finite_differences(exact):
             np.testing.assert_allclose(found, (ends[0] - ends[1]) / (2 * h), rtol=1e-5, atol=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x, modulus", [(0.0, 0.3), (0.5, 0.05), (1.0, 0.3), (2.0, 0.6)])
 def test_it_reaches_the_bound_without_bias(exact, x, modulus):
     """Within what 80 trials can tell: 8 % in the RMS and 0.11 sigma in the bias, at one sigma."""
@@ -260,6 +261,7 @@ def hard_scene(exact):
     return samples
 
 
+@pytest.mark.slow
 def test_blocks_and_samples_agree_bit_for_bit_and_a_saved_state_continues(exact):
     samples, rng = hard_scene(exact), np.random.default_rng(0)
     single = estimator(exact)
@@ -288,6 +290,7 @@ def test_a_prior_counts_once_for_a_touch(build):
     assert far.modulus_sigma_MPa[-1] <= free.modulus_sigma_MPa[-1] * 1.001
 
 
+@pytest.mark.slow
 def test_errors_of_the_positions_do_not_average_out(build):
     """Other fingers, whose gauges change with x by their own factor within the stated error, are covered."""
     unsure, rng, z = build(0.001), np.random.default_rng(5), []
@@ -335,6 +338,7 @@ def test_the_pipeline_takes_touches_to_be_about_the_apex(build):
         Pipeline(calibration, position_sigma_mm=0)
 
 
+@pytest.mark.slow
 def test_the_pipeline_answers_by_s_d_while_most_samples_contradict_themselves(build):
     """Over a coarse texture: the few samples that fit do so by chance, and are not to be believed."""
     calibration, rng = build(), np.random.default_rng(9)

@@ -52,6 +52,7 @@ def test_hertz_sphere(ball, elements):
     assert 4 * patch.mass @ by_depth.pressure == pytest.approx(exact.force, rel=0.003)
 
 
+@pytest.mark.slow
 def test_hertz_is_approached_as_the_patch_is_refined(disc):
     """Rings are hit and missed in turn, so errors are root mean squares over ten radii: caps, and orders in h."""
     found = []
@@ -88,6 +89,7 @@ def test_hertz_ellipse(disc):
     assert shape.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.5, 0.4])
 @pytest.mark.parametrize("chi", [0.19, 0.49, 0.75, 1.05])
 def test_bonded_layer(disc, chi, nu):

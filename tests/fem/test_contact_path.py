@@ -41,6 +41,7 @@ def test_the_path_rises_and_keeps_the_force(reference):
         path.at(0.3)
 
 
+@pytest.mark.slow
 def test_nodes_that_touch_at_once_are_taken_one_by_one():
     """A whole patch has mirror nodes: they touch together, but for rounding."""
     whole = FingerModel(Finger.default(), build(Finger.default(), size_mm=2.8)).reduce((1e-9, 0.0))

@@ -54,6 +54,7 @@ def relatives():
     return family(Finger.default(), size_mm=SIZE_MM)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", LOADS, ids=lambda load: next(iter(load)))
 @pytest.mark.parametrize("specimen", SPECIMENS, ids=lambda one: type(one).__name__)
 def test_all_are_what_finite_differences_say(relatives, specimen, load):
@@ -85,6 +86,7 @@ def test_readings_weigh_both_quantities(relatives):
     assert slope.readings(np.array([[2.0] * 5, [-1.0] * 5])) == pytest.approx(1e6 * (2 * strain - curvature))
 
 
+@pytest.mark.slow
 def test_a_place_moves_the_readings_of_mirrored_gauges_against_each_other(relatives):
     finger = Finger.default()
     mesh = build(finger, size_mm=SIZE_MM)

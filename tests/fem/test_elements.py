@@ -76,6 +76,7 @@ def test_a_change_of_modulus_is_a_combination_of_parts(box, space):
     assert abs(difference - expected).max() < 1e-14 * abs(expected).max()
 
 
+@pytest.mark.slow
 def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
     """Indentation by one force, over nu 0.4999 and 0.3: a locked finger is too stiff, a compressible one nobody's."""
     depth = {
@@ -89,6 +90,7 @@ def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
     assert depth["P1", 0.4999] < 0.5 * depth["Taylor-Hood", 0.4999]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ["P1", "P2"])
 def test_all_that_a_model_gives_is_there_for_every_element(finger_of, element, tmp_path):
     """Parities, adjoint rows, fields: off the apex, by quarters and by the whole mesh."""

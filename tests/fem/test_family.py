@@ -21,6 +21,7 @@ def relatives():
     return family(Finger.default(), size_mm=SIZE_MM)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outer, inner", [(0.2, 0.05), (0.4, 0.03), (0.05, 0.045)])
 def test_a_member_is_the_finger_reduced_by_itself(relatives, outer, inner):
     design = with_moduli(Finger.default(), outer, inner)

@@ -33,6 +33,7 @@ def whole_model(coarse_model):
 # ---- Symmetry
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [(0.0, 0.0), (5.0, -3.0)])
 def test_quarter_and_whole_mesh_give_the_same_reduced_finger(coarse_model, whole_model, at):
     """Two paths: four parities on a quarter, or one solve on everything."""
@@ -149,6 +150,7 @@ def test_receptive_fields_of_the_reference_finger(reference_model, reference):
 # ---- Materials
 
 
+@pytest.mark.slow
 def test_incompressibility_is_approached_smoothly(coarse_model):
     """nu 0.49 to 0.5: readings change by the compressibility, in proportion to 1 - 2 nu, and no more."""
     readings = []

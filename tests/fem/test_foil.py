@@ -25,6 +25,7 @@ def pressed(model):
     return press(model.reduce(), Block(0.3, 10), force=0.6, fidelity="contact")
 
 
+@pytest.mark.slow
 def test_a_foil_without_stiffness_is_none(coarse):
     plain, soft = pressed(FingerModel(*coarse)), pressed(FoiledModel(*coarse, 1e-9, 1e-12))
     assert soft.values == pytest.approx(plain.values, rel=1e-5)
@@ -57,6 +58,7 @@ def test_stiffness_is_not_negative(coarse):
         FoiledModel(*coarse, -1.0)
 
 
+@pytest.mark.slow
 def test_weight_is_what_a_body_force_does(coarse):
     """By reciprocity in the product; here the body force is solved for."""
     model = FingerModel(*coarse)

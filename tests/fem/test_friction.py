@@ -68,6 +68,7 @@ def check_state(problem, state, friction):
 # ---- Closed forms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
 def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
     patch = sphere
@@ -122,6 +123,7 @@ def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
     check_state(problem, state, friction)
 
 
+@pytest.mark.slow
 def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
     patch, one, other = disc(3.0, 16, paraboloid), (1.0, 0.1), (2.0, 0.45)
     expected = frictional_punch(dundurs_beta(*one, *other), 0.2)

@@ -75,6 +75,7 @@ def test_matrix_is_symmetric_and_positive(disc, specimen):
         assert np.linalg.eigvalsh(matrix[np.ix_(free, free)]).min() > 0
 
 
+@pytest.mark.slow
 def test_normal_block_is_the_frictionless_compliance(reference):
     n = len(reference.patch.xy)
     for specimen in (HalfSpace(0.3, 0.2), Block(0.3, 4.0)):

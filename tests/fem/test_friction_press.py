@@ -19,6 +19,7 @@ RIGID = HalfSpace(1e9, 0.3)
 BLOCK = Block(0.2, 10)
 
 
+@pytest.mark.slow
 def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
     """The same events, each solved on all unknowns of the mesh with Lagrange multipliers: no condensed matrix."""
     path = friction_path(coarse, RIGID, math.inf)

@@ -57,6 +57,7 @@ def test_a_ball_adds_its_curvature(half_space):
     assert found.contact_area == pytest.approx(exact.area, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chi", [0.1, 0.19, 0.34])
 def test_a_thin_block_counts(disc, stand_in, chi):
     """A rigid sphere on a bonded layer: the ellipse that minimises the energy, within the 2 % of its own shape."""
@@ -89,6 +90,7 @@ def test_the_lightest_press_feels_the_outer_layer_alone(reference, modulus):
     assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.01)
 
 
+@pytest.mark.slow
 def test_tables_rise(reference):
     for specimen in (HalfSpace(0.02), Block(0.51, 10), Block(5.0, 3), Sphere(0.5, 8.0)):
         table = hertz_table(reference, specimen)

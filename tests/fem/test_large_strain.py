@@ -190,6 +190,7 @@ def test_a_ball_stays_linear(reduced):
     assert table.valid.all() and not any("large strain" in status for status in table.status)
 
 
+@pytest.mark.slow
 def test_friction_in_between_ends_where_stick_begins(reference):
     scene = {"specimen": Block(0.3, 10), "force": 0.5}
     sds = [press(reference, **scene, friction=friction).sd for friction in (0, 1e-3, 0.03, 0.1, 0.3, "stick")]

@@ -54,6 +54,7 @@ def test_a_ball_that_the_patch_cannot_see_is_refused_with_the_size_that_could(re
         press(reference, Sphere(0.5, radius), force=0.1, fidelity=fidelity)
 
 
+@pytest.mark.slow
 def test_a_contact_wider_than_its_ball_is_refused(reference):
     with pytest.raises(ContactRangeError, match="a contact of 0.474 mm radius is too wide for a ball of 0.2 mm radius"):
         press(reference, Sphere(0.5, 0.2), force=0.1, fidelity="hertz")
@@ -69,6 +70,7 @@ def test_finite_refuses_what_the_patch_cannot_see(dome, specimen):
         press_finite(finger, dome(finger), specimen, force=0.1)
 
 
+@pytest.mark.slow
 def test_a_block_thinner_than_the_patch_sees_is_refused(reference):
     for thickness in (1e-12, 0.001, 0.15):
         with pytest.raises(ContactRangeError, match=f"too coarse for a block {thickness:g} mm thick: "):
@@ -109,6 +111,7 @@ def test_a_resolved_contact_is_right(disc, stand_in, rings):
 # ---- Strain
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force_gf, strain", [(100, None), (200, 14), (300, 18), (500, 24)])
 def test_large_strain_is_told(reference, force_gf, strain):
     status = press(reference, BLOCK, force=gf_to_newton(force_gf), fidelity="contact").status
@@ -118,6 +121,7 @@ def test_large_strain_is_told(reference, force_gf, strain):
         assert f"a layer is strained by {strain} %, too much for linear elasticity: see press_finite" in status
 
 
+@pytest.mark.slow
 def test_a_soft_skin_over_a_hard_core_is_strained_early(soft_skin):
     """3 mm of skin take all the indentation: 12 % of mean strain at 60 gf, where finite strain is 7 % stiffer."""
     assert soft_skin.strained_depth == pytest.approx(3 + 11 / 100, abs=0.02)
@@ -135,6 +139,7 @@ def test_layers_below_the_touch_down_point(reference):
 # ---- Ellipses that have no least energy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force_gf", [0.5, 3, 5, 7, 10, 20])
 def test_auto_answers_a_stiff_skin_on_a_stiff_block_by_contact(stiff_skin, force_gf):
     found = press(stiff_skin, Block(5, 10), force=gf_to_newton(force_gf))
@@ -143,6 +148,7 @@ def test_auto_answers_a_stiff_skin_on_a_stiff_block_by_contact(stiff_skin, force
     assert found.contact_area > 0 and found.status.startswith(("contact: ", "mesh too coarse"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("specimen", [Block(5, 10), Block(5, 3), HalfSpace(1e5), Sphere(0.5, 8.0)])
 def test_tables_end_where_parabolas_do_not_reach(stiff_skin, specimen):
     table = hertz_table(stiff_skin, specimen)
@@ -181,6 +187,7 @@ def test_auto_serves_gauges_that_read_nothing(reference):
 # ---- Skins that the mesh does not see
 
 
+@pytest.mark.slow
 def test_a_skin_thinner_than_an_element_is_not_trusted(dome):
     axes = [24.0, 30.0, 20.0]
     shape = Dome(tuple(axes), tuple(a - 0.5 for a in axes), (10.0, 16.0, 6.0))
@@ -242,6 +249,7 @@ def test_finite_refuses_loads_beyond_reason(dome):
         press_finite(Finger.default(), dome(Finger.default()), BLOCK, force=1e-30)
 
 
+@pytest.mark.slow
 def test_a_whole_range_of_scenes_is_answered_or_refused_without_a_warning(reference, stiff_skin, soft_skin):
     """Eleven decades of modulus, 13 of force, three specimens: finite numbers of the right sign, or a refusal."""
     with warnings.catch_warnings():

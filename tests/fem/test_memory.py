@@ -69,6 +69,7 @@ def no_factor(monkeypatch):
     monkeypatch.setattr(FingerModel, "factor", lambda *_: pytest.fail("the model was factorised"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at, job", [((0.0, 0.0), "factorising"), ((2.0, 1.0), "factorising 4 times")])
 def test_a_reduction_is_refused_before_it_starts(at, job, free, no_factor):
     finger = Finger.default()
@@ -107,6 +108,7 @@ def test_a_press_at_finite_strain_is_refused_before_it_starts(free):
         press_finite(finger, mesh, Block(0.51, 10), force=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", solver.ENGINES)
 def test_each_factorisation_is_checked_by_itself(engine, reference_model, free):
     free_unknowns, factor = reference_model.factor()
@@ -115,6 +117,7 @@ def test_each_factorisation_is_checked_by_itself(engine, reference_model, free):
         solver.factorise(factor.matrix, factor.inertia[1], engine=engine)
 
 
+@pytest.mark.slow
 def test_many_right_hand_sides_are_solved_in_batches(reference_model):
     import numpy as np
 

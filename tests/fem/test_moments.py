@@ -8,6 +8,7 @@ from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.references import HertzContact, hertz_ellipse
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radii", [(10.0, 10.0), (6.0, 16.0), (14.0, 7.0)])
 def test_pressure_of_a_hertzian_contact(disc, radii):
     rx, ry = radii

@@ -89,6 +89,7 @@ class Wedge(Block):
         return self.slope_x * points[:, 0]
 
 
+@pytest.mark.slow
 def test_a_specimen_without_symmetry_is_not_mirrored(reference):
     with pytest.raises(InputError, match=r"not symmetric about x and y does not fit a finger reduced at its apex"):
         press(reference, Wedge(0.5, 10), force=0.3, fidelity="contact")
@@ -98,6 +99,7 @@ def test_a_specimen_without_symmetry_is_not_mirrored(reference):
     assert np.abs(found.reading - found.reading[::-1]).max() > 10 * np.abs(flat.reading - flat.reading[::-1]).max()
 
 
+@pytest.mark.slow
 def test_a_block_that_slides_on_its_table_is_softer(reference):
     bonded, sliding = Block(0.1, 10), Block(0.1, 10, bonded=False)
     found = [press(reference, one, force=0.98, fidelity="contact") for one in (bonded, sliding)]
@@ -150,6 +152,7 @@ def test_limits_of_the_kind_are_inherited(reference):
         press(reference, SteppedBlock(0.5, 0.001), force=0.3, fidelity="contact")
 
 
+@pytest.mark.slow
 def test_finite_strain_takes_them_too(dome):
     finger = Finger.default()
     mesh = dome(finger)

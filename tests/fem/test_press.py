@@ -59,6 +59,7 @@ def test_gains_and_levers_make_the_reading(reference):
     assert found.reading == pytest.approx(1e6 * (gains * plain.strain + levers * plain.curvature))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["hertz", "contact"])
 @pytest.mark.parametrize("force", [0.05, 0.4])
 def test_limits_of_the_specimens(reference, fidelity, force):
@@ -106,6 +107,7 @@ def test_a_press_twice_is_the_same_press(reference):
     assert (first.reading == second.reading).all() and first.sd == second.sd
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("indentation", [0.5, 1.2])
 def test_a_ball_is_a_sphere_and_not_a_paraboloid(disc, stand_in, indentation):
     """A hard ball of 6 mm on a flat half-space: Hertz's force is 1 and 2 % too large, the exact sphere's is met."""

@@ -34,6 +34,7 @@ def test_it_is_linear_in_the_pressure(coarse_model, coarse, pressed):
     np.testing.assert_allclose(both[0], found[0] + found[2], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_tangential_tractions_add_what_friction_changes(reference_model, reference):
     """Readings of a press that sticks, from its tractions at the apex: pressure alone misses what shear adds."""
     stuck = press(reference, Block(0.3, 10.0), force=0.6, fidelity="contact", friction="stick")

@@ -47,6 +47,7 @@ def test_force_and_tangent_are_derivatives_of_the_energy(space, card):
     assert (up - down) / 2e-4 == pytest.approx(change, abs=1e-7 * np.abs(change).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.5])
 def test_at_rest_the_tangent_is_the_matrix_of_the_linear_rungs(space, nu):
     layers = {0: Layer(0.136, nu), 1: Layer(0.034, nu)}

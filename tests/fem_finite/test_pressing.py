@@ -24,6 +24,7 @@ def reduced(coarse):
     return FingerModel(finger, mesh).reduce()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("specimen", SPECIMENS, ids=repr)
 def test_at_vanishing_load_it_is_the_contact_rung_to_first_order(coarse, reduced, specimen):
     finger, mesh = coarse
@@ -63,6 +64,7 @@ def test_a_mesh_without_mirrors_gives_the_same_press(coarse):
     assert full.peak_pressure == pytest.approx(quarter.peak_pressure, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_force_and_indentation_control_agree_and_repeat(coarse):
     finger, mesh = coarse
     by_force = press_finite(finger, mesh, Block(0.51, 10), force=0.5)
@@ -76,6 +78,7 @@ def test_force_and_indentation_control_agree_and_repeat(coarse):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("specimen, bound", [(HalfSpace(1e6), 1e-6), (Sphere(1e6, 30), 1e-6)], ids=repr)
 def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, specimen, bound):
     scene = Scene.of(*coarse, specimen, {}, (0.0, 0.0))
@@ -87,6 +90,7 @@ def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, specim
     assert (energies[2] - energies[0]) / 0.002 == pytest.approx(forces[1], rel=bound)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stress, length", [(1e6, 1.0), (1e-6, 1.0), (1.0, 1e3), (1e-6, 1e-3)])
 def test_units_do_not_matter(coarse, stress, length):
     finger, mesh = coarse
@@ -124,6 +128,7 @@ def _rescaled(finger: Finger, mesh, stress, length):
     return scaled, mesh.scaled(length)
 
 
+@pytest.mark.slow
 def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
     finger, mesh = coarse
     direct = press_finite(finger, mesh, Block(0.51, 10), force=0.3)
@@ -145,6 +150,7 @@ def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
     assert careful.indentation == pytest.approx(direct.indentation, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_tangent_is_made_anew_where_steps_stay_slow(coarse, monkeypatch):
     finger, mesh = coarse
     direct = press_finite(finger, mesh, Block(0.51, 10), force=1.0)
@@ -157,6 +163,7 @@ def test_the_tangent_is_made_anew_where_steps_stay_slow(coarse, monkeypatch):
     assert anew.reading == pytest.approx(direct.reading, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_load_that_stays_out_of_reach_is_refused_with_how_far_it_came(coarse, monkeypatch):
     finger, mesh = coarse
     monkeypatch.setattr(pressing, "SMALLEST_STEP", 0.25)
@@ -165,6 +172,7 @@ def test_a_load_that_stays_out_of_reach_is_refused_with_how_far_it_came(coarse, 
         press_finite(finger, mesh, HalfSpace(10.0), indentation=2.0, materials=weak)
 
 
+@pytest.mark.slow
 def test_a_step_that_shrinks_a_cell_too_far_is_shortened_then_refused(coarse, monkeypatch):
     finger, mesh = coarse
     full = press_finite(finger, mesh, HalfSpace(0.51), force=0.5)
@@ -177,6 +185,7 @@ def test_a_step_that_shrinks_a_cell_too_far_is_shortened_then_refused(coarse, mo
         press_finite(finger, mesh, HalfSpace(0.51), force=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.3, 0.49, 0.499999, 0.5])
 def test_it_is_smooth_up_to_the_incompressible_limit(coarse, nu):
     finger, mesh = coarse
@@ -186,6 +195,7 @@ def test_it_is_smooth_up_to_the_incompressible_limit(coarse, nu):
     assert first.indentation == pytest.approx(second.indentation, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_materials_of_equal_small_strain_stiffness_part_as_the_load_grows(coarse):
     finger, mesh = coarse
     mu = 0.136 / (2 * 1.4999)
@@ -202,6 +212,7 @@ def test_materials_of_equal_small_strain_stiffness_part_as_the_load_grows(coarse
     assert np.abs(firm[2:] / firm[0] - 1).min() > 1e-4
 
 
+@pytest.mark.slow
 def test_a_meshed_bone_takes_a_card_of_its_own(coarse, dome):
     finger = dataclasses.replace(coarse[0], bone=Layer(3000.0, 0.35))
     mesh = dome(finger)
@@ -212,6 +223,7 @@ def test_a_meshed_bone_takes_a_card_of_its_own(coarse, dome):
     assert soft.indentation > 1.05 * rigid.indentation
 
 
+@pytest.mark.slow
 def test_the_card_of_a_layer_is_used_unless_another_is_given(coarse):
     finger, mesh = coarse
     card = Ogden(0.136 / (2 * 1.4999), 6.0)
@@ -261,12 +273,14 @@ def test_refusals_are_one_clear_line(coarse, change, error, message):
         press_finite(*coarse, scene.pop("specimen"), **scene)
 
 
+@pytest.mark.slow
 def test_contact_at_the_rim_of_its_patch_is_refused(coarse):
     finger, mesh = coarse
     with pytest.raises(ContactRangeError, match="the contact reaches the rim of its patch"):
         press_finite(dataclasses.replace(finger, patch_radius=7.0), mesh, HalfSpace(0.51), force=2.0)
 
 
+@pytest.mark.slow
 def test_more_taken_off_a_block_than_linear_theory_of_it_means_is_refused(coarse, monkeypatch):
     """The bound itself, half of the block, needs a softer and thinner one than this mesh resolves."""
     monkeypatch.setattr(specimen, "DEEPEST", 0.05)
@@ -299,6 +313,7 @@ def test_both_solvers_give_the_same_press(coarse, monkeypatch):
     assert second.status.split(", relative")[0] == first.status.split(", relative")[0]
 
 
+@pytest.mark.slow
 def test_friction_grows_with_its_coefficient_from_none_to_stick(coarse):
     finger, mesh = coarse
     scene = {"specimen": HalfSpace(0.51), "force": 0.6}
@@ -309,6 +324,7 @@ def test_friction_grows_with_its_coefficient_from_none_to_stick(coarse):
     assert found[3].indentation < free.indentation and found[3].force_balance < 1e-9
 
 
+@pytest.mark.slow
 def test_shorter_steps_of_the_path_change_little(coarse, monkeypatch):
     finger, mesh = coarse
     stuck = press_finite(finger, mesh, HalfSpace(0.51), force=0.6, friction="stick")
@@ -322,6 +338,7 @@ def test_a_friction_that_is_none_is_refused(coarse):
         press_finite(*coarse, HalfSpace(0.51), force=0.1, friction=-1)
 
 
+@pytest.mark.slow
 def test_the_stability_of_the_laws_over_the_strains_reached_is_said(coarse, monkeypatch):
     finger, mesh = coarse
     stable = press_finite(finger, mesh, HalfSpace(0.51), force=0.5)

@@ -71,6 +71,7 @@ def strip(width=40.0, across=160, thickness=(1.0, 3.0), rows=(8, 12)):
     return Section(points, cells, layer, number[0], np.column_stack([top[:-1], top[1:]]), width / 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.3, 0.4999])
 def test_a_layered_strip_answers_as_the_exact_kernel(finger, nu):
     outer, inner = Layer(0.136, nu), Layer(0.034, nu)

@@ -117,6 +117,7 @@ def test_the_child_imports_this_very_package(worker, monkeypatch):
     assert str(caught.value).endswith(str(Path(child.__file__).parents[1] / "__init__.py"))
 
 
+@pytest.mark.slow
 def test_hang_is_stopped(worker, hanging):
     source, pipe = hanging
     worker(source)
@@ -125,6 +126,7 @@ def test_hang_is_stopped(worker, hanging):
     wait_for_end(pipe)
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_the_child(worker, hanging, scratch):
     source, pipe = hanging
     worker(source)
@@ -148,6 +150,7 @@ child.tetrahedralise({"vertices": np.zeros((4, 3))})
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL", "SIGINT"])
 def test_a_killed_parent_leaves_no_child_and_no_folder(name, worker, hanging, scratch, tmp_path):
@@ -195,6 +198,7 @@ def test_a_temporary_directory_that_is_not_there(monkeypatch, tmp_path):
         tetrahedralise(SOUP)
 
 
+@pytest.mark.slow
 def test_heartbeat(worker, hanging):
     source, _ = hanging
     worker(source)

@@ -32,6 +32,7 @@ def free(monkeypatch):
     return lambda number: monkeypatch.setattr(memory, "available_bytes", lambda: number)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size_mm", MADE)
 def test_the_number_of_tetrahedra_is_foreseen(size_mm, free):
     free(1)
@@ -64,6 +65,7 @@ def test_the_mesher_is_not_even_started(free, monkeypatch):
         build(Finger.default(), 0.1)
 
 
+@pytest.mark.slow
 def test_a_meshed_bone_counts(free):
     from dataclasses import replace
 

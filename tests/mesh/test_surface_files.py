@@ -39,6 +39,7 @@ def refused(path, pattern, read=read_closed):
     assert any(name in str(caught.value) for name in names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".vtp"])
 def test_formats(suffix, files):
     skin = read_nested(files(suffix))[0]
@@ -48,6 +49,7 @@ def test_formats(suffix, files):
     assert np.linalg.det(corners).sum() / 6 == pytest.approx(2 / 3 * np.pi * 24 * 30 * 20, rel=0.01)
 
 
+@pytest.mark.slow
 def test_surface_answers_like_the_ellipsoid_it_copies(files):
     surfaces = dict(zip(AXES, read_nested(files()), strict=True))
     random = np.random.default_rng(3)
@@ -82,12 +84,14 @@ def test_facets_deviate_by_what_they_cut_off(divisions, half_ellipsoid):
     assert facet_deviation(Ellipsoid(AXES["outer"]), apex, 8.0) == 0.0
 
 
+@pytest.mark.slow
 def test_height_has_no_gaps_on_edges_and_vertices(files):
     surface = read_nested(files())[0]
     upper = surface.vertices[surface.vertices[:, 2] > 0.1]
     assert np.abs(surface.height(upper[:, :2]) - upper[:, 2]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_inside_out_triangles_are_turned(tmp_path, half_ellipsoid, write_surface):
     vertices, triangles = half_ellipsoid(AXES["outer"], 8)
     triangles = triangles.copy()
@@ -108,6 +112,7 @@ def test_folder_instead_of_file(tmp_path):
         read_closed(str(tmp_path / "folder.stl"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".vtp"])
 @pytest.mark.parametrize("kept", [0.999, 0.6, 0.1])
 def test_a_truncated_file_is_one_line(tmp_path, suffix, kept, half_ellipsoid, write_surface, capfd):
@@ -132,6 +137,7 @@ end_header
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vertices, faces", [(3, 1), (2_000_000_000, 1), (3, 2_000_000_000), (-5, 1), (3, -5)])
 @pytest.mark.parametrize("corner", [b"\x03" + b"\xff" * 12, b"\xff" + b"\x7f" * 12, b"\x03" + bytes([9, 9, 9, 9] * 3)])
 def test_a_hostile_file_is_one_line(tmp_path, vertices, faces, corner):
@@ -148,6 +154,7 @@ def test_a_reader_that_crashes_is_a_file_that_cannot_be_read(files, monkeypatch)
     refused(files()[0], r"outer\.stl: not a readable \.stl file$")
 
 
+@pytest.mark.slow
 def test_a_file_is_read_once_for_its_content(files, monkeypatch):
     first, path = read_closed(files()[0]), files()[0]
     monkeypatch.setattr(surface_files, "run", lambda *_: pytest.fail("it was read again"))
@@ -211,6 +218,7 @@ def test_two_pieces(tmp_path, half_ellipsoid, write_surface):
     refused(path, "more than one piece")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axes", "wrong"),
     [
@@ -226,11 +234,13 @@ def test_wrong_nesting(files, axes, wrong):
     refused(paths, rf"{wrong}\.stl: (is not inside|its base reaches beyond)", read=read_nested)
 
 
+@pytest.mark.slow
 def test_swapped_files(files):
     outer, interface, bone = files()
     refused((interface, outer, bone), r"outer\.stl: is not inside .*interface\.stl", read=read_nested)
 
 
+@pytest.mark.slow
 def test_interface_below_the_base(files, tmp_path, half_ellipsoid, write_surface):
     outer, interface, bone = files()
     vertices, triangles = half_ellipsoid(AXES["interface"], 8)
@@ -238,6 +248,7 @@ def test_interface_below_the_base(files, tmp_path, half_ellipsoid, write_surface
     refused((outer, low, bone), r"low\.stl: reaches below the base", read=read_nested)
 
 
+@pytest.mark.slow
 def test_no_flat_base(tmp_path, files, write_surface):
     _, interface, bone = files()
     spike = np.array([[60, 0, 40], [-60, 60, 40], [-60, -60, 40], [0, 0, -60.0]])
@@ -245,12 +256,14 @@ def test_no_flat_base(tmp_path, files, write_surface):
     refused((path, interface, bone), "no flat base", read=read_nested)
 
 
+@pytest.mark.slow
 def test_gauge_off_the_interface(files, finger_of):
     finger = finger_of(Surfaces(*files()), gauges=(Gauge("g1", x_mm=0.0), Gauge("g2", x_mm=21.5)))
     with pytest.raises(InputError, match=r"gauge g2 lies outside the interface"):
         surfaces_of(finger)
 
 
+@pytest.mark.slow
 def test_finger_beside_the_origin(tmp_path, half_ellipsoid, write_surface, finger_of):
     moved = []
     for name, axes in AXES.items():

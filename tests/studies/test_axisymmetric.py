@@ -74,6 +74,7 @@ def test_ogden_layers_change_what_the_reference_says_they_change():
     assert finite.sd / linear.sd == pytest.approx(spread[1] / spread[0], abs=3e-3)
 
 
+@pytest.mark.slow
 def test_rings_and_penalty_are_the_same_press():
     bodies = _bodies(Shape(cells=(40, 3, 4, 5)), linear=True)
     rings, path = Rings(bodies).press(0.3), press_path(bodies, 0.7, 6).at(0.3)

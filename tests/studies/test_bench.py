@@ -116,6 +116,7 @@ def test_plans_hold_what_rows_are_compared_with(plan):
 # ---- Measuring
 
 
+@pytest.mark.slow
 def test_set_up_goes_through_its_stages():
     finger = Finger.default()
     mesh = build(finger)
@@ -130,6 +131,7 @@ def test_set_up_goes_through_its_stages():
     assert SPECIMEN.modulus == 0.51 and gf_to_newton(100) < 1
 
 
+@pytest.mark.slow
 def test_a_fidelity_that_refuses_says_so_and_has_no_figures():
     """No patch holds a contact of 50 N: nothing is left out, and nothing is made up."""
     hertz, contact = measure(Job(Finger.default(), 0.7, "P1", forces_gf=(10, 5000)))
@@ -151,6 +153,7 @@ def test_operations_of_a_factor_are_counted():
     assert 3 * n < factor_flops(chain) < 0.5 * factor_flops(dense)
 
 
+@pytest.mark.slow
 def test_bounds_say_what_binds():
     machine = Machine(flops=1e9, bandwidth=1e9)
     assert Bound(2e9, 1e9, machine).seconds == 2 and Bound(2e9, 1e9, machine).binding == "arithmetic"

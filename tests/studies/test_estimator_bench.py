@@ -198,6 +198,7 @@ def test_claims_take_any_wavelength_and_tuning_one_of_five():
     assert len(set(drawn)) == 200 and min(drawn) > 0.6 and max(drawn) < 3 and min(drawn) < 0.65 and max(drawn) > 2.8
 
 
+@pytest.mark.slow
 def test_costs_of_an_output(monkeypatch):
     monkeypatch.setattr(cost, "OUTPUTS", {"wavelength": cost.OUTPUTS["wavelength"]})
     found = cost.costs(None, 0.6)

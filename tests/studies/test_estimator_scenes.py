@@ -14,6 +14,7 @@ FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name fo
 """Scenes of the finite elements take seconds."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FELT)
 def test_position_is_the_integral_of_velocity(name):
     made = scene(name, 1.8, seed=3, seconds=0.5)
@@ -98,6 +99,7 @@ def most_likely(position, readings, present, around_mm):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind, fastest", [("const", 2250), ("act1", 2250), ("act2", 2103)])
 def test_a_maximum_likelihood_fit_reaches_the_bound(kind, fastest):
     """Its scatter over 2 x 150 noises is the bound within 4 standard errors, 1 / sqrt(2 x 300) each."""
@@ -184,6 +186,7 @@ def test_every_parameter_is_drawn_for_claims_alone():
     assert peaks[0] == pytest.approx(100) and 100 / 1.3 <= peaks[1] <= 130 and peaks[1] != pytest.approx(100, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_surface_without_a_line_has_no_truth():
     for name, recipe in SCENES.items():
         made = without_noise(name)

@@ -16,6 +16,7 @@ def answers(made):
     return np.asarray(found.wavelength_mm), ok
 
 
+@pytest.mark.slow
 def test_a_felt_grating_has_its_wavelength_and_unit_power():
     made = scene("const, felt by FEM", 1.2, snr_dB=40, seed=1, seconds=1.0)
     assert made.signal.std() == pytest.approx(1.0, rel=1e-6)
@@ -24,6 +25,7 @@ def test_a_felt_grating_has_its_wavelength_and_unit_power():
     assert found[-1] == pytest.approx(1.2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_single_edges_are_not_taken_for_the_ridges_that_feel_them():
     made = scene("const, edges felt by FEM", 1.2, snr_dB=40, seed=1, seconds=1.0)
     assert np.isnan(made.wavelength_mm).all()

@@ -74,6 +74,7 @@ def installed(name: str) -> Peer:
     return peer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_peer_agrees_with_papilla(name, quarter, ours):
     assert ours.resolved

@@ -39,6 +39,7 @@ def calibration():
     return Calibration({"name": "", "sha256": ""}, {}, forward, forward.inverse, sd, gauges, {})
 
 
+@pytest.mark.slow
 def test_noise_alone_is_measured_against_its_bound(calibration):
     steps = []
     known = {"touches": ("noise alone",), "methods": ("all gauges", "S_d alone"), "seeds": range(100, 124)}

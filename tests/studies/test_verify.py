@@ -173,6 +173,7 @@ def _arrays(mesh):
 # ---- The families
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_quick_families(name):
     missed = [case for case in verify([name]) if not case.passed]

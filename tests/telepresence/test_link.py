@@ -22,6 +22,7 @@ def test_a_fixed_delay_is_that_delay_in_order():
     assert np.allclose([one.arrived_s - one.sent_s for one in found], 0.030)
 
 
+@pytest.mark.slow
 def test_a_drawn_delay_is_truncated_redrawn_at_5_Hz_and_keeps_order():
     link, found = sent_through(LinkModel(one_way_ms=120, one_way_sd_ms=40), number=200_000, period_s=0.01)
     delays = np.array([link.one_way_s(at) for at in np.arange(0.1, 2000, 0.2)])

@@ -50,6 +50,7 @@ def test_it_is_the_printed_sine_of_the_hand_for_one_wavelength():
     assert shown[-1].status == DisplayStatus.OK
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_the_drive_is_continuous_whatever_arrives(seed):
     rng = np.random.default_rng(seed)
@@ -128,6 +129,7 @@ def test_the_actuators_are_those_of_the_papers():
     assert shown[-1].displacement_um == 0 and shown[-1].status == DisplayStatus.TOO_FAST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cause", ["link", "hand", "force"])
 def test_it_decays_to_zero_in_the_stated_time_and_comes_back_without_a_step(cause):
     safety = Safety(hold_s=0.2, decay_s=0.1, attack_s=0.05)

@@ -31,6 +31,7 @@ TENSION = ((0.6, 1), (0.0, 0.55), (0.0, 0.5))
 GAUGES = ((0.93, 1), (0.73, 0.8), (0, 0.1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rendered", [True, False], ids=["vtk", "matplotlib"])
 def test_the_strain_picture_shows_tension_gauges_and_specimen(scene, rendered, monkeypatch):
     if rendered and not render.use_offscreen_window():
@@ -46,6 +47,7 @@ def test_the_strain_picture_shows_tension_gauges_and_specimen(scene, rendered, m
         assert word in texts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rendered", [True, False], ids=["vtk", "matplotlib"])
 def test_a_receptive_field_is_strongest_over_its_gauge(scene, rendered, monkeypatch):
     if rendered and not render.use_offscreen_window():
@@ -59,6 +61,7 @@ def test_a_receptive_field_is_strongest_over_its_gauge(scene, rendered, monkeypa
     assert 0.2 < np.median(columns) < 0.45, "g2 lies left of the middle"
 
 
+@pytest.mark.slow
 def test_the_cached_picture_needs_no_model(scene, tmp_path, monkeypatch):
     path = tmp_path / "strain.png"
     view.strain(path, scene.finger, scene.reduced, scene.press, scene.specimen)
@@ -68,6 +71,7 @@ def test_the_cached_picture_needs_no_model(scene, tmp_path, monkeypatch):
     assert sorted(item.name for item in tmp_path.iterdir()) == ["strain.png"]
 
 
+@pytest.mark.slow
 def test_other_presses_get_other_pictures(scene, monkeypatch):
     first = view.strain_picture(scene.finger, scene.reduced, scene.press, scene.specimen)
     softer = Block(0.05, 10)

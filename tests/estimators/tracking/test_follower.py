@@ -29,6 +29,7 @@ def test_a_grating_is_known_to_a_fraction_of_a_percent(kind, bound):
     assert np.sqrt(np.mean((found.wavelength_mm[usable] / 1.8 - 1) ** 2)) < bound
 
 
+@pytest.mark.slow
 def test_sigma_is_true_and_holds_the_scale():
     ratios = []
     for seed in range(12):
@@ -50,6 +51,7 @@ def test_a_late_velocity_is_found(late_ms):
     assert usable[2000:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.05
 
 
+@pytest.mark.slow
 def test_hum_at_a_constant_speed_is_not_a_texture():
     time = np.arange(2500) / RATE
     hum = np.sin(2 * np.pi * 50 * time) + np.random.default_rng(0).normal(0, 0.1, 2500)
@@ -172,6 +174,7 @@ def test_a_guess_does_not_replace_what_was_known(seed):
     assert np.mean(told > 0.05) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_hum_alone_is_no_texture_on_the_way_back_either(seed):
     made = scene("strokes, hum only", 1.2, seed=seed, seconds=2.5)

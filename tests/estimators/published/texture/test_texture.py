@@ -215,6 +215,7 @@ def gratings(spread: float, seed: int):
     return frequency[:, None] * (1 + 0.002 * generator.normal(size=(24, 2))), labels
 
 
+@pytest.mark.slow
 def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
     pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
     steady = leave_m_out(*gratings(0.005, 1), 21, seed=3, splits=50)
