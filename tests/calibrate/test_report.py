@@ -13,13 +13,14 @@ from papilla.calibrate.job import Calibrated, Recovery, calibrate_measured
 from papilla.calibrate.physics import Truth
 from papilla.calibrate.report import page
 from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
-from papilla.calibrate.report.page import number, plain, symbols, write_report
+from papilla.calibrate.report.page import symbols, write_report
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.fem import prepare
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import Block
+from papilla.view.page import number, plain
 
 VOID = {"meta", "img", "br"}
 

@@ -8,7 +8,6 @@ import pytest
 from papilla.errors import InputError
 from papilla.fem import FingerModel, press, receptive_fields, recover
 from papilla.fem.discrete.elements import image_of, interpolation, parity_signs
-from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build
@@ -272,5 +271,5 @@ def test_a_mesh_of_the_mesher_without_its_mirrors(tmp_path, monkeypatch):
     mesh = build(finger, size_mm=2.0)
     quarter, whole = (FingerModel(finger, which).reduce() for which in (mesh, whole_of(mesh)))
     for force in (0.3, 0.9):
-        by_parts, at_once = (on_nodes(which, BLOCK, (force, None), 0.0) for which in (quarter, whole))
+        by_parts, at_once = (press(which, BLOCK, force=force, fidelity="contact") for which in (quarter, whole))
         assert by_parts.reading == pytest.approx(at_once.reading, rel=1e-7)

@@ -7,7 +7,6 @@ from skfem import Basis, ElementVector, LinearForm
 from papilla.errors import InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete.elements import SYMMETRIC
-from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.reduction.foil import FoiledModel, weight_readings
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
 from papilla.finger import Finger
@@ -46,10 +45,10 @@ def test_membranes_take_the_strain_and_plates_the_curvature(coarse):
 def test_a_foil_is_symmetric_beside_the_apex_too(coarse):
     """The influence of a load on one side is that of its mirror image on the mirrored gauges: all parities agree."""
     model = FoiledModel(*coarse, 300.0, 0.25)
-    right, left = (on_nodes(model.reduce((x, 0.0)), Block(0.3, 10), (0.3, None), 0.0) for x in (3.0, -3.0))
+    right, left = (press(model.reduce((x, 0.0)), Block(0.3, 10), force=0.3, fidelity="contact") for x in (3.0, -3.0))
     assert right.reading == pytest.approx(left.reading[::-1], rel=1e-6, abs=1e-6 * np.abs(right.reading).max())
-    middle = on_nodes(model.reduce((1e-6, 0.0)), Block(0.3, 10), (0.3, None), 0.0)
-    apex = on_nodes(model.reduce(), Block(0.3, 10), (0.3, None), 0.0)
+    middle = press(model.reduce((1e-6, 0.0)), Block(0.3, 10), force=0.3, fidelity="contact")
+    apex = press(model.reduce(), Block(0.3, 10), force=0.3, fidelity="contact")
     assert middle.reading == pytest.approx(apex.reading, rel=1e-4, abs=1e-4 * np.abs(apex.reading).max())
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from papilla import view
 from papilla.calibrate.identification import PARAMETERS, Confession, Identification
 from papilla.calibrate.identification.parameters import kind
-from papilla.calibrate.report.page import data_uri, environment, number, plain
 from papilla.files import write_text
 from papilla.specimen import friction_words
+from papilla.view.page import data_uri, environment, number, plain
 
 CURVE_POINTS = 60
 TOLD_CORRELATION = 0.9
@@ -21,9 +21,8 @@ MOST_NAMED = 8
 
 def write_identification(path: str | PathLike, found: Identification, told: Confession) -> None:
     """Write the page of an identification as one HTML file: no script, no link; raises `FileAccessError`."""
-    text = (
-        environment().get_template("identification.html").render(name=found.problem.finger.name, **parts(found, told))
-    )
+    template = environment("papilla.calibrate.report").get_template("identification.html")
+    text = template.render(name=found.problem.finger.name, **parts(found, told))
     write_text(path, text)
 
 

@@ -3,13 +3,10 @@
 Its words and tables stand in `templates/`; figures come from `facts`, pictures from here.
 """
 
-import base64
-import math
 from collections.abc import Callable
 from os import PathLike
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from papilla import fem, mesh, view
@@ -30,6 +27,7 @@ from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
 from papilla.units import gf_to_newton
+from papilla.view.page import data_uri, environment
 
 SHOWN_FORCE_N, SHOWN_MODULUS_MPA = 0.588, 0.51
 """The press of the strain-field picture: 60 gf on the middle one of the published specimens."""
@@ -58,72 +56,30 @@ def write_report(
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
     answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration)
-    text = (
-        environment()
-        .get_template("report.html")
-        .render(
-            done=done,
-            calibration=done.calibration,
-            recovery=done.recovery,
-            reduced=done.reduced,
-            swept=isinstance(done.presses, Sweep),
-            finger=finger,
-            seconds=seconds,
-            answers=answers,
-            comparison=comparison,
-            depths=done.depths,
-            published=PUBLISHED_FORWARD,
-            specimens=SPECIMENS_MPA,
-            inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
-            rounding=rounding_error(PUBLISHED_INVERSE),
-            quadratic=facts.quadratic_error(done.calibration),
-            facts=facts,
-            **_of_the_model(done, finger, progress),
-            **_plots(done, answers, comparison),
-            bench=_bench(done),
-        )
+    templates = environment("papilla.calibrate.report")
+    templates.filters["symbols"] = symbols
+    text = templates.get_template("report.html").render(
+        done=done,
+        calibration=done.calibration,
+        recovery=done.recovery,
+        reduced=done.reduced,
+        swept=isinstance(done.presses, Sweep),
+        finger=finger,
+        seconds=seconds,
+        answers=answers,
+        comparison=comparison,
+        depths=done.depths,
+        published=PUBLISHED_FORWARD,
+        specimens=SPECIMENS_MPA,
+        inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
+        rounding=rounding_error(PUBLISHED_INVERSE),
+        quadratic=facts.quadratic_error(done.calibration),
+        facts=facts,
+        **_of_the_model(done, finger, progress),
+        **_plots(done, answers, comparison),
+        bench=_bench(done),
     )
     write_text(path, text)
-
-
-def environment() -> Environment:
-    """Templates of this package, with the filters that set numbers."""
-    made = Environment(
-        loader=PackageLoader("papilla.calibrate.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    made.filters |= {"number": number, "plain": plain, "percent": percent, "symbols": symbols}
-    return made
-
-
-def number(value: float | None, digits: int = 3, sign: bool = False) -> str:
-    """A number with so many significant digits, a real minus sign and grouped thousands; "–" where there is none."""
-    if value is None or not math.isfinite(value):
-        return "–" if value is None or math.isnan(value) else "∞"
-    plus = "+" if sign else ""
-    if value == 0:
-        return "0"
-    decimals = digits - 1 - int(f"{value:.{digits - 1}e}".split("e")[1])
-    if -3 <= decimals <= digits + 4:
-        text = f"{round(value, decimals):{plus},.{max(decimals, 0)}f}".replace(",", "\u202f")
-        return text.replace("-", "−")
-    mantissa, power = f"{value:{plus}.{digits - 1}e}".split("e")
-    return Markup(f"{mantissa}·10<sup>{int(power)}</sup>".replace("-", "−"))
-
-
-def percent(share: float | None, digits: int = 2, sign: bool = False) -> str:
-    """A fraction in per cent."""
-    return f"{number(None if share is None else 100 * share, digits, sign)}\u00a0%"
-
-
-def plain(value: float) -> str:
-    """A given or counted number without trailing zeros (at most six digits), with a real minus sign."""
-    text = f"{value:,}".replace(",", "\u202f") if isinstance(value, int) else f"{value:.6g}"
-    return text.replace("-", "−")
 
 
 def symbols(text: str) -> Markup:
@@ -133,11 +89,6 @@ def symbols(text: str) -> Markup:
     for written, shown in set_as.items():
         said = said.replace(written, shown)
     return Markup(said)
-
-
-def data_uri(content: bytes, kind: str) -> str:
-    """The address that holds an image of a kind ("png", "svg+xml")."""
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[str], None] | None) -> dict:

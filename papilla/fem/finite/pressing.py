@@ -242,7 +242,7 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
     taken = (touching.at(state.displacement).compliance @ state.contact)[: len(pressure)] / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
     sentence += _stability(scene, state)
-    coarse = too_coarse(shape.area, float(current.edge_length[state.active].mean()), scene.body.space.mesh.size_mm)
+    coarse = too_coarse(shape.area, current.mean_edge(state.active), scene.body.space.mesh.size_mm)
     return press_result(
         gauge_weights(finger),
         specimen,

@@ -124,7 +124,7 @@ def contact_result(
     patch = reduced.patch
     total = float(reduced.multiplicity * patch.mass @ pressure)
     shape = _shape(reduced, specimen, pressure, total)
-    coarse = too_coarse(shape.area, float(patch.edge_length[active].mean()), reduced.mesh_size_mm)
+    coarse = too_coarse(shape.area, patch.mean_edge(active), reduced.mesh_size_mm)
     status = coarse or status
     if coarse is None and reduced.at != (0.0, 0.0):
         status += f"; off the apex the mesh is coarser, and readings are within {100 * OFF_APEX:g} %"
@@ -281,7 +281,7 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     if q is None:
         return counted
     # By Hertz alone the radius is nearly right already: enough to count the elements across it
-    edge = patch.edge_length[pressure > 0].mean()
+    edge = patch.mean_edge(pressure > 0)
     spread = float(np.sqrt(determinant))
     elements = float(np.sqrt(2 * spread / SECOND[0]) / edge)
     sixth = ((1 - q) * SIXTH[0] + q * SIXTH[1]) / mean_square(q) ** 3

@@ -28,8 +28,7 @@ def sharpened(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press
 
     What friction changes is left as the nodes have it: the ellipse knows none.
     """
-    edge = float(reduced.patch.edge_length[found.active].mean())
-    elements = float(np.sqrt(found.contact_area / np.pi)) / edge
+    elements = float(np.sqrt(found.contact_area / np.pi)) / reduced.patch.mean_edge(found.active)
     weight = 1 / (1 + (elements / EQUAL_ELEMENTS) ** STEEPNESS)
     if weight < NEGLIGIBLE:
         return found

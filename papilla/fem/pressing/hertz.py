@@ -325,11 +325,17 @@ def _radii(reduced: ReducedFinger, specimen: Specimen) -> tuple[float, float]:
     points, weights, hats = quadrature(patch, subdivisions=ELLIPSE_SUBDIVISIONS)
     distance = np.hypot(*patch.xy.T)
     reach = float(distance.max())
-    near = distance <= max(CURVATURE_REACH * reach, np.sort(distance)[min(FITTED_NODES, len(distance)) - 1])
+    outwards = np.argsort(distance)
+    last = min(int(np.searchsorted(np.cumsum(patch.copies[outwards]), FITTED_NODES)), len(distance) - 1)
+    near = distance <= max(CURVATURE_REACH * reach, distance[outwards[last]])
     x, y = points.T / reach
-    terms = np.stack([x**2 / 2, y**2 / 2, x * y, x**4, x**2 * y**2, y**4, np.ones_like(x)], axis=1)
-    weak_terms = (hats.T @ (weights[:, None] * terms))[near] / patch.mass[near, None]
-    fitted = np.linalg.lstsq(weak_terms, patch.node_gap[near] / reach, rcond=None)[0] / reach
+    terms = [x**2 / 2, y**2 / 2, x**4, x**2 * y**2, y**4, np.ones_like(x)]
+    if len(patch.images) == 1:
+        terms.append(x * y)  # A mirrored patch has none
+    # As the whole patch would be fitted, node by node
+    scale = np.sqrt(patch.copies[near])
+    weak_terms = (hats.T @ (weights[:, None] * np.stack(terms, axis=1)))[near] / patch.mass[near, None]
+    fitted = np.linalg.lstsq(scale[:, None] * weak_terms, scale * patch.node_gap[near] / reach, rcond=None)[0] / reach
     curvature_x, curvature_y = fitted[:2]
     if specimen.curvature is None:
         raise ContactRangeError(f"hertz fidelity does not know the curvature of a {specimen.words}")

@@ -87,8 +87,18 @@ class Patch:
     @cached_property
     def finest_edge(self) -> float:
         """Mean length (mm) of the triangle edges around the node that is touched first: at it alone one may be odd."""
-        touching = (self.triangles == np.argmin(self.node_gap)).any(axis=1)
-        return float(self.edge_length[np.unique(self.triangles[touching])].mean())
+        touching = self.triangles[(self.triangles == np.argmin(self.node_gap)).any(axis=1)]
+        return self.mean_edge(np.isin(np.arange(len(self.xy)), touching))
+
+    @cached_property
+    def copies(self) -> np.ndarray:
+        """How many nodes of the whole patch each node (n,) stands for: its images, on a mirror plane fewer."""
+        on_plane = (self.xy == 0) & (self.images < 0).any(axis=0)
+        return np.asarray(len(self.images) / 2.0 ** on_plane.sum(axis=1))
+
+    def mean_edge(self, nodes: np.ndarray) -> float:
+        """Mean length (mm) of the triangle edges at nodes, told by a mask (n,), and at their images."""
+        return float(np.average(self.edge_length[nodes], weights=self.copies[nodes]))
 
     @cached_property
     def outline(self) -> np.ndarray:

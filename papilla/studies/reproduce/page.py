@@ -1,11 +1,9 @@
 """reproduce.html: the table of claims and a picture of each experiment on one self-contained page."""
 
-import base64
 from collections.abc import Sequence
 from os import PathLike
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from papilla import __version__, view
@@ -13,6 +11,7 @@ from papilla.files import write_text
 from papilla.studies.reproduce.claim import Found
 from papilla.studies.reproduce.runner import Result, summary
 from papilla.studies.reproduce.words import accepted, number, published
+from papilla.view.page import data_uri, environment
 from papilla.view.style import ACCENTS, MUTED, literal, styled, titled
 
 MOST_POINTS = 1500
@@ -21,17 +20,11 @@ MOST_POINTS = 1500
 
 def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) -> None:
     """Write the page, whole or not at all; raises `FileAccessError`. seconds : that the experiments took."""
-    environment = Environment(
-        loader=PackageLoader("papilla.studies.reproduce"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "published": published, "accepted": accepted}
+    templates = environment("papilla.studies.reproduce")
+    templates.filters |= {"number": number, "published": published, "accepted": accepted}
     answers = [answer for result in results for answer in result.answers]
     pictures = {result.experiment.name: _picture(result.found) for result in results}
-    text = environment.get_template("reproduce.html").render(
+    text = templates.get_template("reproduce.html").render(
         results=results,
         counts=summary(answers),
         total=len(answers),
@@ -45,8 +38,7 @@ def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) 
 def _picture(found: Found | None) -> str | None:
     if found is None or not found.series:
         return None
-    content = view.svg(draw(found))
-    return f"data:image/svg+xml;base64,{base64.b64encode(content).decode('ascii')}"
+    return data_uri(view.svg(draw(found)), "svg+xml")
 
 
 def draw(found: Found) -> Figure:

@@ -1,0 +1,55 @@
+"""Self-contained pages of HTML: one look for all, how numbers are set in them, pictures inline.
+
+A page's own template stands with the package that writes it and extends `page.html` of this one.
+"""
+
+import base64
+import math
+
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+
+def environment(package: str) -> Environment:
+    """Templates of a package and the page they extend, with the filters that set numbers."""
+    made = Environment(
+        loader=ChoiceLoader([PackageLoader(package), PackageLoader("papilla.view")]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters |= {"number": number, "plain": plain, "percent": percent}
+    return made
+
+
+def number(value: float | None, digits: int = 3, sign: bool = False) -> str:
+    """A number with so many significant digits, a real minus sign and grouped thousands; "–" where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–" if value is None or math.isnan(value) else "∞"
+    plus = "+" if sign else ""
+    if value == 0:
+        return "0"
+    decimals = digits - 1 - int(f"{value:.{digits - 1}e}".split("e")[1])
+    if -3 <= decimals <= digits + 4:
+        text = f"{round(value, decimals):{plus},.{max(decimals, 0)}f}".replace(",", "\u202f")
+        return text.replace("-", "−")
+    mantissa, power = f"{value:{plus}.{digits - 1}e}".split("e")
+    return Markup(f"{mantissa}·10<sup>{int(power)}</sup>".replace("-", "−"))
+
+
+def percent(share: float | None, digits: int = 2, sign: bool = False) -> str:
+    """A fraction in per cent."""
+    return f"{number(None if share is None else 100 * share, digits, sign)}\u00a0%"
+
+
+def plain(value: float) -> str:
+    """A given or counted number without trailing zeros (at most six digits), with a real minus sign."""
+    text = f"{value:,}".replace(",", "\u202f") if isinstance(value, int) else f"{value:.6g}"
+    return text.replace("-", "−")
+
+
+def data_uri(content: bytes, kind: str) -> str:
+    """The address that holds an image of a kind ("png", "svg+xml")."""
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
