@@ -7,30 +7,49 @@ import typer
 
 from papilla.cli.options import about, keep_inputs
 from papilla.cli.output import print_json, print_table, progress, say, tell
+from papilla.cli.telepresence_options import (
+    TOLD,
+    TOLD_COLUMNS,
+    ActuatorOption,
+    AmplitudeOption,
+    CalibrationOption,
+    ComponentsOption,
+    CurveOption,
+    ForceOption,
+    FrictionOption,
+    JsonOption,
+    ModulusOption,
+    NoiseOption,
+    RateOption,
+    RuleOption,
+    SpeedOption,
+    StrokeOption,
+    StrokesOption,
+    SweepOption,
+    ThicknessOption,
+    WavelengthOption,
+    make_model,
+    make_soft,
+    told_row,
+    word,
+)
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel
     from papilla.telepresence.loop import Record
     from papilla.telepresence.texture import Texture
+    from papilla.telepresence.touch import Soft
 
 telepresence = typer.Typer(
     help="Remote touch over a delayed link: what a texture is travels, not its signal; the display makes touch of it.",
     no_args_is_help=True,
 )
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-WavelengthOption = Annotated[float, typer.Option(help="Wavelength (mm) of the grating under the sensor.")]
-AmplitudeOption = Annotated[float, typer.Option(help="Amplitude (microstrain) that a gauge reads of it.")]
-NoiseOption = Annotated[float, typer.Option(help="Standard deviation (microstrain) of a reading.")]
-ComponentsOption = Annotated[int, typer.Option(help="Wavelengths that are sent and displayed at most.", min=1, max=8)]
-SpeedOption = Annotated[float, typer.Option(help="Greatest speed (mm/s) of the hand.")]
-StrokesOption = Annotated[float, typer.Option(help="Strokes to and fro a second; 0: one at constant speed.")]
-RateOption = Annotated[float, typer.Option(help="Messages with parameters a second.")]
-SecondOption = Annotated[
-    float | None, typer.Option(help="Wavelength (mm) of a second grating beside it, which the hand comes onto.")
-]
 LogOption = Annotated[
     Path | None, typer.Option(help="Recorded texture instead: a time log with g1 and position_mm or velocity_mm_s.")
+]
+SecondOption = Annotated[
+    float | None, typer.Option(help="Wavelength (mm) of a second grating beside it, which the hand comes onto.")
 ]
 RoundTripOption = Annotated[float, typer.Option(help="Mean delay hand - sensor - display.")]
 SdOption = Annotated[float, typer.Option(help="Its standard deviation, drawn anew five times a second.")]
@@ -63,10 +82,20 @@ def simulate(
     bandwidth: BandwidthOption = None,
     speed: SpeedOption = 197.0,
     strokes: StrokesOption = 1.07,
+    force: ForceOption = 0.5,
     seconds: Annotated[float, typer.Option(help="How long to simulate.")] = 8.0,
     components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
     seed: Annotated[int, typer.Option(help="Of noise and links.", min=0)] = 0,
+    actuator: ActuatorOption = "piezo",
+    stroke_um: StrokeOption = None,
+    rule: RuleOption = "measured",
+    curve: CurveOption = None,
+    calibration: CalibrationOption = None,
+    sweep: SweepOption = None,
+    modulus: ModulusOption = None,
+    friction: FrictionOption = None,
+    thickness: ThicknessOption = None,
     out: Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")] = None,
     html: Annotated[Path | None, typer.Option(help="Page to play with: finger, grating, sliders (HTML).")] = None,
     as_json: JsonOption = False,
@@ -77,65 +106,77 @@ def simulate(
     texture's wavelength and amplitude, and makes the vibration of the hand's own motion, so it is not late; what it
     shows of a new texture is. By default the hand, the delay and the rates are those of Okamoto et al. 2011.
 
-    lag_ms: how late each display is behind the hand, measured on what it displays. wavelength_error: RMS over windows
-    of 0.25 s of the wavelength that the display has for the hand's own motion, as a fraction.
+    lag_ms: how late each display is behind the hand, measured on what it displays; none at a steady speed, where
+    nothing tells it. wavelength_error: RMS over windows of 0.25 s of the wavelength that the display has for the hand's
+    own motion, as a fraction.
+
+    With --calibration a soft specimen lies under the texture and the finger presses while it slides: modulus, friction
+    and contact area travel too, each with its standard deviation and status.
     """
-    from papilla import checks
-    from papilla.files import check_writable
+    from papilla.telepresence.direct import DirectFeedback
     from papilla.telepresence.loop import Motion, Set, run
 
-    outputs = [path for path in (out, html) if path is not None]
-    keep_inputs([log], outputs)
-    _different(outputs)
-    checks.within("--uplink-share", uplink_share, 0, 1)
-    common = {"jitter_ms": jitter_ms, "loss": loss, "reordering": reordering, "duplication": duplication}
-    common["bandwidth_bytes_s"] = float("inf") if bandwidth is None else checks.positive("--bandwidth", bandwidth)
-    up, down = (_way(share, round_trip_ms, round_trip_sd_ms, common) for share in (uplink_share, 1 - uplink_share))
-    motion = Motion(speed, strokes)
+    _check_files([log, curve, calibration, sweep], [path for path in (out, html) if path is not None])
+    disturbed = {"jitter_ms": jitter_ms, "loss": loss, "reordering": reordering, "duplication": duplication}
+    up, down = _ways(uplink_share, round_trip_ms, round_trip_sd_ms, bandwidth, disturbed)
+    motion = Motion(speed, strokes, press_N=force)
+    model, shown_by = make_model(components, actuator, stroke_um, rule, curve)
+    soft = make_soft(calibration, sweep, modulus, friction, thickness)
+    _check_soft(soft, force, log)
     texture, start = _texture(wavelength, second_wavelength, amplitude, log, motion, seconds)
-    for path in outputs:
-        check_writable(path.parent)
-    scene = Set(
-        texture,
-        motion,
-        seconds,
-        up,
-        down,
-        noise if log is None else 0.0,
-        components,
-        parameters_rate,
-        seed,
-        start,
-    )
+    own = noise if log is None else 0.0
+    scene = Set(texture, motion, seconds, up, down, own, components, parameters_rate, seed, start, soft)
     with progress() as bar:
         bar.line("simulating")
-        record = run(scene, progress=bar.steps)
-    found = _summary(record, scene)
+        record = run(scene, model, DirectFeedback(model.actuator), progress=bar.steps)
+    found = _summary(record, scene) | {"display": shown_by}
     if out is not None:
         _write(out, record)
         found["table"] = str(out)
     if html is not None:
         _write_page(html, scene, record, round_trip_ms)
         found["page"] = str(html)
-    if as_json:
-        print_json(found)
-    else:
-        _print(found)
+    print_json(found) if as_json else _print(found)
 
 
-def _different(outputs: list[Path]) -> None:
+def _check_files(inputs: list[Path | None], outputs: list[Path]) -> None:
+    from papilla.files import check_writable
+
+    keep_inputs(inputs, outputs)
     if len({path.resolve() for path in outputs}) < len(outputs):
         raise InputError(f"--out and --html must be two files, got {outputs[0]} twice")
+    for path in outputs:
+        check_writable(path.parent)
 
 
-def _way(share: float, round_trip_ms: float, round_trip_sd_ms: float, common: dict) -> "LinkModel":
-    """One way of the link, with its share of the round trip."""
+def _check_soft(soft: "Soft | None", force: float, log: Path | None) -> None:
+    from papilla.telepresence.loop import PRESS_SWING
+
+    if soft is None:
+        return
+    if log is not None:
+        raise InputError("--calibration is for gratings: a recorded texture is of one gauge")
+    most = soft.calibration.domain["force_N"][1] / (1 + PRESS_SWING)
+    if not force <= most:
+        raise InputError(f"--force must be at most {most:.3g}, as it swings within the calibration, got {force:g}")
+
+
+def _ways(
+    uplink_share: float, round_trip_ms: float, round_trip_sd_ms: float, bandwidth: float | None, disturbed: dict
+) -> "tuple[LinkModel, LinkModel]":
+    """Both ways of the link, up and down, each with its share of the round trip."""
     from papilla import checks
     from papilla.telepresence.link import LinkModel
 
-    mean = share * checks.within("--round-trip-ms", round_trip_ms, 0, 10_000)
-    sd = share**0.5 * checks.within("--round-trip-sd-ms", round_trip_sd_ms, 0, 10_000)
-    return LinkModel(one_way_ms=mean, one_way_sd_ms=sd, **common)
+    checks.within("--uplink-share", uplink_share, 0, 1)
+    mean = checks.within("--round-trip-ms", round_trip_ms, 0, 10_000)
+    sd = checks.within("--round-trip-sd-ms", round_trip_sd_ms, 0, 10_000)
+    cap = float("inf") if bandwidth is None else checks.positive("--bandwidth", bandwidth)
+    up, down = (
+        LinkModel(one_way_ms=share * mean, one_way_sd_ms=share**0.5 * sd, bandwidth_bytes_s=cap, **disturbed)
+        for share in (uplink_share, 1 - uplink_share)
+    )
+    return up, down
 
 
 def _texture(wavelength, second, amplitude, log, motion, seconds) -> "tuple[Texture, float]":
@@ -186,17 +227,47 @@ def _summary(record: "Record", scene) -> dict:
         "change_ms": {name: record.change_ms(name) for name in both},
         "lost": record.lost,
         "status": {name: record.statuses(name) for name in both},
+        "told": _told(record, scene),
         "seconds": scene.seconds,
         "seed": scene.seed,
     }
 
 
+def _told(record: "Record", scene) -> dict[str, dict]:
+    """The last message that arrived: of each quantity value, sigma, status, and what is true."""
+    message, soft = record.told[-1], scene.soft
+    if message is None:
+        return {}
+    truths = {}
+    if soft is not None:
+        truths = {"modulus": soft.modulus_MPa, "mu_kinetic": soft.friction, "mu_static": soft.friction}
+        if soft.area is not None and message.force is not None and message.force.value is not None:
+            truths["area"] = soft.area(message.force.value, soft.modulus_MPa)[0]
+    found = {
+        names[0]: {"value": one.value, "sigma": one.sigma, "status": word(one), "true": truths.get(name)}
+        for name, names in TOLD.items()
+        if (one := getattr(message, name)) is not None
+    }
+    if message.lines:
+        line = message.lines[0].wavelength
+        truth = float(record.truth_mm[-1])
+        found["wavelength_mm"] = {"value": line.value, "sigma": line.sigma, "status": word(line), "true": truth}
+    return found
+
+
 def _print(found: dict) -> None:
     lag, error = found["lag_ms"], found["wavelength_error"]
+    steady = "not told at a steady speed"
     print_table(
         [
             ("round trip", f"{lag['round_trip']:.1f}", "ms"),
-            *((f"lag behind the hand, {name}", f"{lag[name]:.1f}", "ms") for name in ("local", "direct")),
+            *(
+                (
+                    f"lag behind the hand, {name}",
+                    *((f"{lag[name]:.1f}", "ms") if lag[name] == lag[name] else (steady, "")),
+                )
+                for name in ("local", "direct")
+            ),
             *((f"wavelength error, {name}", f"{100 * error[name]:.2f}", "%") for name in ("local", "direct")),
             *((f"silent, {name}", f"{100 * found['silent'][name]:.1f}", "%") for name in ("local", "direct")),
             *((f"sent down, {name}", f"{found['bytes_per_s'][name]:.0f}", "bytes/s") for name in ("local", "direct")),
@@ -204,6 +275,15 @@ def _print(found: dict) -> None:
                 (f"new texture displayed after, {name}", f"{value:.0f}", "ms")
                 for name, value in found["change_ms"].items()
                 if value == value
+            ),
+            *(
+                (
+                    name,
+                    f"{one['value']:.4g} ± {one['sigma'] or float('nan'):.2g} ({one['status']})",
+                    _truth(one["true"]),
+                )
+                for name, one in found["told"].items()
+                if one["value"] is not None
             ),
         ]
     )
@@ -216,6 +296,10 @@ def _print(found: dict) -> None:
             tell(f"Wrote {found[kind]}")
 
 
+def _truth(value: float | None) -> str:
+    return "" if value is None or value != value else f"true {value:.4g}"
+
+
 def _write(path: Path, record: "Record") -> None:
     from papilla.tables import table_writer
 
@@ -224,8 +308,9 @@ def _write(path: Path, record: "Record") -> None:
         "true_wavelength_mm", "round_trip_ms",
     )  # fmt: skip
     columns = [record.time_s, record.hand_mm, record.local_um, record.direct_um, record.wavelength_mm]
-    with table_writer(path, names) as write:
-        write([*columns, record.direct_mm, record.truth_mm, record.round_trip_ms])
+    columns += [record.direct_mm, record.truth_mm, record.round_trip_ms]
+    with table_writer(path, (*names, *TOLD_COLUMNS)) as write:
+        write([*columns, *zip(*map(told_row, record.told), strict=True)])
 
 
 def _write_page(path: Path, scene, record: "Record", round_trip_ms: float) -> None:

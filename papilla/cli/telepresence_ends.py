@@ -2,24 +2,38 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from papilla.cli.options import about, keep_inputs
 from papilla.cli.output import print_json, say, tell
-from papilla.cli.telepresence import (
+from papilla.cli.telepresence import telepresence
+from papilla.cli.telepresence_options import (
+    TOLD_COLUMNS,
+    ActuatorOption,
     AmplitudeOption,
+    CalibrationOption,
     ComponentsOption,
+    CurveOption,
+    ForceOption,
+    FrictionOption,
     JsonOption,
+    ModulusOption,
     NoiseOption,
     RateOption,
+    RuleOption,
     SpeedOption,
+    StrokeOption,
     StrokesOption,
+    SweepOption,
+    ThicknessOption,
     WavelengthOption,
-    telepresence,
+    make_model,
+    make_soft,
+    told_row,
 )
 from papilla.errors import InputError
 
@@ -32,8 +46,6 @@ if TYPE_CHECKING:
 
 ROWS = 100
 """Of a table that are written at once, which takes less than a control period."""
-TOLD = ("modulus_MPa", "modulus_sigma_MPa", "contact_area_mm2", "mu_kinetic", "mu_static")
-"""Columns of the display's table that are for other displays than that of texture."""
 AWAY_S = 5.0
 """Between two live lines of one state where nobody sits at a terminal."""
 
@@ -43,8 +55,6 @@ KeyOption = Annotated[
     Path | None, typer.Option(help="File with a secret of 16 bytes or more that both ends share (HMAC).")
 ]
 LogOption = Annotated[Path | None, typer.Option(help="Time log to play again, in place of the grating.")]
-CalibrationOption = Annotated[Path | None, typer.Option(help="Calibration file (JSON) of the log's finger.")]
-SweepOption = Annotated[Path | None, typer.Option(help="sweep.csv of the calibration, for the contact area.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time; without it, at Ctrl-C.")]
 
 
@@ -59,6 +69,9 @@ def sensor(
     log: LogOption = None,
     calibration: CalibrationOption = None,
     sweep: SweepOption = None,
+    modulus: ModulusOption = None,
+    friction: FrictionOption = None,
+    thickness: ThicknessOption = None,
     components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
     seconds: SecondsOption = None,
@@ -67,8 +80,11 @@ def sensor(
 ) -> None:
     """Follow a remote hand over a simulated grating, estimate its wavelength at 1 kHz, and send that.
 
-    With --log, the rows of a log are played again at their times instead: with --calibration and a column force_N the
-    modulus is sent too, with tangential_N friction, and with --sweep the contact area.
+    With --calibration the finger also presses as the hand does, on a soft specimen under the grating: modulus and
+    friction are sent too, and with --sweep the contact area.
+
+    With --log, the rows of a log are played again at their times instead: a modulus needs --calibration and a column
+    force_N, friction tangential_N.
 
     Start `papilla telepresence display` on another machine or in another terminal, in any order; either may be stopped,
     killed and started again. The grating stands for finger, arm and board: with those, write the same few lines around
@@ -76,10 +92,19 @@ def sensor(
     """
     from papilla import checks
     from papilla.telepresence.processes import run_sensor
+    from papilla.telepresence.sources import TouchSource
+    from papilla.telepresence.texture import GratingTexture
+    from papilla.telepresence.touch import Touch
 
     checks.within("--parameters-rate", parameters_rate, 1, 1000)
-    source = _source(log, wavelength, amplitude, checks.within("--noise", noise, 0, 1e6), seed)
-    sensing = _sensing(source, log, calibration, sweep, components)
+    if log is not None:
+        if ignored := [name for name, own in (("--modulus", modulus), ("--friction", friction)) if own is not None]:
+            raise InputError(f"{', '.join(ignored)} is of the simulated specimen, not of a --log")
+        source, sensing = _of_log(log, calibration, sweep, thickness, components)
+    else:
+        soft = make_soft(calibration, sweep, modulus, friction, thickness)
+        touch = Touch(GratingTexture(wavelength, amplitude), noise, soft)
+        source, sensing = TouchSource(touch, seed), touch.sensing(components)
     with _endpoint(listen, peer, key_file) as endpoint, _live() as report:
         stopped = _until_stopped(
             lambda period: run_sensor(
@@ -104,7 +129,12 @@ def display(
     key_file: KeyOption = None,
     speed: SpeedOption = 197.0,
     strokes: StrokesOption = 1.07,
+    force: ForceOption = 0.5,
     components: ComponentsOption = 1,
+    actuator: ActuatorOption = "piezo",
+    stroke_um: StrokeOption = None,
+    rule: RuleOption = "measured",
+    curve: CurveOption = None,
     seconds: SecondsOption = None,
     out: Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")] = None,
     as_json: JsonOption = False,
@@ -119,22 +149,22 @@ def display(
 
     from papilla.files import check_writable
     from papilla.tables import table_writer
-    from papilla.telepresence.local_model import LocalModel
     from papilla.telepresence.loop import Motion
     from papilla.telepresence.processes import run_display
 
-    keep_inputs([key_file], [out] if out else [])
-    motion, model, rows = Motion(speed, strokes), LocalModel(components=components), []
+    keep_inputs([key_file, curve], [out] if out else [])
+    motion, rows = Motion(speed, strokes, press_N=force), []
+    model, _ = make_model(components, actuator, stroke_um, rule, curve)
     with ExitStack() as stack:
         endpoint = stack.enter_context(_endpoint(listen, peer, key_file))
         keep = {}
         if out is not None:
             check_writable(out.parent)
-            names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain", *TOLD)
+            names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain", *TOLD_COLUMNS)
             write = stack.enter_context(table_writer(out, names))
 
             def kept(now, place, shown, told):
-                rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *_told(told)))
+                rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *told_row(told)))
                 if len(rows) >= ROWS:
                     write(zip(*rows, strict=True))
                     rows.clear()
@@ -153,52 +183,29 @@ def display(
     raise typer.Exit(stopped)
 
 
-def _told(message) -> list[float]:
-    """What a message tells of softness and friction, NaN where it does not."""
-    if message is None:
-        return [float("nan")] * len(TOLD)
-    modulus, area = message.modulus, message.area
-    values = [modulus and modulus.value, modulus and modulus.sigma, area and area.value]
-    values += [one and one.value for one in (message.mu_kinetic, message.mu_static)]
-    return [float("nan") if value is None else value for value in values]
-
-
-def _source(log: Path | None, wavelength: float, amplitude: float, noise: float, seed: int) -> "Source":
-    """The texture or log of the options."""
-    import random
-
-    from papilla.logs import read_time_log
-    from papilla.telepresence.sources import LogSource, TextureSource
-    from papilla.telepresence.texture import GratingTexture
-
-    if log is not None:
-        return LogSource(read_time_log(log))
-    draw = random.Random(seed)
-    return TextureSource(GratingTexture(wavelength, amplitude), lambda: draw.gauss(0.0, noise))
-
-
-def _sensing(source: "Source", log, calibration: Path | None, sweep: Path | None, components: int) -> "Sensing":
-    """The estimators of a source, with modulus and contact area where there is what they need."""
+def _of_log(
+    log: Path, calibration: Path | None, sweep: Path | None, thickness: float | None, components: int
+) -> "tuple[Source, Sensing]":
+    """A log that is played again, and the estimators for it, with modulus and contact area where they can be."""
     from papilla.calibration import Calibration
-    from papilla.estimators import Pipeline
+    from papilla.estimators import Doubts, Pipeline
+    from papilla.logs import read_time_log
     from papilla.telepresence.contact_area import ContactArea
-    from papilla.telepresence.loop import SCALE_SIGMA
     from papilla.telepresence.sensing import Sensing
+    from papilla.telepresence.sources import LogSource
 
-    if log is None and (calibration or sweep):
-        raise InputError("--calibration and --sweep are for a --log: the simulated grating has no softness")
-    if sweep and not calibration:
-        raise InputError("--sweep needs --calibration: the contact area is of a force and a modulus")
-    path: dict[str, Any] = {} if log is not None else {"scale_sigma": SCALE_SIGMA, "latency_s": 0.0}
-    with about(log) if log is not None else nullcontext():
+    if calibration is None and (sweep or thickness is not None):
+        raise InputError("--sweep and --thickness need --calibration: they are of a force and a modulus")
+    source = LogSource(read_time_log(log))
+    with about(log):
         pipeline = Pipeline(
-            Calibration.load(calibration) if calibration else None,
+            None if calibration is None else Calibration.load(calibration),
             gauges=source.gauges,
             columns=source.columns,
-            **path,
+            doubts=None if thickness is None else Doubts(thickness_mm=thickness),
         )
-        area = ContactArea.load(sweep) if sweep else None
-        return Sensing(pipeline, components=components, area=area)
+        area = None if sweep is None else ContactArea.load(sweep)
+        return source, Sensing(pipeline, components=components, area=area)
 
 
 def _time(seconds: float | None) -> float:

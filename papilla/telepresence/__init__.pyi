@@ -27,5 +27,7 @@ from .sensing import Sensing as Sensing
 from .texture import GratingTexture as GratingTexture
 from .texture import RecordedTexture as RecordedTexture
 from .texture import SideBySide as SideBySide
+from .touch import Soft as Soft
+from .touch import Touch as Touch
 from .udp import Address as Address
 from .udp import Endpoint as Endpoint

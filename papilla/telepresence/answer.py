@@ -7,11 +7,16 @@ from papilla.estimators.stream import Status
 
 
 class Trust(IntEnum):
-    """What may be done with a quantity of a message."""
+    """What may be done with a quantity of a message.
+
+    HELD: what was told before still holds. DOUBTED: there is a number, and its sigma is right, but whoever estimated
+    it says more than "ok" of it: not identifiable, some channels left out, slid one way only.
+    """
 
     OK = 0
     HELD = 1
     UNKNOWN = 2
+    DOUBTED = 3
 
 
 class DisplayStatus(Status):

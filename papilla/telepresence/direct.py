@@ -11,6 +11,30 @@ from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, GAIN_UM_
 from papilla.telepresence.answer import DisplayStatus, Shown
 from papilla.telepresence.safety import Fader, Safety
 
+COUPLING_HZ = 10.0
+"""Corner of the amplifier's coupling where a finger is pressed: pressing is far slower than any texture."""
+
+
+class HighPass:
+    """A Butterworth filter of second order, sample by sample, that leaves the texture of a pressed gauge's reading."""
+
+    def __init__(self, rate_Hz: float, corner_Hz: float = COUPLING_HZ):
+        k = math.tan(math.pi * corner_Hz / rate_Hz)
+        norm = 1 / (1 + math.sqrt(2) * k + k * k)
+        self._gain, self._back = norm, (2 * (k * k - 1) * norm, (1 - math.sqrt(2) * k + k * k) * norm)
+        self._first: float | None = None
+        self._one = self._two = 0.0
+
+    def __call__(self, reading: float) -> float:
+        """The filtered reading; a constant is nothing from the first sample on."""
+        if self._first is None:
+            self._first = reading
+        value = reading - self._first
+        out = self._gain * value + self._one
+        self._one = self._two - 2 * self._gain * value - self._back[0] * out
+        self._two = self._gain * value - self._back[1] * out
+        return out
+
 
 class DirectFeedback:
     """A display of readings in the order in which the link gives them out; the last one is held until the next.

@@ -10,26 +10,35 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.pipeline import Pipeline
-from papilla.telepresence.answer import DisplayStatus, Shown
-from papilla.telepresence.direct import DirectFeedback
+from papilla.telepresence.answer import DisplayStatus, Shown, Trust
+from papilla.telepresence.direct import DirectFeedback, HighPass
 from papilla.telepresence.hand import RemoteHand
 from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.measures import felt_wavelength, lag_s
-from papilla.telepresence.messages import VERSION, HandReading, Header, Length, Samples, encode, quantity
-from papilla.telepresence.sensing import Sensing
+from papilla.telepresence.messages import (
+    VERSION,
+    Force,
+    HandReading,
+    Header,
+    Length,
+    Parameters,
+    Samples,
+    encode,
+    quantity,
+)
 from papilla.telepresence.texture import Texture
+from papilla.telepresence.touch import Soft, Touch
 
 HAND_HZ, RATE_HZ = 250.0, 1000.0
 """Positions and control periods a second: Okamoto et al. 2011, section 3."""
 PARAMETERS_HZ = 50.0
 WANDER_HZ = 0.31
 """How often the rate of the strokes wanders."""
+PRESS_SWING, PRESS_HZ = 0.4, 0.6
+"""By how much and how often the pressing force swings."""
 SETTLE_S = 1.0
 """Of the begin, left out of every measure."""
-SCALE_SIGMA = 1e-3
-"""The sensor's arm has an encoder: its path is right to 0.1 %."""
 
 
 @dataclass(frozen=True)
@@ -38,16 +47,23 @@ class Motion:
 
     The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s, of which the rate wanders
     by 10 % and back every 3.2 s as a hand's does. Strokes that repeat exactly would look the same half a stroke later.
+    It presses with `press_N` on the mean, which swings by 40 % every 1.7 s.
     """
 
     peak_mm_s: float = 197.0
     strokes_Hz: float = 1.07
     wander: float = 0.1
+    press_N: float = 0.5
 
     def __post_init__(self):
         checks.within("peak_mm_s", self.peak_mm_s, 1, 1000)
         checks.within("strokes_Hz", self.strokes_Hz, 0, 10)
         checks.within("wander", self.wander, 0, 0.5)
+        checks.within("press_N", self.press_N, 0, 100)
+
+    def force_N(self, time_s):
+        """Pressing force at a time or times."""
+        return self.press_N * (1 + PRESS_SWING * np.sin(2 * math.pi * PRESS_HZ * np.asarray(time_s)))
 
     @property
     def length_mm(self) -> float:
@@ -74,6 +90,7 @@ class Set:
     noise_microstrain : standard deviation of a reading. components : of the local model.
     parameters_Hz : messages to the local model a second. seed : of noise and links.
     start_mm : place of the texture under the hand's 0.
+    soft : what is under the texture, and the calibrated finger that feels it; None: one gauge, the texture alone.
     """
 
     texture: Texture
@@ -86,11 +103,11 @@ class Set:
     parameters_Hz: float = PARAMETERS_HZ
     seed: int = 0
     start_mm: float = 0.0
+    soft: Soft | None = None
 
     def __post_init__(self):
         checks.within("seconds", self.seconds, 2, 3600)
         checks.within("parameters_Hz", self.parameters_Hz, 1, RATE_HZ)
-        checks.within("noise_microstrain", self.noise_microstrain, 0, 1e6)
 
 
 class Record(NamedTuple):
@@ -98,7 +115,7 @@ class Record(NamedTuple):
     wavelength_mm of the local model, direct_mm that of the texture where the displayed sample was taken; status of
     both. bytes_per_s : payload of messages down, `with_headers` with those of UDP and IPv4; round_trip_ms (n,) : how
     long ago the hand was where the displayed sample was taken, what the links' queues add included; lost : share of
-    what was sent down."""
+    what was sent down; told (n,) : the last message that had arrived."""
 
     time_s: np.ndarray
     hand_mm: np.ndarray
@@ -113,6 +130,7 @@ class Record(NamedTuple):
     with_headers: dict[str, float]
     round_trip_ms: np.ndarray
     lost: dict[str, float]
+    told: list[Parameters | None]
 
     @property
     def judged(self) -> slice:
@@ -189,53 +207,64 @@ def run(
     uplink, noise = Link(scene.uplink, int(seeds[0])), np.random.default_rng(int(seeds[2]))
     # The same seed: the delays of both are the same at any time, each has losses of its own datagrams.
     down = {name: Link(scene.downlink, int(seeds[1])) for name in ("local", "direct")}
-    pipeline = Pipeline(gauges=1, columns=("position_mm",), scale_sigma=SCALE_SIGMA, latency_s=0.0)
-    sensing, remote = Sensing(pipeline, components=scene.components), RemoteHand()
+    touch, remote, pressing = Touch(scene.texture, scene.noise_microstrain, scene.soft), RemoteHand(), math.nan
+    sensing, coupled = touch.sensing(scene.components), HighPass(RATE_HZ) if scene.soft else float
     headers = {name: Headers(number) for number, name in enumerate(("hand", "local", "direct"))}
     time = np.arange(round(scene.seconds * RATE_HZ)) / RATE_HZ
     hand = np.asarray(scene.motion.place_mm(time)) + scene.start_mm
-    noises = scene.noise_microstrain * noise.standard_normal(time.size)
+    forces = scene.motion.force_N(time).tolist()
+    normal = noise.standard_normal((time.size, touch.numbers)).tolist()
     hand_every, told_every = round(RATE_HZ / HAND_HZ), round(RATE_HZ / scene.parameters_Hz)
     shown_local, shown_direct, displayed, newest = [], [], [], (math.nan, math.nan)
+    learnt = []
     learnt_s = heard_s = -math.inf
+    told: Parameters | None = None
     for row, now in enumerate(time.tolist()):
         if row % 250 == 0:
             progress(round(now), round(scene.seconds))
         if row % hand_every == 0:
-            place = float(hand[row])
-            local.move(now, place)
-            message = HandReading(headers["hand"].next(now), quantity(Length, place))
-            uplink.send(now, place, len(encode(message)))
-        for sent, arrived, place in uplink.receive(now):
+            place, force = float(hand[row]), forces[row]
+            local.move(now, place, force)
+            message = HandReading(headers["hand"].next(now), quantity(Length, place), quantity(Force, force))
+            uplink.send(now, (place, force), len(encode(message)))
+        for sent, arrived, (place, force) in uplink.receive(now):
             remote.read(arrived, sent, place)
+            pressing = force
         place, speed = remote.at(now)
         if math.isfinite(place):
-            reading = scene.texture.reading(place, speed) + float(noises[row])
-            if not math.isfinite(reading):
-                raise InputError(f"the hand leaves the recorded texture at {place:.3g} mm: make its strokes shorter")
-            sensing.update((now, reading, place))
+            sampled = touch.row(place, speed, pressing, normal[row])
+            if not math.isfinite(sampled[0]):
+                raise InputError(
+                    f"there is no reading at {place:.3g} mm and {pressing:.3g} N: make the strokes of the hand "
+                    "shorter, or press within the calibrated forces"
+                )
+            sensing.update((now, *sampled))
+            reading = coupled(sampled[0])
             sample = Samples(headers["direct"].next(now), 1_000_000, (reading,))
             down["direct"].send(now, (reading, place, remote.playing_s), len(encode(sample)))
         if row % told_every == 0:
-            told = sensing.parameters(headers["local"].next(now))
-            down["local"].send(now, told, len(encode(told)))
+            parameters = sensing.parameters(headers["local"].next(now))
+            down["local"].send(now, parameters, len(encode(parameters)))
         # What was overtaken or came twice is left out, as `gate.Gate` does.
         for delivery in down["local"].receive(now):
             if delivery.sent_s > learnt_s:
                 told, learnt_s = delivery.content, delivery.sent_s
-                local.learn(now, told.components, told.texture)
+                local.learn(now, told.components, Trust(told.texture))
         for delivery in down["direct"].receive(now):
             if delivery.sent_s > heard_s:
                 (reading, place, played), heard_s = delivery.content, delivery.sent_s
                 newest = scene.texture.wavelength(place), played
                 direct.hear(now, reading)
+        learnt.append(told)
         shown_local.append(local.update(now))
         shown_direct.append(direct.update(now))
         displayed.append((newest[0], 1e3 * (now - newest[1])))
-    return _record(scene, time, hand, (shown_local, shown_direct), np.array(displayed), down)
+    return _record(scene, time, hand, (shown_local, shown_direct), np.array(displayed), down, learnt)
 
 
-def _record(scene: Set, time, hand, shown: tuple[list[Shown], list[Shown]], displayed, down: dict[str, Link]) -> Record:
+def _record(
+    scene: Set, time, hand, shown: tuple[list[Shown], list[Shown]], displayed, down: dict[str, Link], told
+) -> Record:
     """A run as arrays; displayed (n, 2): wavelength under the sensor at the displayed sample, and its age in ms."""
     local, direct = shown
     truth = np.array([scene.texture.wavelength(place) for place in hand.tolist()])
@@ -255,4 +284,5 @@ def _record(scene: Set, time, hand, shown: tuple[list[Shown], list[Shown]], disp
         },
         round_trip_ms=displayed[:, 1],
         lost={name: link.lost / max(1, link.sent) for name, link in down.items()},
+        told=told,
     )

@@ -28,7 +28,7 @@ class Quantity(Struct, array_like=True, frozen=True, forbid_unknown_fields=True,
 
     value: _Value | None
     sigma: _Sigma | None
-    status: Annotated[int, Meta(ge=0, le=2)]
+    status: Annotated[int, Meta(ge=0, le=3)]
 
 
 class Length(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="mm"):

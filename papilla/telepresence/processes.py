@@ -9,7 +9,7 @@ from papilla.telepresence.answer import DisplayStatus, Shown, Trust
 from papilla.telepresence.gate import Counts
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.loop import HAND_HZ, PARAMETERS_HZ, Motion
-from papilla.telepresence.messages import HandReading, Length, Parameters, quantity
+from papilla.telepresence.messages import Force, HandReading, Length, Parameters, quantity
 from papilla.telepresence.period import Period
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.sources import Source
@@ -99,11 +99,11 @@ def run_display(
     hand_s = live_s = -math.inf
     age_ns, told = math.nan, None
     for now in period.ticks(seconds):
-        place = float(motion.place_mm(now))
+        place, force = float(motion.place_mm(now)), float(motion.force_N(now))
         if now - hand_s >= 1 / HAND_HZ - 0.5 * period.period_s:
             hand_s = now
-            model.move(now, place)
-            endpoint.send(partial(HandReading, position=quantity(Length, place)))
+            model.move(now, place, force)
+            endpoint.send(partial(HandReading, position=quantity(Length, place), force=quantity(Force, force)))
         for heard in endpoint.receive():
             if isinstance(heard.message, Parameters):
                 age_ns, told = heard.age_ns, heard.message

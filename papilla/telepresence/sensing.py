@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from papilla.errors import InputError
+from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.telepresence.answer import Trust
@@ -136,18 +138,33 @@ class Sensing:
     def parameters(self, header: Header) -> Parameters:
         """The message of now, under this header."""
         lines, trust = self.lines()
-        answer, sample = self._answer, self._sample
-        extra: dict = {}
-        if answer is not None:
-            modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
-            force = sample[self._force] if self._force > 0 else math.nan
-            if "modulus" not in self.pipeline.off:
-                extra["modulus"] = quantity(Modulus, modulus, sigma)
-            if "friction" not in self.pipeline.off:
-                extra["mu_kinetic"] = quantity(Ratio, float(answer.mu_kinetic))
-                extra["mu_static"] = quantity(Ratio, float(answer.mu_static))
-            if self._force > 0:
-                extra["force"] = quantity(Force, force)
-            if self._area is not None:
-                extra["area"] = quantity(Area, *self._area(force, modulus, sigma))
-        return Parameters(header, int(trust), lines_of(lines), **extra)
+        return Parameters(header, int(trust), lines_of(lines), **self._softness(), **self._friction())
+
+    def _softness(self) -> dict[str, Any]:
+        """Force, modulus and contact area of now, as far as they are estimated."""
+        answer = self._answer
+        if answer is None or self._force < 0:
+            return {}
+        force = self._sample[self._force]
+        found: dict[str, Any] = {"force": quantity(Force, force)}
+        if "modulus" in self.pipeline.off:
+            return found
+        modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
+        trust = Trust.OK if self.pipeline.sentences.get("modulus", "").startswith("ok") else Trust.DOUBTED
+        found["modulus"] = quantity(Modulus, modulus, sigma, trust)
+        if self._area is not None:
+            found["area"] = quantity(Area, *self._area(force, modulus, sigma), trust)
+        return found
+
+    def _friction(self) -> dict[str, Any]:
+        """Both coefficients of now, where they are estimated."""
+        found = self.pipeline.friction
+        if found is None:
+            return {}
+        status = int(found.status)
+        kinetic = Trust.OK if status in (FrictionStatus.OK, FrictionStatus.STATIC_BELOW_KINETIC) else Trust.DOUBTED
+        static = Trust.OK if status == FrictionStatus.OK else Trust.DOUBTED
+        return {
+            "mu_kinetic": quantity(Ratio, float(found.mu_kinetic), float(found.mu_kinetic_sigma), kinetic),
+            "mu_static": quantity(Ratio, float(found.mu_static), float(found.mu_static_sigma), static),
+        }

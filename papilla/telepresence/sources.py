@@ -1,7 +1,7 @@
 """What a sensor process samples: a texture under the remote hand, or a log that is played again."""
 
 import math
-from collections.abc import Callable
+import random
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from papilla.logs import TimeLog
 from papilla.telepresence.gate import Heard
 from papilla.telepresence.hand import RemoteHand
 from papilla.telepresence.messages import HandReading
-from papilla.telepresence.texture import Texture
+from papilla.telepresence.touch import Touch
 
 
 class Source(Protocol):
@@ -34,33 +34,39 @@ class Source(Protocol):
         """Its state in a few words."""
 
 
-class TextureSource:
-    """A texture that one gauge slides over where the remote hand is; noise : what is added to a reading."""
+class TouchSource:
+    """A `Touch` where the remote hand is, with the force of the remote hand; seed : of the noise."""
 
-    columns: tuple[str, ...] = ("position_mm",)
-    gauges = 1
     over = False
 
-    def __init__(self, texture: Texture, noise: Callable[[], float] = lambda: 0.0):
-        self._texture, self._noise, self._remote = texture, noise, RemoteHand()
-        self._place = math.nan
+    def __init__(self, touch: Touch, seed: int = 0):
+        self.columns, self.gauges = touch.columns, touch.gauges
+        self._touch, self._remote, self._normal = touch, RemoteHand(), random.Random(seed).gauss
+        self._place = self._force = math.nan
 
     def hear(self, heard: Heard) -> None:
         """Follow the hand."""
-        if isinstance(heard.message, HandReading) and heard.message.position.value is not None:
-            self._remote.read(1e-9 * heard.arrived_ns, 1e-9 * heard.sent_ns, heard.message.position.value)
+        message = heard.message
+        if not isinstance(message, HandReading):
+            return
+        if message.position.value is not None:
+            self._remote.read(1e-9 * heard.arrived_ns, 1e-9 * heard.sent_ns, message.position.value)
+        if message.force is not None and message.force.value is not None:
+            self._force = message.force.value
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
-        """Time, reading and place; None before a hand is heard."""
+        """Time and row; None before a hand is heard."""
         self._place, speed = self._remote.at(1e-9 * now_ns)
         if not math.isfinite(self._place):
             return None
-        return now_s, self._texture.reading(self._place, speed) + self._noise(), self._place
+        normal = [self._normal(0.0, 1.0) for _ in range(self._touch.numbers)]
+        return now_s, *self._touch.row(self._place, speed, self._force, normal)
 
     @property
     def said(self) -> str:
-        """Where the hand is."""
-        return f"hand at {self._place:.1f} mm"
+        """Where the hand is, and how hard it presses."""
+        pressing = f", {self._force:.2f} N" if math.isfinite(self._force) else ""
+        return f"hand at {self._place:.1f} mm{pressing}"
 
 
 class LogSource:

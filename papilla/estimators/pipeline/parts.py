@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.estimators.friction import Friction, FrictionStatus
+from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
 from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.published.softness import Form, PrintedSoftness
 from papilla.estimators.softness import GaugeSoftness, Softness
@@ -223,14 +223,16 @@ class BlindPart(Part):
 
 
 class FrictionPart(Part):
-    """mu_kinetic, mu_static."""
+    """mu_kinetic, mu_static; last : the whole answer to the last sample."""
 
     def __init__(self, rate_Hz: float, low_pass_Hz: float, memory_mm: float):
         self.estimator = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz, memory_mm=memory_mm)
+        self.last: FrictionEstimate | None = None
 
     def advance(self, rows):
         """For each row its columns, and last the status as a number."""
         answers = _run(self.estimator, [(row.tangential_N, row.force_N, row.tick.slope_mm_s) for row in rows])
+        self.last = FrictionEstimate(*answers[-1])
         return [(answer[0], answer[1], answer[-1]) for answer in answers]
 
     def sentence(self, status):

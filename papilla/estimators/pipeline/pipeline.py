@@ -12,7 +12,7 @@ from papilla import checks
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.estimators import health
-from papilla.estimators.friction import MEMORY_MM
+from papilla.estimators.friction import MEMORY_MM, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
@@ -139,6 +139,7 @@ class Pipeline:
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(maxsize=1024)(self._sentence)
+        self._codes: tuple[int, ...] = ()
 
     def _add_modulus(self, calibration, rate, position_sigma_mm, noise, softness) -> None:
         if softness not in SOFTNESS:
@@ -219,6 +220,18 @@ class Pipeline:
         return part.estimator.lines if isinstance(part, WavelengthPart) else ()
 
     @property
+    def friction(self) -> FrictionEstimate | None:
+        """The last answer of friction, with its standard deviations; None where there is none yet."""
+        part = self._parts.get("friction")
+        return part.last if self._codes and isinstance(part, FrictionPart) else None
+
+    @property
+    def sentences(self) -> dict[str, str]:
+        """What each output says of the last sample: its status alone, or why it is switched off."""
+        found = zip(self._parts.items(), self._codes, strict=False)
+        return {name: part.sentence(code) for (name, part), code in found} | self.off
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
         doubted = [part.doubted for part in self._parts.values() if part.doubted]
@@ -237,7 +250,7 @@ class Pipeline:
             raise InputError(
                 f"the state is of a pipeline for {theirs or 'nothing'}, this one is for {ours or 'nothing'}"
             )
-        self._clock.state, self._health.state = state.clock, state.health
+        self._clock.state, self._health.state, self._codes = state.clock, state.health, ()
         for name, own in state.parts:
             self._parts[name].state = own
 
@@ -247,6 +260,7 @@ class Pipeline:
         self._forget()
 
     def _forget(self) -> None:
+        self._codes = ()
         self._health.reset()
         for part in self._parts.values():
             part.reset()
@@ -318,7 +332,8 @@ class Pipeline:
             for place, (*values, code) in zip(places, next(found, ()), strict=True):
                 columns[place] = values
                 codes.append(int(code))
-            answers.append((*columns, *self._words(time, gauges, tuple(codes))))
+            self._codes = tuple(codes)
+            answers.append((*columns, *self._words(time, gauges, self._codes)))
         return answers
 
     def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> tuple[str, str]:
