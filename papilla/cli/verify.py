@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.output import print_json, progress, show_table
+from papilla.cli.output import print_json, progress, say, show_table
 
 if TYPE_CHECKING:
     from papilla.studies.verify import Case
@@ -22,11 +22,16 @@ def verify(
     """
     from papilla.studies import verify as study
 
+    skipped: list[str] = []
     with progress() as shown:
-        cases = study.verify(only or (), progress=lambda case, *done: shown.stage(case.name.split(":")[0], *done))
+        cases = study.verify(
+            only or (), progress=lambda case, *done: shown.stage(case.name.split(":")[0], *done), skipped=skipped.append
+        )
+    for sentence in skipped:
+        say(sentence)
     passed = all(case.passed for case in cases)
     if as_json:
-        print_json({"passed": passed, "cases": [case.to_json() for case in cases]})
+        print_json({"passed": passed, "cases": [case.to_json() for case in cases], "skipped": skipped})
     else:
         _print(cases)
     if not passed:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.identification import PARAMETERS, Noise, compare, confess, identify, record
-from papilla.calibrate.identification.fit import family_of, problem_of
+from papilla.calibrate.identification.fit import descend, family_of, problem_of
 from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.identification.profile import RATIO, Profile, profile
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger
@@ -24,10 +25,11 @@ def smooth():
     return response(family_of(Finger.default(), size_mm=SIZE_MM), BLOCK)
 
 
-def made(smooth, seed, *, noise=5.0, force_error=0.01, forces=FORCES, moduli=MODULI, depth=True):
+def made(smooth, seed, *, noise=5.0, force_error=0.01, forces=FORCES, moduli=MODULI, depth=True, ratio=None):
     """A finger unlike the default one, its parameters, and the log of presses that it and the model agree on."""
     rng = np.random.default_rng(seed)
     outer, inner = 0.136 * np.exp(rng.uniform(-0.69, 0.69)), 0.034 * np.exp(rng.uniform(-0.5, 0.5))
+    outer = outer if ratio is None else ratio * inner
     gain = np.exp(rng.uniform(np.log(0.02), 0, 5)) * rng.choice([-1, 1], 5)
     lever, zero = gain * rng.uniform(-1.8, 0.8, 5), rng.uniform(-20, 20, 5)
     force, modulus = (values.ravel() for values in np.meshgrid(forces, moduli))
@@ -199,3 +201,37 @@ def test_swapped_gauges_and_equal_presses_are_doubted(smooth):
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         low, high = told.intervals[name]
         assert high / low > 1.5
+
+
+@pytest.mark.slow
+def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
+    log, _ = made(smooth, 13)
+    found = identify(log, Finger.default(), size_mm=SIZE_MM)
+    least = (found.problem.residuals(found.vector) ** 2).sum()
+    for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
+        told = profile(found, name)
+        assert told.verdict == "bounded" and told.lower < found[name][0] < told.upper
+        for end in (told.lower, told.upper):
+            held = identify(log, Finger.default(), fix={name: end}, size_mm=SIZE_MM)
+            problem = replace(found.problem, free=held.names, held={**found.problem.held, name: end})
+            cost, _ = descend(problem, held.vector[~held.problem.linear])
+            sigma = PARAMETERS[name].sigma
+            cost += (np.log(end / found.problem.held[name]) / sigma) ** 2
+            assert cost - least == pytest.approx(3.84, abs=0.1), (name, end)
+
+
+@pytest.mark.slow
+def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
+    """Four presses on one modulus; and a finger whose outer layer is nearly 16 times as stiff as its inner one."""
+    log, _ = made(smooth, 3, moduli=(0.51,), depth=False)
+    open_one = profile(identify(log, Finger.default(), size_mm=SIZE_MM), "outer_modulus_MPa")
+    assert open_one.verdict in ("one-sided", "flat")
+    assert any("its prior decides" in doubt for doubt in open_one.doubts)
+    steep, _ = made(smooth, 4, moduli=(0.51,), depth=False, ratio=14.0)
+    cut = profile(identify(steep, Finger.default(), size_mm=SIZE_MM), "outer_modulus_MPa")
+    assert cut.cut_off_by == (RATIO,)
+    assert any("is cut off where the ratio of the moduli comes to its bound" in doubt for doubt in cut.doubts)
+
+
+def test_a_bounded_profile_has_nothing_to_doubt():
+    assert Profile("inner_modulus_MPa", 0.02, 0.03, "bounded").doubts == []

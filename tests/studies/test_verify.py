@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from papilla.cli.verify import verify as command
-from papilla.errors import InputError, SolverError
+from papilla.errors import InputError, MissingExtraError, SolverError
 from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
 from papilla.mesh.topology import volumes
@@ -50,6 +50,12 @@ def broken():
     raise SolverError("the solver\ngave up")
 
 
+def absent():
+    """A family that needs what is not installed."""
+    raise MissingExtraError("another library is not installed; pip install it")
+    yield
+
+
 # ---- The table
 
 
@@ -80,6 +86,13 @@ def test_a_family_that_stops_is_a_case_that_failed():
     assert cases[1].name == "one: stopped" and "the solver gave up" in cases[1].measure
 
 
+def test_a_family_that_needs_what_is_absent_is_skipped_in_a_line():
+    lines = []
+    cases = verify(families={"one": absent, "two": good}, skipped=lines.append)
+    assert [case.name.split(":")[0] for case in cases] == ["two", "two"]
+    assert lines == ["one: skipped, another library is not installed; pip install it"]
+
+
 def test_an_unknown_family_is_refused():
     with pytest.raises(InputError, match="no family of cases is called 'hurtz': expected patch, manufactured, hertz"):
         verify(["hurtz"])
@@ -95,10 +108,19 @@ def test_json_and_exit_code(call, monkeypatch, family, code):
     assert answer.exit_code == code
     assert answer.stdout.count("\n") == 1, "one object and nothing else"
     found = json.loads(answer.stdout)
-    assert list(found) == ["passed", "cases"]
+    assert list(found) == ["passed", "cases", "skipped"]
+    assert found["skipped"] == []
     assert found["passed"] is (code == 0)
     assert all(list(case) == KEYS for case in found["cases"])
     assert all(case["passed"] for case in found["cases"]) is found["passed"]
+
+
+def test_the_command_says_what_is_skipped_and_passes(call, monkeypatch):
+    monkeypatch.setitem(FAMILIES, "patch", absent)
+    answer = call("--only", "patch", "--json")
+    assert answer.exit_code == 0
+    assert json.loads(answer.stdout)["skipped"] == ["patch: skipped, another library is not installed; pip install it"]
+    assert "patch: skipped" in answer.stderr
 
 
 def test_table_names_what_missed(call, monkeypatch):

@@ -7,12 +7,9 @@ import numpy as np
 
 from papilla.calibrate.identification.fit import MISFIT, Identification, descend
 from papilla.calibrate.identification.parameters import PARAMETERS, kind, physical
-from papilla.calibrate.identification.problem import Problem
+from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
 from papilla.identified import Identified
 from papilla.specimen import friction_words
-
-NORMAL = 1.959964
-"""Half width of a 95 % interval, in standard deviations."""
 
 TOLD = 0.7
 """Share of a prior's width that is left in a parameter, from which the prior decides it."""
@@ -28,23 +25,6 @@ INFLUENTIAL = 1.0
 
 SWAPPED = 0.3
 """Share of chi-square that is left with two gauges swapped, from which they are taken to be."""
-
-CLOSE_TO_BOUND = 1e-3
-PROFILE_STEPS, PROFILE_BISECTIONS = 12, 6
-
-
-@dataclass(frozen=True)
-class Profile:
-    """The 95 % interval of a parameter (in its unit) where chi-square with all others fitted rises by 3.84.
-
-    verdict : "bounded"; "one-sided" or "flat" where it does not rise that far before its bounds; "cut off by NAME"
-    where another parameter came to its bound on the way, which makes it rise too soon.
-    """
-
-    name: str
-    lower: float
-    upper: float
-    verdict: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +53,8 @@ def confess(found: Identification) -> Confession:
     }
     intervals |= {one.name: (one.lower, one.upper) for one in profiles}
     moved = influence(found)
-    doubts = (*found.problem.log.notes, *_of_the_presses(found), *_of_the_fit(found), *_of_gauges(found))
-    doubts += tuple(_in_words(one) for one in profiles if one.verdict != "bounded")
+    doubts = (*found.problem.log.notes, *_of_the_presses(found), *_of_the_fit(found, profiles), *_of_gauges(found))
+    doubts += tuple(sentence for one in profiles for sentence in one.doubts)
     if moved.size and moved.max() > INFLUENTIAL:
         row = int(moved.argmax())
         doubts += (f"press {row + 1} alone moves a modulus by {moved[row]:.2g} of its standard deviations",)
@@ -109,69 +89,6 @@ def record(found: Identification, told: Confession, specimen: str) -> Identified
         noise_microstrain=problem.noise.readings_microstrain,
         notes=told.doubts,
     )
-
-
-def profile(found: Identification, name: str) -> Profile:
-    """The profile likelihood interval of a parameter that readings do not follow linearly."""
-    problem, place = found.problem, found.names.index(name)
-    best, sigma = found.vector[place], found.sigma[place]
-    scale = max(1.0, found.chi_square / found.freedom) if found.freedom > 0 else 1.0
-    scale = scale if scale > MISFIT else 1.0
-    limits = [side[place] for side in problem.bounds]
-    least = float((problem.residuals(found.vector) ** 2).sum())
-    cut: set[str] = set()
-
-    def rise(value: float) -> float:
-        cost, others, at = _cost_at(problem, name, value, found.vector)
-        cut.update(_at_bounds(others, at))
-        return (cost - least) / scale - NORMAL**2
-
-    ends, open_sides = [], 0
-    for limit, sign in zip(limits, (-1.0, 1.0), strict=True):
-        inside, outside = best, None
-        for k in range(1, PROFILE_STEPS + 1):
-            value = best + sign * 0.75 * k * sigma
-            value = min(value, limit) if sign > 0 else max(value, limit)
-            if rise(value) > 0:
-                outside = value
-                break
-            inside = value
-            if value == limit:
-                break
-        if outside is None:
-            open_sides += 1
-            ends.append(physical(name, inside))
-            continue
-        for _ in range(PROFILE_BISECTIONS):
-            middle = (inside + outside) / 2
-            inside, outside = (inside, middle) if rise(middle) > 0 else (middle, outside)
-        ends.append(physical(name, (inside + outside) / 2))
-    verdict = ("bounded", "one-sided", "flat")[open_sides]
-    if verdict == "bounded" and cut:
-        verdict = f"cut off by {', '.join(sorted(cut))}"
-    return Profile(name, ends[0], ends[1], verdict)
-
-
-def _cost_at(problem: Problem, name: str, value: float, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
-    """Least cost with a parameter held at a value in the scale of the fit, and where the others then are."""
-    place = problem.free.index(name)
-    others = replace(
-        problem,
-        free=tuple(one for one in problem.free if one != name),
-        held={**problem.held, name: physical(name, value)},
-    )
-    start = np.delete(vector, place)
-    cost, at = descend(others, start[~others.linear])
-    one = PARAMETERS[kind(name)]
-    return cost + ((value - problem.start[place]) / one.sigma) ** 2, others, at
-
-
-def _at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
-    low, high = problem.bounds
-    near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
-    return [
-        name for name, close, linear in zip(problem.free, near, problem.linear, strict=True) if close and not linear
-    ]
 
 
 def influence(found: Identification) -> np.ndarray:
@@ -228,15 +145,18 @@ def _of_the_presses(found: Identification) -> list[str]:
     return said
 
 
-def _of_the_fit(found: Identification) -> list[str]:
+def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[str]:
     problem, said = found.problem, []
     said += [
-        f"{name} ended at its bound, beyond what is known of silicones" for name in _at_bounds(problem, found.vector)
+        f"{name} ended at its bound, beyond what is known of silicones"
+        for name in at_bounds(problem, found.vector)
+        if name != RATIO
     ]
     if beyond := problem.beyond(found.vector):
         said.append(f"the ratio of the moduli is {100 * abs(beyond):.1g} % outside of 1 to 16, where fingers are known")
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
-        if not linear and sigma > TOLD * PARAMETERS[kind(name)].sigma:
+        told = any(one.name == name and one.verdict != "bounded" for one in profiles)
+        if not (linear or told) and sigma > TOLD * PARAMETERS[kind(name)].sigma:
             said.append(f"the presses do not tell {name}: its prior decides")
     outside = np.flatnonzero(~problem.linear)
     for one, other in combinations(outside.tolist(), 2):
@@ -291,8 +211,3 @@ def _backwards(found: Identification) -> list[str]:
     gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
     turned = [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
     return turned
-
-
-def _in_words(one: Profile) -> str:
-    low, high = f"{one.lower:.3g}", f"{one.upper:.3g}"
-    return f"{one.name} is {one.verdict}: its 95 % interval is {low} to {high} at least"

@@ -1,0 +1,116 @@
+"""Profile likelihood of a parameter: its interval, and whether the presses close it or what was known before.
+
+All others are fitted again at each value (Venzon and Moolgavkar 1988, doi:10.2307/2347496), their priors included.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from papilla.calibrate.identification.fit import MISFIT, Identification, descend
+from papilla.calibrate.identification.parameters import PARAMETERS, kind, physical
+from papilla.calibrate.identification.problem import Problem
+
+NORMAL = 1.959964
+"""Half width of a 95 % interval, in standard deviations."""
+
+CLOSE_TO_BOUND = 1e-3
+"""Share of the range between its bounds within which a parameter is at one of them."""
+
+RATIO = "the ratio of the moduli"
+
+STEP, STEPS, EXACT = 0.75, 12, 0.005
+"""A side is walked in so many steps of so many standard deviations; its end is then found to so much of one."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The 95 % interval of a parameter (in its unit), where chi-square with all others fitted rises by 3.84.
+
+    verdict : of the presses without the parameter's own prior: "bounded", "one-sided" or "flat", as chi-square rises
+    that far before its bounds on both sides, on one or on none; the prior then closes the interval. cut_off_by : what
+    is at its bound where the interval ends, which is then too short.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    verdict: str
+    cut_off_by: tuple[str, ...] = ()
+
+    @property
+    def doubts(self) -> list[str]:
+        """What to doubt of the interval, a sentence each."""
+        known, said = f"{self.lower:.3g} to {self.upper:.3g}", []
+        if self.verdict != "bounded":
+            where = "on one side alone" if self.verdict == "one-sided" else "on neither side"
+            said.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {known}")
+        if self.cut_off_by:
+            names = " and ".join(self.cut_off_by)
+            said.append(f"the interval of {self.name}, {known}, is cut off where {names} comes to its bound")
+        return said
+
+
+def profile(found: Identification, name: str) -> Profile:
+    """The profile of a parameter that readings do not follow linearly; costs a fit a step."""
+    place = found.names.index(name)
+    best, sigma = float(found.vector[place]), float(found.sigma[place])
+    excess = found.chi_square / found.freedom if found.freedom > 0 else 1.0
+    level = NORMAL**2 * (excess if excess > MISFIT else 1.0)
+    curve = _Curve(found, name)
+    least = curve(best)
+    ends = []
+    for side, sign in zip(found.problem.bounds, (-1.0, 1.0), strict=True):
+        limit = float(side[place])
+        curve.others = np.delete(found.vector, place)
+        end = best
+        for k in range(1, STEPS + 1):
+            value = sign * min(sign * (best + sign * STEP * k * sigma), sign * limit)
+            if curve(value) - least > level:
+                end = brentq(lambda one: curve(one) - least - level, end, value, xtol=EXACT * sigma)
+                break
+            end = value
+            if value == limit:
+                break
+        ends.append(end)
+        curve(end)
+        curve(limit)
+    without = curve.without_prior
+    low = min(without.values())
+    rises = [max(cost for value, cost in without.items() if sign * (value - best) >= 0) - low for sign in (-1, 1)]
+    verdict = ("flat", "one-sided", "bounded")[sum(rise > level for rise in rises)]
+    cut = sorted({name for end in ends for name in curve.at_bounds[end]})
+    return Profile(name, physical(name, ends[0]), physical(name, ends[1]), verdict, tuple(cut))
+
+
+class _Curve:
+    """Least chi-square with one parameter held at a value in the scale of the fit; what was found is kept."""
+
+    def __init__(self, found: Identification, name: str):
+        self._problem, self._name, self._parameter = found.problem, name, PARAMETERS[kind(name)]
+        self._place = found.names.index(name)
+        self.others = np.delete(found.vector, self._place)
+        self.without_prior: dict[float, float] = {}
+        self.at_bounds: dict[float, list[str]] = {}
+
+    def __call__(self, value: float) -> float:
+        """Chi-square, priors and the parameter's own included; the fit starts where the last one ended."""
+        if value not in self.without_prior:
+            free = tuple(one for one in self._problem.free if one != self._name)
+            held = {**self._problem.held, self._name: physical(self._name, value)}
+            rest = replace(self._problem, free=free, held=held)
+            self.without_prior[value], self.others = descend(rest, self.others[~rest.linear])
+            self.at_bounds[value] = at_bounds(rest, self.others)
+        prior = (value - self._problem.start[self._place]) / self._parameter.sigma
+        return self.without_prior[value] + prior**2
+
+
+def at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
+    """What is at its bound in a vector (f,): parameters that readings do not follow linearly, and the ratio."""
+    low, high = problem.bounds
+    near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
+    named = [
+        name for name, close, linear in zip(problem.free, near, problem.linear, strict=True) if close and not linear
+    ]
+    return [*named, *([RATIO] if problem.beyond(vector) else [])]

@@ -1,0 +1,116 @@
+"""The fit of a finger and its profiles against Minuit, which is given the same objective and nothing else."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from papilla.calibrate.identification import Identification, identify
+from papilla.calibrate.identification.fit import family_of
+from papilla.calibrate.identification.problem import Problem
+from papilla.calibrate.identification.profile import NORMAL, profile
+from papilla.errors import MissingExtraError
+from papilla.fem.pressing.response import Response, response
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.specimen import Block
+from papilla.studies.verify.case import Case
+from papilla.units import MICROSTRAIN
+
+SIZE_MM = 2.8
+SAME_COST, SAME_SIGMAS = 1e-3, 0.05
+
+STRATEGY, TOLERANCE = 2, 0.01
+"""Of Minuit, the careful one: by its own it ends up to 0.3 sigma short of the minimum."""
+
+LOGS = {
+    "15 presses": ((0.05, 0.1, 0.25, 0.5, 0.98), (0.089, 0.51, 0.72), True),
+    "9 presses without depths": ((0.2, 0.5, 0.98), (0.089, 0.51, 0.72), False),
+    "4 presses on one modulus": ((0.1, 0.3, 0.6, 0.98), (0.51,), False),
+}
+"""Forces, moduli, and whether indentations are measured: the last one does not tell the outer layer's modulus."""
+
+
+def identification() -> Iterator[Case]:
+    """Least chi-square, where it is, the 95 % ends of both moduli's profiles and their verdicts, from three logs."""
+    try:
+        import iminuit  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError("iminuit is not installed; pip install 'papilla[peers]'") from error
+    finger = Finger.default()
+    smooth = response(family_of(finger, size_mm=SIZE_MM), Block(1.0, 10.0))
+    for seed, (name, (forces, moduli, deep)) in enumerate(LOGS.items(), start=1):
+        log = _log(smooth, np.random.default_rng(seed), forces, moduli, deep)
+        yield from _against_minuit(name, identify(log, finger, size_mm=SIZE_MM))
+
+
+def _log(smooth: Response, rng: np.random.Generator, forces, moduli, deep: bool) -> PressLog:
+    """Presses of a finger that is drawn, with the noise that `identify` takes them to have."""
+    outer, inner = 0.136 * np.exp(rng.uniform(-0.69, 0.69)), 0.034 * np.exp(rng.uniform(-0.5, 0.5))
+    gain = np.exp(rng.uniform(np.log(0.02), 0, 5)) * rng.choice([-1, 1], 5)
+    lever, zero = gain * rng.uniform(-1.8, 0.8, 5), rng.uniform(-20, 20, 5)
+    force, modulus = (values.ravel() for values in np.meshgrid(forces, moduli))
+    felt = smooth.felt(force * (1 + 0.01 * rng.normal(size=force.size)), modulus, outer, inner)
+    readings = (gain * felt.values[:, 0] + lever * felt.values[:, 1]) / MICROSTRAIN + zero
+    readings += 5.0 * rng.normal(size=readings.shape)
+    depth = felt.indentation + 0.15 + 0.02 * rng.normal(size=force.size)
+    names = tuple(f"g{number}" for number in range(1, 6))
+    return PressLog(force, modulus, readings, names, depth if deep else None)
+
+
+def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
+    problem, vector = found.problem, found.vector
+    begun = vector + 0.5 * found.sigma * np.random.default_rng(0).normal(size=len(vector))
+    second = _minuit(problem, begun, found.sigma).migrad()
+    least = float((problem.residuals(vector) ** 2).sum())
+    yield Case(
+        f"least chi-square, {name}", "above what Minuit's migrad comes to", max(0.0, least - second.fval), SAME_COST
+    )
+    away = np.abs((np.array(second.values) - vector) / found.sigma).max()
+    yield Case(f"parameters, {name}", "largest distance to Minuit's, in sigma", float(away), SAME_SIGMAS)
+    ends, verdicts = [], 0
+    for place in np.flatnonzero(~problem.linear):
+        parameter = found.names[place]
+        own = profile(found, parameter)
+        second.minos(parameter, cl=0.95)
+        error, middle = second.merrors[parameter], second.values[parameter]
+        if not own.cut_off_by:
+            sides = (own.lower, error.lower), (own.upper, error.upper)
+            ends += [abs(np.log(end) - middle - by) / found.sigma[place] for end, by in sides]
+        verdicts += own.verdict != _verdict(problem, found, parameter)
+    yield Case(f"95 % ends of profiles, {name}", "largest distance to Minuit's minos, in sigma", max(ends), SAME_SIGMAS)
+    what = "profiles whose verdict is not that of Minuit at the bounds, without the prior"
+    yield Case(f"verdicts of profiles, {name}", what, float(verdicts), 0.0)
+
+
+def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior_of: str | None = None):
+    """Minuit on the chi-square of a problem, all parameters alike, in the scale of the fit."""
+    from iminuit import Minuit
+
+    kept = np.array([name != without_prior_of for name in (*problem.free, "the ratio of the moduli")])
+    rows = np.concatenate([np.ones(problem.measured.size, bool), kept])
+
+    def chi_square(vector: np.ndarray) -> float:
+        return float((problem.residuals(vector)[rows] ** 2).sum())
+
+    def gradient(vector: np.ndarray) -> np.ndarray:
+        return 2 * problem.jacobian(vector)[rows].T @ problem.residuals(vector)[rows]
+
+    found = Minuit(chi_square, start, grad=gradient, name=problem.free)
+    found.errordef, found.strategy, found.tol = Minuit.LEAST_SQUARES, STRATEGY, TOLERANCE
+    found.errors = step
+    sides = zip(*problem.bounds, problem.linear, strict=True)
+    found.limits = [(None, None) if linear else (low, high) for low, high, linear in sides]
+    return found
+
+
+def _verdict(problem: Problem, found: Identification, name: str) -> str:
+    """By Minuit, of the presses without the parameter's prior: chi-square at its bounds against the least."""
+    place = found.names.index(name)
+    costs = []
+    for value in (None, *(side[place] for side in problem.bounds)):
+        start = found.vector.copy()
+        start[place] = start[place] if value is None else value
+        one = _minuit(problem, start, found.sigma, without_prior_of=name)
+        one.fixed[name] = value is not None
+        costs.append(one.migrad().fval)
+    return ("flat", "one-sided", "bounded")[sum(cost - min(costs) > NORMAL**2 for cost in costs[1:])]
