@@ -167,3 +167,31 @@ def test_zeros_are_learnt_in_the_air_as_far_as_they_are_in_doubt(five_gauges, do
     air = np.random.default_rng(1).normal(100, 20, (50, 5))
     own.process(np.column_stack([air, np.zeros(50)]))
     np.testing.assert_allclose(own.state.zeros, share * air.mean(axis=0), rtol=1e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [GaugeSoftness, Softness])
+@pytest.mark.parametrize("doubts, most", [(None, 0.004), (Doubts.NONE, 0.02)])
+def test_slots_of_samples_tell_what_every_sample_by_itself_does(calibration, five_gauges, touch, kind, doubts, most):
+    """In sigmas; and few of the samples cost a fit."""
+    force = 0.5 + 0.05 * np.sin(np.linspace(0, 3, 200))
+    rows = samples(five_gauges, 0.2, force, lambda readings, force, rng: (readings, force), 3)
+    if kind is Softness:
+        rows = touch(0.2, force, 20, 0.002)
+    answers, fits = [], []
+    for single in (False, True):
+        own = kind(calibration if kind is Softness else five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
+        if single:
+            own._fitter.slot = lambda belief: 1
+        fit, made = own._fitter.fit, []
+        own._fitter.fit = lambda *of, fit=fit, made=made: made.append(1) or fit(*of)
+        found = []
+        for row in rows:
+            answer = own.update(row)
+            found.append((answer.modulus_MPa, answer.modulus_sigma_MPa, own.state.slot is None))
+        answers.append(np.array(found).T)
+        fits.append(len(made))
+    (found, _, learnt), (expected, sigma, _) = answers
+    off = (np.log(found / expected) * expected / sigma)[50:]
+    assert np.abs(off[learnt[50:] == 1]).max() < most, "once a slot is learnt"
+    assert np.abs(off).max() < 2, "while it waits it lacks an eighth of what is known at most"
+    assert fits[1] == len(rows) and fits[0] < len(rows) / 3

@@ -172,8 +172,9 @@ def test_beyond_the_reach_there_is_no_answer(exact, x):
 def test_leaving_the_reach_keeps_what_was_learnt(exact):
     own = estimator(exact)
     own.process(touched(exact, 0.3, PRESS, 3.5))
-    before = own.state.information
     rows = np.column_stack([PRESS[:, None] * seen(PRESS, 0.3, 4.4), PRESS])[40:60]
+    assert own.update(rows[0]).status == OFF_REACH
+    before = own.state.information
     assert set(own.process(rows).status.tolist()) == {OFF_REACH} and own.state.information == before
     assert own.process(touched(exact, 0.3, PRESS, 3.0, seed=1)).status[-1] == OK
 

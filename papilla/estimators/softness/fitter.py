@@ -11,10 +11,10 @@ where it does not, that of the filter. Sigma is the filter's in both cases.
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.softness.belief import BENT_PLACE, FAR, Alone, Belief, Fit, Linear, Tangent
 from papilla.estimators.softness.contrast import Contrast
 from papilla.estimators.softness.doubts import SHIFT_POWER, Doubts
 from papilla.estimators.softness.surfaces import distance_curve
@@ -29,16 +29,15 @@ SPREAD_FORCE = 0.5
 """A sample's ln force may differ from that of the one before by this, and its place by the reach: next to no prior."""
 BENT = 0.4
 """Squared step of ln force times the greatest whitened reading, below which a sample is not linearised anew."""
-BENT_PLACE = 0.2
-"""A mm of place bends the readings like so much of ln force."""
 NODE = (0.05, 0.3, 0.3)
 """H is taken anew where ln force, place (mm) or ln E have moved by so much: were it taken where noise puts each sample,
 the filter would come to know what no reading tells."""
 DRIFT = 0.5
 """Gains and calibration errors are constant within so much of their standard deviation from such a node to the next:
 what is known to 3 % is not known to be the same at all forces within 0.01 %."""
-BLOCK = 8
-"""The filter learns means of so many samples: what it is for does not change from one to the next."""
+SLOT, SHARE = 16, 8
+"""What is learnt from is the mean of a slot of samples, at most so many, and of what was learnt already one in so many:
+nothing that is looked for changes from one sample to the next."""
 ODD = 20.0
 """A sample whose squared misfit is so many times the usual one is looked at by itself."""
 LEAST_NOISE = 1e-6
@@ -51,70 +50,6 @@ SURE, SLACK = 5.0, 0.05
 much more, as noise is not known exactly either."""
 PRIOR_REACH = 0.25
 """Of the scale h, by which a first estimate may lie beyond the calibrated moduli."""
-
-
-class Belief(NamedTuple):
-    """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; node, slopes (c + 1, m): where (ln
-    force, place, h) H is taken; offset: by how much ln force and place of the filter differ from those of noise alone.
-
-    Of noise alone: ln_force, drift: of the last sample and its change to that; place_mm: its place; information, score,
-    square: for h - anchor; freedom: degrees of freedom of `square`; samples: how many were learnt. heard (c + 1,),
-    waiting: sum of the samples that the filter still has to learn, and how many.
-    """
-
-    mean: np.ndarray
-    covariance: np.ndarray
-    heard: np.ndarray
-    waiting: int = 0
-    node: tuple[float, float, float] = (math.nan, 0.0, 0.0)
-    slopes: np.ndarray | None = None
-    offset: tuple[float, float] = (0.0, 0.0)
-    place_sigma_mm: float = 0.0
-    ln_force: float = 0.0
-    drift: float = 0.0
-    place_mm: float = 0.0
-    anchor: float = 0.0
-    information: float = 0.0
-    score: float = 0.0
-    square: float = 0.0
-    freedom: float = 0.0
-    samples: float = 0.0
-
-
-class Fit(NamedTuple):
-    """A mean of some samples against a belief: first and last linearisation's contrast, the belief with its H and
-    P H' there, ln force and place, and the standard deviation of that."""
-
-    first: Contrast
-    last: Contrast
-    belief: Belief
-    PH: np.ndarray
-    samples: int
-    ln_force: float
-    place_mm: float
-    place_sigma_mm: float
-
-
-class Alone(NamedTuple):
-    """A sample with which nothing is wrong but noise: information, score and square of h - anchor, the square at the
-    best h so far, degrees of freedom, ln force and place."""
-
-    information: float
-    score: float
-    square: float
-    here: float
-    own: int
-    ln_force: float
-    place_mm: float
-
-
-class Linear(NamedTuple):
-    """Whitened channels at a contact: expected (c + 1,), slopes H (c + 1, m) in h and theta, B (c + 1, own) in ln force
-    and place."""
-
-    expected: np.ndarray
-    H: np.ndarray
-    B: np.ndarray
 
 
 class Fitter:
@@ -137,7 +72,7 @@ class Fitter:
         self.whiten = 1.0 / self.noise
         self.own = 1 if position_sigma is None else 2
         self.anywhere, self.position_sigma = position_sigma is not None, position_sigma or 0.0
-        self._spread = np.array([SPREAD_FORCE, surfaces.reach])[: self.own]
+        self._spread, self._eye = np.array([SPREAD_FORCE, surfaces.reach])[: self.own], np.eye(c + 1)
         self.low, self.high = map(math.log, surfaces.force_N)
         self.ln_modulus = lru_cache(maxsize=64)(self._ln_modulus)
         self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
@@ -241,15 +176,17 @@ class Fitter:
         mean, variance = np.zeros(self.size), np.ones(self.size)
         variance[1 : 1 + self.channels] = zero_share**2
         variance[0] = (PRIOR_REACH * self.top) ** 2
-        return Belief(mean, np.diag(variance), np.zeros(self.channels + 1))
+        return Belief(mean, np.diag(variance))
 
-    def alone(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> Alone:
-        """What a sample (c + 1,) of the channels `rows` says if noise is all that is wrong: its own force and place,
-        and with these eliminated what it says of h."""
-        h, c, white = self.sharp(belief), self.channels, y * self.whiten
+    def alone(self, y: np.ndarray, rows: np.ndarray, belief: Belief, count: int = 1) -> Alone:
+        """What a mean (c + 1,) of `count` samples of the channels `rows` says if noise is all that is wrong: its own
+        force and place, and with these eliminated what it says of h."""
+        h, c, root = self.sharp(belief), self.channels, math.sqrt(count)
+        whiten = self.whiten * root
+        white = y * whiten
         ln_modulus, slope = self.ln_modulus(h)
         low, high = self.surfaces.ln_nodes[0], self.surfaces.ln_nodes[-1]
-        at, place = self.inside(belief.ln_force + belief.drift, belief.place_mm)
+        at, place = self.inside(*self._guessed(y, rows, belief))
         greatest = float(np.abs(white[rows]).max())
         for _ in range(STEPS):
             force = math.exp(at)
@@ -261,7 +198,7 @@ class Fitter:
             table[2, :-1], table[2, -1] = (b * force + a * (SHIFT_POWER * moved)) * SPREAD_FORCE, force * SPREAD_FORCE
             if self.anywhere:
                 table[3, :-1] = d * self.surfaces.reach
-            table *= self.whiten
+            table *= whiten
             table[1] = white - table[1]
             if len(rows) <= c:
                 table = table[:, rows]
@@ -278,23 +215,61 @@ class Fitter:
         information, score = aa - to_l * al - to_m * am, ar - to_l * rl - to_m * rm
         away = h - belief.anchor
         square = here + away * (2 * score + away * information)
-        own = len(rows) - self.own
-        return Alone(information, score + away * information, square, here, own, at + step, place + across)
+        own = np.array(((mm, -lm), (-lm, ll)))[: self.own, : self.own] / det
+        tangent = self._tangent(rows, y, table / root, own * count, (at, place), greatest / root)
+        freedom, at, place = len(rows) - self.own, at + step, place + across
+        return Alone(information, score + away * information, square, here, freedom, at, place, count, tangent)
 
-    def due(self, belief: Belief, alone: Alone) -> bool:
-        """Whether the filter has to learn now: a full block, another node, or a sample unlike the others."""
-        if belief.samples < BLOCK or belief.waiting + 1 >= BLOCK:
-            return True
-        (force, place), (at, beside, _) = belief.offset, belief.node
-        moved = abs(alone.ln_force + force - at) > NODE[0] or abs(alone.place_mm + place - beside) > NODE[1]
-        return moved or self.odd(belief, alone)
+    def _tangent(self, rows, y, table, own, at: tuple[float, float], greatest: float) -> Tangent:
+        """The tangent at a contact; table (2 + own, k) : slope in h, rest of y, slopes in force and place; own :
+        covariance of the latter two."""
+        B = table[2:]
+        gain = own @ B
+        split = np.concatenate([self._spread[:, None] * gain, self._eye[: len(rows), : len(rows)] - B.T @ gain])
+        expected = (y * self.whiten)[rows] - table[1]
+        jitter = tuple([spread * math.sqrt(own[k, k]) for k, spread in enumerate(self._spread.tolist())])
+        return Tangent(rows, expected, split, at, jitter, max(greatest, 1.0) ** -0.5)
+
+    def near(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> list[float] | None:
+        """Steps from the tangent of a touch to a sample (c + 1,) of the channels `rows`, None where that does not hold:
+        not for these channels, too far for it, outside what is calibrated, or unlike what was read so far."""
+        tangent = belief.tangent
+        if tangent is None or not (rows is tangent.rows or np.array_equal(rows, tangent.rows)):
+            return None
+        d = (y * self.whiten)[rows] - tangent.expected
+        split = tangent.split @ d
+        steps = split[: self.own].tolist()
+        if not float(split[self.own :] @ d) <= self._usual(belief):
+            return None
+        within = self.low <= tangent.at[0] + steps[0] <= self.high
+        if self.anywhere:
+            within = within and abs(tangent.at[1] + steps[1]) <= self.surfaces.reach
+        return steps if within and tangent.level(steps, [0.0, 0.0], FAR) else None
+
+    def _guessed(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> tuple[float, float]:
+        """ln force and place to begin with."""
+        tangent = belief.tangent
+        if tangent is None or len(tangent.rows) != len(rows):
+            return belief.ln_force, belief.place_mm
+        steps = (tangent.split[: self.own] @ ((y * self.whiten)[rows] - tangent.expected)).tolist()
+        longest = SPREAD_FORCE / 2
+        force = tangent.at[0] + min(max(steps[0], -longest), longest)
+        return force, tangent.at[1] + min(max(steps[1], -longest), longest) if self.anywhere else 0.0
+
+    def slot(self, belief: Belief) -> int:
+        """How many samples are learnt together."""
+        return min(int(belief.samples) // SHARE, SLOT)
 
     def odd(self, belief: Belief, alone: Alone) -> bool:
         """Whether a sample is unlike those before, as noise alone sees them."""
-        return alone.here > ODD * (1 + belief.square / max(belief.freedom, 1.0))
+        return alone.here > self._usual(belief)
 
-    def fit(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, count: int = 1) -> Fit:
-        """A mean (c + 1,) of `count` samples against a belief, of the channels `rows`, linearised where it lies."""
+    def _usual(self, belief: Belief) -> float:
+        """Squared misfit of a sample that is like those before."""
+        return ODD * (1 + belief.square / max(belief.freedom, 1.0))
+
+    def fit(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone) -> Fit:
+        """A mean (c + 1,) of samples against a belief, of the channels `rows`, linearised where it lies."""
         y = y * self.whiten
         h = min(max(float(belief.mean[0]), 0.0), self.top)
         at, place = self.inside(alone.ln_force + belief.offset[0], alone.place_mm + belief.offset[1])
@@ -310,7 +285,7 @@ class Fitter:
             innovation = (y - expected)[rows] - exact @ mean
             PH = belief.covariance @ H.T
             S = H @ PH + B @ B.T
-            S.flat[:: len(rows) + 1] += 1.0 / count
+            S.flat[:: len(rows) + 1] += 1.0 / alone.samples
             precision = np.linalg.inv(S)
             weighted = precision @ innovation
             contrasts.append(Contrast(weighted, precision, rows, float(innovation @ weighted)))
@@ -323,7 +298,7 @@ class Fitter:
         if self.anywhere:
             place += float(step[1])
             sigma = spread[1] * math.sqrt(max(1.0 - float(B[:, 1] @ precision @ B[:, 1]), 0.0))
-        return Fit(contrasts[0], contrasts[-1], belief, PH, count, at + float(step[0]), place, sigma)
+        return Fit(contrasts[0], contrasts[-1], belief, PH, alone.samples, at + float(step[0]), place, sigma)
 
     def sharp(self, belief: Belief) -> float:
         """h of noise alone; that of the start before the first sample."""
@@ -340,28 +315,10 @@ class Fitter:
             covariance.flat[self._drifting] += DRIFT**2
         return belief._replace(node=(at, place, h), slopes=exact, covariance=covariance)
 
-    def heard(self, belief: Belief, alone: Alone, y: np.ndarray, rows: np.ndarray, keep: float = 1.0) -> Belief:
-        """The belief after a sample that the filter has yet to learn; what noise alone tells is forgotten but for a
-        share `keep`."""
-        # What is left out of one sample is left out of the mean.
-        used = np.full(len(y), math.nan)
-        used[rows] = y[rows]
-        return belief._replace(
-            ln_force=alone.ln_force,
-            drift=alone.ln_force - belief.ln_force if belief.samples else 0.0,
-            place_mm=alone.place_mm,
-            information=keep * belief.information + alone.information,
-            score=keep * belief.score + alone.score,
-            square=keep * belief.square + alone.square,
-            freedom=keep * belief.freedom + alone.own,
-            samples=belief.samples + 1,
-            heard=belief.heard + used,
-            waiting=belief.waiting + 1,
-        )
-
     def learnt(self, fit: Fit, alone: Alone, keep: float = 1.0) -> Belief:
-        """The belief after the filter has learnt all samples heard."""
-        belief = fit.belief
+        """The belief after the filter has learnt a fit of it, and noise alone what `alone` says, of which each sample
+        leaves a share `keep`."""
+        belief, kept = fit.belief, keep**alone.samples
         covariance = belief.covariance - fit.PH @ fit.last.precision @ fit.PH.T
         covariance = 0.5 * (covariance + covariance.T)
         faded = self._faded ** (0.5 * fit.samples)
@@ -375,8 +332,14 @@ class Fitter:
             covariance=covariance,
             offset=(fit.ln_force - alone.ln_force, fit.place_mm - alone.place_mm),
             place_sigma_mm=fit.place_sigma_mm * math.sqrt(fit.samples),
-            heard=np.zeros(self.channels + 1),
-            waiting=0,
+            ln_force=alone.ln_force,
+            place_mm=alone.place_mm,
+            tangent=alone.tangent,
+            information=kept * belief.information + alone.information,
+            score=kept * belief.score + alone.score,
+            square=kept * belief.square + alone.square,
+            freedom=kept * belief.freedom + alone.own,
+            samples=kept * belief.samples + alone.samples,
         )
 
     def estimate(self, belief: Belief) -> tuple[float, float]:
@@ -394,10 +357,10 @@ class Fitter:
         freedom = max(belief.freedom - 1, 1e-9)
         return square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom)
 
-    def contact(self, belief: Belief) -> tuple[float, float]:
-        """Force (N) and place (mm) of the last sample."""
-        force, place = (0.0, 0.0) if self.stands(belief) else belief.offset
-        return math.exp(belief.ln_force + force), belief.place_mm + place
+    def contact(self, belief: Belief, ln_force: float, place: float) -> tuple[float, float]:
+        """Force (N) and place (mm) of a sample of which noise alone says these."""
+        more, beside = (0.0, 0.0) if self.stands(belief) else belief.offset
+        return math.exp(ln_force + more), place + beside
 
     def doubt(self, belief: Belief) -> float:
         """Squared length of the nuisances found: what they would have to be, in their standard deviations."""

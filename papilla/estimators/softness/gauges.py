@@ -14,10 +14,11 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES
+from papilla.estimators.softness.belief import Alone, Belief
 from papilla.estimators.softness.contrast import Contrast
 from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.faults import Fault, in_words, numbered, pack
-from papilla.estimators.softness.fitter import Alone, Belief, Fitter
+from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.estimators.softness.touch import Touch
 
@@ -31,11 +32,11 @@ MARGIN = 10.0
 """Suspects whose absence leaves as good a fit as this, compared with the best, cannot be told apart."""
 FITS = 25.0
 """Squared residual of a reading that is explained by a flipped sign or by another gauge's place."""
-TRUSTED = 0.25
-"""Share of contradicted looks from which there is no answer, and nobody is blamed: over a texture all gauges contradict
-each other."""
-LOOKS, SAMPLES = 10.0, 200.0
-"""Looks, and samples without one, after which that share has faded to 1 / e."""
+TRUSTED, DOUBTED = 0.25, 0.1
+"""Distrust from which there is no answer, and nobody is blamed, for over a texture all gauges contradict each other;
+and what each contradiction that no gauge is to blame for adds to it."""
+SAMPLES = 200.0
+"""Samples after which distrust has faded to 1 / e."""
 BACK_AFTER = 10
 """Samples in a row that a channel must fit again to be used again."""
 FITS_AGAIN = 16.0
@@ -152,39 +153,36 @@ class GaugeSoftness(Touch):
             moved = np.subtract(readings, self._state.zeros)[gauges]
             if not len(gauges) or self._is_away(moved, self._lowest[gauges], force):
                 self._lift(readings, force, len(rows) == self._gauges + 1)
-                return self._answer(SoftnessStatus.NO_CONTACT, faults)
+                return self._refused(SoftnessStatus.NO_CONTACT, faults)
         if len(rows) < self._least:
-            return self._answer(SoftnessStatus.BAD_GAUGE, faults)
+            return self._refused(SoftnessStatus.BAD_GAUGE, faults)
         y = np.array((*readings, force))
         y[:-1] -= self._state.zeros
-        belief = self._state.belief
-        if belief is None:
-            return self._begin(y, rows, faults)
-        return self._follow(y, rows, faults, belief)
+        return self._listen(y, faults)
 
-    def _follow(self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...], belief: Belief) -> GaugeEstimate:
-        """A sample of a touch that is known already."""
-        fitter = self._fitter
-        alone = fitter.alone(y, rows, belief)
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int) -> GaugeEstimate:
+        """A mean of samples of a touch that is known already."""
+        fitter, rows = self._fitter, self._of(faults)
+        alone = fitter.alone(y, rows, belief, count)
         if fitter.odd(belief, alone):
             contrast = fitter.fit(y, rows, belief, _there(belief)).first
             if contrast.misfit > LIMIT:
                 return self._contradict(y, rows, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)
 
-    def _begin(self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
+    def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
         """The first sample of a touch, or the first that fits."""
-        if self._state.contradicted > TRUSTED:
-            self._state = self._state._replace(contradicted=self._state.contradicted * (1 - 1 / SAMPLES))
-            return self._answer(SoftnessStatus.MISFIT, faults)
+        rows = self._of(faults)
+        if not self._trusted(1):
+            return self._refused(SoftnessStatus.MISFIT, faults)
         contrast, belief = self._start(y, rows, self._fresh())
         if contrast.misfit > LIMIT:
             if outside := self._beyond(y, belief):
-                return self._answer(outside, faults)
+                return self._refused(outside, faults)
             blame = self._blamed(rows, self._start.without(y, rows, self._fresh()))
             if blame is None:
                 self._state = self._state._replace(contradicted=1.0)
-                return self._answer(SoftnessStatus.MISFIT, faults)
+                return self._refused(SoftnessStatus.MISFIT, faults)
             contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._fresh())
             faults, rows = self._left_out(y, faults, blame, belief)
         return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
@@ -193,11 +191,10 @@ class GaugeSoftness(Touch):
         self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...], belief: Belief, contrast: Contrast
     ) -> GaugeEstimate:
         """A sample that what was learnt does not explain: a bad channel, another specimen, or nothing that is known."""
-        self._looked(True)
-        if self._state.contradicted <= TRUSTED:
+        if self._trusted():
             anew, begun = self._start(y, rows, self._fresh())
             if outside := self._beyond(y, begun):
-                return self._answer(outside, faults)
+                return self._refused(outside, faults)
             blame = self._blamed(rows, contrast.without, single=anew.misfit < LIMIT)
             if blame is not None:
                 faults, rows = self._left_out(y, faults, blame, belief)
@@ -205,15 +202,18 @@ class GaugeSoftness(Touch):
                 if self._fitter.fit(y, rows, belief, alone).first.misfit < LIMIT:
                     return self._learn(y, rows, faults, belief, alone)
             elif anew.misfit < LIMIT:
+                self._state = self._state._replace(contradicted=self._state.contradicted + DOUBTED)
                 return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
         # What was learnt is not to be believed either: after a while, from the beginning.
         self._state = self._state._replace(belief=None, contradicted=1.0)
-        return self._answer(SoftnessStatus.MISFIT, faults)
+        return self._refused(SoftnessStatus.MISFIT, faults)
 
-    def _looked(self, contradicted: bool) -> None:
-        """Count one look at whether what was learnt explains the readings."""
-        share = self._state.contradicted
-        self._state = self._state._replace(contradicted=share + (contradicted - share) / LOOKS)
+    def _trusted(self, samples: int = 0) -> bool:
+        """Whether the gauges may be believed, after so many more samples that nothing contradicts."""
+        if samples:
+            fading = (1 - 1 / SAMPLES) ** samples
+            self._state = self._state._replace(contradicted=fading * self._state.contradicted)
+        return self._state.contradicted <= TRUSTED
 
     def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> tuple[int, ...] | None:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.
@@ -280,23 +280,28 @@ class GaugeSoftness(Touch):
         if any(self._state.faults):
             self._watch_returning(y, rows, belief, alone)
         if outside := self._outside(alone):
-            return self._answer(outside, faults)
+            return self._refused(outside, faults)
         fit = self._take(y, rows, belief, alone)
-        if fit and fit.first.misfit > LIMIT and belief.samples:
-            self._state = self._state._replace(belief=belief._replace(heard=np.zeros(len(y)), waiting=0))
+        if fit.first.misfit > LIMIT and belief.samples:
+            self._state, self._told = self._state._replace(belief=belief), None
             return self._contradict(y, rows, faults, belief, fit.first)
-        if fit:
-            self._looked(False)
-        if self._state.contradicted > TRUSTED:
-            return self._answer(SoftnessStatus.MISFIT, faults)
+        self._trusted(alone.samples)
+        return self._answer(alone.ln_force, alone.place_mm, faults)
+
+    def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> GaugeEstimate:
+        if not self._trusted():
+            return self._refused(SoftnessStatus.MISFIT, faults)
         modulus, sigma, status = self._modulus()
-        if status == SoftnessStatus.OK and any(faults):
-            status = SoftnessStatus.LEFT_OUT
-        belief = self._state.belief or belief
-        force, x = self._fitter.contact(belief)
+        belief = self._state.belief
+        assert belief is not None
+        if any(faults):
+            status = SoftnessStatus.LEFT_OUT if status == SoftnessStatus.OK else status
+        force, x = self._fitter.contact(belief, ln_force, place)
         told = self._anywhere and modulus == modulus
-        place = (x, belief.place_sigma_mm) if told else ()
-        return GaugeEstimate(modulus, sigma, force, int(status), pack(faults), self._gauges + 1, *place)
+        return GaugeEstimate(
+            modulus, sigma, force, int(status), pack(faults), self._gauges + 1,
+            *((x, belief.place_sigma_mm) if told else ()),
+        )  # fmt: skip
 
     def _watch_returning(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone) -> None:
         """Use a channel again that has fitted `BACK_AFTER` samples in a row."""
@@ -305,7 +310,9 @@ class GaugeSoftness(Touch):
             if fault and math.isfinite(y[channel]):
                 whole = np.sort(np.append(rows, channel))
                 rest, variance = self._fitter.fit(y, whole, belief, alone).first.expected(channel)
-                returning[channel] = returning[channel] + 1 if rest[0] ** 2 < FITS_AGAIN * variance[0] else 0
+                returning[channel] = (
+                    returning[channel] + alone.samples if rest[0] ** 2 < FITS_AGAIN * variance[0] else 0
+                )
                 if returning[channel] >= BACK_AFTER:
                     faults[channel] = returning[channel] = 0
         self._state = self._state._replace(faults=tuple(faults), returning=tuple(returning))
@@ -340,7 +347,7 @@ class GaugeSoftness(Touch):
             self._used[faults] = rows = np.flatnonzero(used)
         return rows
 
-    def _answer(self, status: int, faults: tuple[int, ...], force=math.nan) -> GaugeEstimate:
+    def _refused(self, status: int, faults: tuple[int, ...], force=math.nan) -> GaugeEstimate:
         """No modulus, and why."""
         return GaugeEstimate(math.nan, math.nan, force, int(status), pack(faults), self._gauges + 1)
 

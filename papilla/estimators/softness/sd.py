@@ -10,6 +10,7 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES
+from papilla.estimators.softness.belief import Belief
 from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
@@ -18,6 +19,9 @@ from papilla.estimators.status_words import status_in_words
 
 NOISE_REACH = 4.0
 """Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
+
+
+_BOTH = np.arange(2)
 
 
 class SoftnessEstimate(NamedTuple):
@@ -113,25 +117,34 @@ class Softness(Touch):
         if sd > 0:
             # Noise adds to a standard deviation.
             sd -= 0.5 * (self._gauges - 2) * self._reading_sigma**2 / sd
-        y, rows, fitter = np.array((sd, force)), np.arange(2), self._fitter
-        belief = self._state.belief
-        if belief is None:
-            _, belief = self._start(y, rows, self._fresh())
-        alone = fitter.alone(y, rows, belief)
+        return self._listen(np.array((sd, force)), ())
+
+    def _of(self, faults: tuple[int, ...]) -> np.ndarray:
+        return _BOTH
+
+    def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
+        return self._follow(y, faults, self._start(y, _BOTH, self._fresh())[1], 1)
+
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int) -> SoftnessEstimate:
+        fitter = self._fitter
+        alone = fitter.alone(y, _BOTH, belief, count)
         if outside := self._outside(alone):
             return _nothing(outside)
         softest, hardest = self._surface.usable(alone.ln_force)
         if not softest <= fitter.ln_modulus(fitter.sharp(belief))[0] <= hardest:
             return _nothing(SoftnessStatus.NOT_IDENTIFIABLE)
-        self._take(y, rows, belief, alone, self._keep)
+        self._take(y, _BOTH, belief, alone, self._keep)
+        return self._answer(alone.ln_force, alone.place_mm, faults)
+
+    def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:
         modulus, sigma, status = self._modulus()
         return SoftnessEstimate(modulus, sigma, int(status))
 
     def _sd(self, readings: list[float]) -> float:
-        """S_d of the readings less their zeros; `ndarray.std` costs ten times as much."""
-        moved = np.subtract(readings, self._state.zeros)
-        moved -= np.add.reduce(moved) / self._gauges
-        return math.sqrt(np.add.reduce(moved * moved) / self._gauges)
+        """S_d of the readings less their zeros; for so few, numpy costs several times as much."""
+        moved = [reading - zero for reading, zero in zip(readings, self._state.zeros, strict=True)]
+        mean = sum(moved) / self._gauges
+        return math.sqrt(sum([(value - mean) ** 2 for value in moved]) / self._gauges)
 
 
 def _nothing(status: int) -> SoftnessEstimate:

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
+from papilla.estimators.softness.belief import BENT_PLACE, Belief
 from papilla.estimators.softness.contrast import Contrast, share_of
-from papilla.estimators.softness.fitter import BENT, BENT_PLACE, SPREAD_FORCE, Belief, Fitter
+from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
 
 STEPS = 15
 TRIED = 4
@@ -15,12 +16,12 @@ MODULI, PLACES, FORCES = 7, 9, 9
 
 
 class Start:
-    """Finds the first linearisation of a fitter's touches; its table is made when it is first needed."""
+    """Finds the first linearisation of a fitter's touches; its table is made with it."""
 
     def __init__(self, fitter: Fitter):
         self._fitter = fitter
-        self._nodes: list[tuple[float, float, float]] | None = None
         self._precisions: dict[tuple[int, ...], np.ndarray] = {}
+        self._tabulate()
 
     def __call__(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> tuple[Contrast, Belief]:
         """A sample's own misfit, and the belief that begins with it: from the table of all contacts, then Gauss-Newton
@@ -48,8 +49,6 @@ class Start:
 
     def _looked_up(self, white: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """At all n nodes of the table: weighted (n, k), precision (n, k, k) and squared misfit (n,) of a sample."""
-        if self._nodes is None:
-            self._tabulate()
         key = tuple(rows.tolist())
         if key not in self._precisions:
             self._precisions[key] = np.linalg.inv(self._covariances[:, rows[:, None], rows])
@@ -75,7 +74,7 @@ class Start:
 
     def _settled(self, white: np.ndarray, rows: np.ndarray, belief: Belief, node: int) -> tuple[Contrast, Belief]:
         """Gauss-Newton from a node of the table."""
-        at, place, h = self._nodes[node]  # type: ignore[index]
+        at, place, h = self._nodes[node]
         known = self._fitter.anywhere and math.isfinite(self._fitter.position_sigma)
         spread = np.array(
             [4 * SPREAD_FORCE, self._fitter.position_sigma if known else 4 * self._fitter.surfaces.reach]

@@ -1,6 +1,7 @@
 """What both estimators of softness share: the gauges' health, contact, zeros in the air, and the answer of a fit."""
 
 import math
+from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,8 @@ from papilla import checks
 from papilla.calibration import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import GaugeHealth, HealthState
-from papilla.estimators.softness.fitter import Alone, Belief, Fit, Fitter
+from papilla.estimators.softness.belief import Alone, Belief, Fit
+from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.start import Start
 
 DOUBT_LIMIT = 60.0
@@ -23,12 +25,23 @@ AIR_SAMPLES = 100.0
 """Time constant, in samples, of the gauges' zeros in the air."""
 
 
+class Slot(NamedTuple):
+    """Samples that are learnt together: their sum (c + 1,), their number, the first one's steps from the tangent, and
+    the faults that all of them have."""
+
+    total: np.ndarray
+    samples: int
+    first: list[float]
+    faults: tuple[int, ...]
+
+
 class TouchState(NamedTuple):
     """All that an estimator of softness remembers: the gauges' health, their zeros in microstrain and for how many
-    samples they were seen in the air, and what is known of this touch (None in the air).
+    samples they were seen in the air, what is known of this touch (None in the air), and the samples that are not yet
+    learnt.
 
     faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
-    contradicted : share of the last looks at which what was learnt did not explain the readings. dominant : which doubt
+    contradicted : distrust of the gauges, from how often what was learnt did not explain them. dominant : which doubt
     made most of sigma in the last touch. light : samples in a row with a force below that of contact.
     """
 
@@ -36,6 +49,7 @@ class TouchState(NamedTuple):
     zeros: tuple[float, ...]
     airborne: float = 0.0
     belief: Belief | None = None
+    slot: Slot | None = None
     faults: tuple[int, ...] = ()
     returning: tuple[int, ...] = ()
     contradicted: float = 0.0
@@ -48,7 +62,7 @@ class TouchState(NamedTuple):
         return self.belief.information if self.belief else 0.0
 
 
-class Touch:
+class Touch(ABC):
     """Base of the estimators; `gauges` readings and a force make a sample."""
 
     def __init__(self, fitter: Fitter, gauges: int, contact_force_N: float, saturation: float, stuck_samples: int):
@@ -64,13 +78,15 @@ class Touch:
     @property
     def state(self) -> TouchState:
         """All that the estimator remembers, to be kept or to be set again."""
-        return self._state._replace(health=self._health.state, light=self._light)
+        return self._state._replace(health=self._health.state, light=self._light, slot=self._slot)
 
     @state.setter
     def state(self, state: TouchState) -> None:
         if len(state.zeros) != self._gauges:
             raise InputError(f"the state is of {len(state.zeros)} gauges, the calibration has {self._gauges}")
         self._health.state, self._state, self._light = state.health, state, state.light
+        self._slot = state.slot
+        self._told: tuple[float, float, SoftnessStatus] | None = None
 
     def reset(self) -> None:
         """Forget everything."""
@@ -117,6 +133,7 @@ class Touch:
             airborne = min(airborne + 1, AIR_SAMPLES)
             weight = self._zero_gain(airborne)
             zeros = tuple([zero + (y - zero) * weight for zero, y in zip(zeros, readings, strict=True)])
+        self._slot = None
         if zeros is not old.zeros or old.belief is not None:
             self._state = old._replace(
                 zeros=zeros, airborne=airborne, belief=None, contradicted=0.0, dominant=self.dominant
@@ -138,19 +155,62 @@ class Touch:
             return SoftnessStatus.FORCE_BELOW if alone.ln_force < fitter.low else SoftnessStatus.FORCE_ABOVE
         return SoftnessStatus.OFF_REACH if abs(alone.place_mm) > fitter.surfaces.reach else None
 
-    def _take(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit | None:
-        """Learn one more sample; what the filter made of it, where it was its turn."""
-        fitter = self._fitter
-        belief, due = fitter.heard(belief, alone, y, rows, keep), fitter.due(belief, alone)
-        mean, count = belief.heard / belief.waiting, belief.waiting
-        if not np.isfinite(mean[rows]).all():
-            mean, count = y, 1
-        fit = fitter.fit(mean, rows, belief, alone, count) if due else None
-        self._state = self._state._replace(belief=fitter.learnt(fit, alone, keep) if fit else belief)
+    @abstractmethod
+    def _of(self, faults: tuple[int, ...]) -> np.ndarray:
+        """The channels that are used with such faults."""
+
+    @abstractmethod
+    def _begin(self, y: np.ndarray, faults: tuple[int, ...]):
+        """The answer after the first sample (c + 1,) of a touch."""
+
+    @abstractmethod
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int):
+        """The answer after the mean of so many samples of a touch that is known already."""
+
+    @abstractmethod
+    def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]):
+        """The answer of what is known, at a contact as noise alone has it."""
+
+    def _listen(self, y: np.ndarray, faults: tuple[int, ...]):
+        """The answer after one more sample: most are like the one before, and wait until their slot is full."""
+        belief, slot = self._state.belief, self._slot
+        if belief is None:
+            self._slot = None
+            return self._begin(y, faults)
+        size, steps = self._fitter.slot(belief), None
+        if size > 1 and (slot is None or slot.faults == faults):
+            steps = self._fitter.near(y, self._of(faults), belief)
+        tangent = belief.tangent
+        if slot is not None and (steps is None or not tangent.level(steps, slot.first)):  # type: ignore[union-attr]
+            self._close(slot, belief)
+            return self._listen(y, faults)
+        if steps is None:
+            return self._follow(y, faults, belief, 1)
+        slot = Slot(slot.total + y, slot.samples + 1, slot.first, faults) if slot else Slot(y, 1, steps, faults)
+        if slot.samples >= size:
+            return self._close(slot, belief)
+        self._slot = slot
+        at, place = tangent.at  # type: ignore[union-attr]
+        return self._answer(at + steps[0], place + steps[1] if len(steps) > 1 else 0.0, faults)
+
+    def _close(self, slot: Slot, belief: Belief):
+        """Learn what waits in a slot."""
+        self._slot = None
+        return self._follow(slot.total / slot.samples, slot.faults, belief, slot.samples)
+
+    def _take(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit:
+        """Learn a mean of samples; what the filter made of it."""
+        fit = self._fitter.fit(y, rows, belief, alone)
+        self._state, self._told = self._state._replace(belief=self._fitter.learnt(fit, alone, keep)), None
         return fit
 
     def _modulus(self) -> tuple[float, float, SoftnessStatus]:
         """Modulus and sigma in MPa, and the status of what is known now."""
+        if self._told is None:
+            self._told = self._worked_out()
+        return self._told
+
+    def _worked_out(self) -> tuple[float, float, SoftnessStatus]:
         fitter, belief = self._fitter, self._state.belief
         assert belief is not None
         if fitter.doubt(belief) > DOUBT_LIMIT:
