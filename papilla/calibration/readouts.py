@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 from papilla.calibration.surface import POWERS, Axis, PointSurface, Surface, inside, power_vector
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
+from papilla.status import Status
 
 LEVEL = 0.95
 """Probability of the stated intervals."""
@@ -25,10 +25,8 @@ IDENTIFIABLE = 0.5
 """sigma_E / E above which a modulus is called not identifiable (the sensor cannot tell)."""
 
 
-class SoftnessStatus(IntEnum):
+class SoftnessStatus(Status):
     """What became of an answer; `sentence` says it in words."""
-
-    sentence: str
 
     OK = 0, "ok"
     NOT_IDENTIFIABLE = 1, "not identifiable: sigma is more than half of the modulus, or S_d fits two"
@@ -42,11 +40,6 @@ class SoftnessStatus(IntEnum):
     LEFT_OUT = 9, "ok without some channels"
     MISFIT = 10, "the readings fit no modulus and force: a touch off the apex, or several bad channels"
     OFF_REACH = 11, "the contact lies beside the calibrated positions"
-
-    def __new__(cls, number: int, sentence: str = ""):
-        status = int.__new__(cls, number)
-        status._value_, status.sentence = number, sentence
-        return status
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,50 +7,33 @@ covariance says by itself what one direction, or a constant normal force, leaves
 
 import math
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.status_words import status_in_words
+from papilla.status import Status
 
 _NONE = math.nan
 MEMORY_MM = 50.0
 """Slid path after which what was learnt of a direction has faded to 1 / e."""
 
 
-class FrictionStatus(IntEnum):
+class FrictionStatus(Status):
     """What became of an answer; the greater the number, the more is missing."""
 
-    OK = 0
-    ALIKE = 1
-    ONE_WAY = 2
-    STATIC_BELOW_KINETIC = 3
-    OUTLIER = 4
-    CHANGED = 5
-    NO_CONTACT = 6
-    NOT_SLIDING = 7
-    BAD_INPUT = 8
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
+    OK = 0, "ok"
+    ALIKE = 1, "the normal force varied too little to tell the directions apart: they share the difference"
+    ONE_WAY = 2, "slid one way only: the offset of the sensor is not removed"
+    STATIC_BELOW_KINETIC = 3, "the breakaway is below the kinetic friction: its peak was not seen"
+    OUTLIER = 4, "the forces contradict all sliding so far: left out"
+    CHANGED = 5, "the friction changed: learning anew"
+    NO_CONTACT = 6, "no contact"
+    NOT_SLIDING = 7, "has not slid yet"
+    BAD_INPUT = 8, "a force or the velocity is missing or not finite"
 
 
-_SENTENCES = {
-    FrictionStatus.OK: "ok",
-    FrictionStatus.ALIKE: "the normal force varied too little to tell the directions apart: they share the difference",
-    FrictionStatus.ONE_WAY: "slid one way only: the offset of the sensor is not removed",
-    FrictionStatus.STATIC_BELOW_KINETIC: "the breakaway is below the kinetic friction: its peak was not seen",
-    FrictionStatus.OUTLIER: "the forces contradict all sliding so far: left out",
-    FrictionStatus.CHANGED: "the friction changed: learning anew",
-    FrictionStatus.NO_CONTACT: "no contact",
-    FrictionStatus.NOT_SLIDING: "has not slid yet",
-    FrictionStatus.BAD_INPUT: "a force or the velocity is missing or not finite",
-}
 OK, ALIKE, ONE_WAY, STATIC_BELOW_KINETIC, OUTLIER, CHANGED, NO_CONTACT, NOT_SLIDING, BAD_INPUT = map(
     int, FrictionStatus
 )
@@ -103,7 +86,7 @@ class FrictionEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(FrictionStatus, self.status)
+        return FrictionStatus.in_words(self.status)
 
 
 def _no_answer(status: int) -> FrictionEstimate:

@@ -2,30 +2,11 @@
 
 import copy
 from abc import ABC, abstractmethod
-from enum import IntEnum
 from typing import Any, ClassVar
 
 import numpy as np
 
 from papilla.errors import InputError
-
-
-class Status(IntEnum):
-    """A status whose members carry their sentence: `OK = 0, "ok"`; `good` of those whose answer may be used."""
-
-    sentence: str
-
-    def __new__(cls, value: int, sentence: str = ""):
-        """A member of this value with its sentence."""
-        member = int.__new__(cls, value)
-        member._value_ = value
-        member.sentence = sentence
-        return member
-
-    @property
-    def good(self) -> bool:
-        """Whether the answer may be used."""
-        return self.sentence.startswith("ok")
 
 
 class Stream(ABC):

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
-from papilla.estimators.stream import Status
+from papilla.status import Status
 
 
 class Trust(IntEnum):

@@ -7,8 +7,9 @@ or from the velocities over the time that really passed, so neither jitter nor a
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import NamedTuple
+
+from papilla.status import Status
 
 GAP_STEPS = 1.5
 """A sample later than so many periods after the one before leaves a gap, as in `papilla.logs`."""
@@ -21,28 +22,16 @@ SLOPE_S = 0.01
 _NONE = math.nan
 
 
-class ClockStatus(IntEnum):
+class ClockStatus(Status):
     """What the time of a sample says; `sentence` says it in words."""
 
-    OK = 0
-    GAP = 1
-    REPEATED = 2
-    BEGUN_ANEW = 3
-    OTHER_RATE = 4
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
+    OK = 0, "ok"
+    GAP = 1, "samples are missing before this one"
+    REPEATED = 2, "left out: the sample is not later than the one before"
+    BEGUN_ANEW = 3, f"begun anew: more than {LONGEST_GAP_S:g} s between this sample and the one before"
+    OTHER_RATE = 4, "the times tell another sampling rate than the one that was stated"
 
 
-_SENTENCES = {
-    ClockStatus.OK: "ok",
-    ClockStatus.GAP: "samples are missing before this one",
-    ClockStatus.REPEATED: "left out: the sample is not later than the one before",
-    ClockStatus.BEGUN_ANEW: f"begun anew: more than {LONGEST_GAP_S:g} s between this sample and the one before",
-    ClockStatus.OTHER_RATE: "the times tell another sampling rate than the one that was stated",
-}
 OK, GAP, REPEATED, BEGUN_ANEW, OTHER_RATE = map(int, ClockStatus)
 
 

@@ -1,38 +1,23 @@
 """What is wrong with a channel (a gauge, or the force), as small integers and in words."""
 
 from collections.abc import Sequence
-from enum import IntEnum
+
+from papilla.status import Status
 
 BASE = 8
 """Faults of all channels make one integer, a digit of this base for each, the first gauge the lowest."""
 
 
-class Fault(IntEnum):
+class Fault(Status):
     """Why a channel is left out; `sentence` says it in words."""
 
-    NONE = 0
-    MISSING = 1
-    SATURATED = 2
-    STUCK = 3
-    OFF_SURFACE = 4
-    SIGN_FLIPPED = 5
-    SWAPPED = 6
-
-    @property
-    def sentence(self) -> str:
-        """The fault in words."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    Fault.NONE: "in use",
-    Fault.MISSING: "no reading",
-    Fault.SATURATED: "saturated",
-    Fault.STUCK: "stuck",
-    Fault.OFF_SURFACE: "contradicts the others",
-    Fault.SIGN_FLIPPED: "sign flipped",
-    Fault.SWAPPED: "swapped with another",
-}
+    NONE = 0, "in use"
+    MISSING = 1, "no reading"
+    SATURATED = 2, "saturated"
+    STUCK = 3, "stuck"
+    OFF_SURFACE = 4, "contradicts the others"
+    SIGN_FLIPPED = 5, "sign flipped"
+    SWAPPED = 6, "swapped with another"
 
 
 def pack(faults) -> int:

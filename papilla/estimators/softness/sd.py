@@ -15,7 +15,6 @@ from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
 from papilla.estimators.softness.touch import Touch
-from papilla.estimators.status_words import status_in_words
 
 NOISE_REACH = 4.0
 """Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
@@ -37,7 +36,7 @@ class SoftnessEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(SoftnessStatus, self.status)
+        return SoftnessStatus.in_words(self.status)
 
 
 class Softness(Touch):

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.status_words import status_in_words
-from papilla.estimators.stream import Status
+from papilla.status import Status
 
 
 class TrackingStatus(Status):
@@ -43,7 +42,7 @@ class WavelengthEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(TrackingStatus, self.status)
+        return TrackingStatus.in_words(self.status)
 
 
 class FusedEstimate(NamedTuple):
@@ -62,4 +61,4 @@ class FusedEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(TrackingStatus, self.status)
+        return TrackingStatus.in_words(self.status)

@@ -8,8 +8,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.status_words import status_in_words
-from papilla.estimators.stream import Status, Stream
+from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.chirp_look import STIFFNESS, ChirpLook, price_of
 from papilla.estimators.tracking.stroke import (
     BAND,
@@ -23,6 +22,7 @@ from papilla.estimators.tracking.stroke import (
     profile,
     rate_at,
 )  # fmt: skip
+from papilla.status import Status
 
 PERIODS, LOOK_PERIODS = 4.5, 2.0
 """Of the lowest frequency, in the window of the fit and in that of a look."""
@@ -76,7 +76,7 @@ class ChirpEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(ChirpStatus, self.status)
+        return ChirpStatus.in_words(self.status)
 
 
 @dataclass(eq=False)

@@ -1,48 +1,30 @@
 """What the published roughness estimators answer, and the sentences of its status."""
 
 import math
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.status_words import status_in_words
+from papilla.status import Status
 
 NONE = math.nan
 
 
-class RoughnessStatus(IntEnum):
+class RoughnessStatus(Status):
     """What became of an answer; `sentence` says it in words."""
 
-    OK = 0
-    WARMING_UP = 1
-    SILENT = 2
-    STANDSTILL = 3
-    NO_VELOCITY = 4
-    GAP = 5
-    MISSING = 6
-    SATURATED = 7
-    ALIASED = 8
-    DUPLICATE = 9
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
+    OK = 0, "ok"
+    WARMING_UP = 1, "the window is not full yet"
+    SILENT = 2, "nothing in the window: no texture, a dead gauge, or slower than the window can see"
+    STANDSTILL = 3, "no movement, so the frequency tells nothing of a wavelength"
+    NO_VELOCITY = 4, "no finite velocity: frequency only"
+    GAP = 5, "samples are missing in the window; the answer, if any, is from the others"
+    MISSING = 6, "the reading is missing or not finite"
+    SATURATED = 7, "the reading is saturated"
+    ALIASED = 8, "too fast for this sampling rate: what is counted may be an alias"
+    DUPLICATE = 9, "the sample is not later than the one before, and was left out"
 
 
-_SENTENCES = {
-    RoughnessStatus.OK: "ok",
-    RoughnessStatus.WARMING_UP: "the window is not full yet",
-    RoughnessStatus.SILENT: "nothing in the window: no texture, a dead gauge, or slower than the window can see",
-    RoughnessStatus.STANDSTILL: "no movement, so the frequency tells nothing of a wavelength",
-    RoughnessStatus.NO_VELOCITY: "no finite velocity: frequency only",
-    RoughnessStatus.GAP: "samples are missing in the window; the answer, if any, is from the others",
-    RoughnessStatus.MISSING: "the reading is missing or not finite",
-    RoughnessStatus.SATURATED: "the reading is saturated",
-    RoughnessStatus.ALIASED: "too fast for this sampling rate: what is counted may be an alias",
-    RoughnessStatus.DUPLICATE: "the sample is not later than the one before, and was left out",
-}
 OK, WARMING_UP, SILENT, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(int, RoughnessStatus)
 
 
@@ -61,7 +43,7 @@ class RoughnessEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(RoughnessStatus, self.status)
+        return RoughnessStatus.in_words(self.status)
 
 
 class Finding(NamedTuple):

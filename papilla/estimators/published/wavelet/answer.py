@@ -1,40 +1,26 @@
 """What the streaming ridge answers, and the sentences of its status."""
 
 import math
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.status_words import status_in_words
+from papilla.status import Status
 
 NONE = math.nan
 
 
-class RidgeStatus(IntEnum):
+class RidgeStatus(Status):
     """What became of an answer; `sentence` says it in words."""
 
-    OK = 0
-    WARMING_UP = 1
-    NOT_SIGNIFICANT = 2
-    GAP = 3
-    SILENT = 4
-    COMMON = 5
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
+    OK = 0, "ok"
+    WARMING_UP = 1, "the wavelets reach beyond the first sample"
+    NOT_SIGNIFICANT = 2, "red noise explains what the two channels share"
+    GAP = 3, "too many samples are missing within reach"
+    SILENT = 4, "a channel does not change"
+    COMMON = 5, "no phase between the two channels: it may be common to both (hum, a jolt of the finger)"
 
 
-_SENTENCES = {
-    RidgeStatus.OK: "ok",
-    RidgeStatus.WARMING_UP: "the wavelets reach beyond the first sample",
-    RidgeStatus.NOT_SIGNIFICANT: "red noise explains what the two channels share",
-    RidgeStatus.GAP: "too many samples are missing within reach",
-    RidgeStatus.SILENT: "a channel does not change",
-    RidgeStatus.COMMON: "no phase between the two channels: it may be common to both (hum, a jolt of the finger)",
-}
 OK, WARMING_UP, NOT_SIGNIFICANT, GAP, SILENT, COMMON = map(int, RidgeStatus)
 
 
@@ -55,4 +41,4 @@ class RidgeEstimate(NamedTuple):
     @property
     def sentence(self):
         """The status in words: a string, or a list of them."""
-        return status_in_words(RidgeStatus, self.status)
+        return RidgeStatus.in_words(self.status)
