@@ -16,6 +16,8 @@ class Identified:
     parameters : names, p of them. values, lower, upper : (p,) in their units, with 95 % intervals. logarithmic : (p,)
     whose logarithm `covariance` (p, p) is of. chi_square, freedom : of the weighted residuals. force_error,
     noise_microstrain : errors of a press that the fit took or told. notes : what to doubt, a sentence each.
+    relaxation_shares, relaxation_times_s : of the silicone's Prony series, where a hold told it; crept : range of the
+    equivalent force over the force in the touches that were fitted, two numbers, or none.
 
     Raises `InputError` for lists that do not fit together, or numbers that are not finite.
     """
@@ -37,6 +39,9 @@ class Identified:
     force_error: float
     noise_microstrain: float
     notes: tuple[str, ...] = ()
+    relaxation_shares: tuple[float, ...] = ()
+    relaxation_times_s: tuple[float, ...] = ()
+    crept: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.parameters)
@@ -51,6 +56,10 @@ class Identified:
             raise InputError("identified numbers must be finite")
         if any(row[place] < 0 for place, row in enumerate(self.covariance)):
             raise InputError("identified covariance has a negative variance")
+        if len(self.relaxation_shares) != len(self.relaxation_times_s):
+            raise InputError("identified relaxation_shares and relaxation_times_s must be as many")
+        if len(self.crept) not in (0, 2) or not all(map(math.isfinite, self.crept)):
+            raise InputError(f"identified crept must be two numbers, lowest and highest, got {list(self.crept)}")
         for name, value, logarithmic in zip(self.parameters, self.values, self.logarithmic, strict=True):
             if logarithmic and value <= 0:
                 raise InputError(f"identified {name} must be greater than 0, got {value:g}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,10 @@ def with_identification(
         replace(one, uncertainty=replace(one.uncertainty, identified=surface(by[:, k] / force[:, None])))
         for k, one in enumerate(calibration.gauges)
     )
-    bench = {"zeros_microstrain": list(told.zeros_microstrain), "touch_down_mm": told.touch_down_mm}
+    bench: dict[str, Any] = {"zeros_microstrain": list(told.zeros_microstrain), "touch_down_mm": told.touch_down_mm}
+    if told.crept:
+        silicone = {"shares": told.relaxation_shares, "times_s": told.relaxation_times_s, "crept": told.crept}
+        bench["relaxation"] = {name: list(values) for name, values in silicone.items()}
     return replace(
         calibration,
         surface=replace(known, uncertainty=replace(known.uncertainty, identified=surface(by_ln_sd))),

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from papilla.errors import InputError
+from papilla.logs import PressLog
+from papilla.logs.loading import loading, touches
 from papilla.references import Prony
 
 POWERS, STIFFER = (0.3, 1.2), (0.3, 3.0)
@@ -114,6 +116,17 @@ def fit_relaxation(
         _rates(time, force),
         _doubts(best.x[:terms][order], taus[order], sigma[:terms][order], time),
     )
+
+
+def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
+    """Least and largest equivalent force over force of the rows that load, in a whole log over time."""
+    assert log.t_s is not None, "a log over time has times"
+    loads, ratios = loading(log.force_N, log.modulus_MPa), []
+    for rows in touches(log.modulus_MPa):
+        ratio = prony.strained(log.t_s[rows], log.force_N[rows]) / log.force_N[rows]
+        ratios.append(ratio[loads[rows]])
+    found = np.concatenate(ratios)
+    return float(found.min()), float(found.max())
 
 
 _APART = np.array([1.0, 1.0 + 1e-9])

@@ -1,5 +1,6 @@
 """`papilla identify`: which finger made a log of presses."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -95,8 +96,9 @@ def identify(
             found = fit(presses, design, free=free or (), fix=held, **bench, progress=shown.line)
         shown.line("what to doubt")
         told = confess(found)
-        identified = found.with_record(record(found, told, touched.words))
-        besides = loops_of(presses) | relaxation_of(log, found, relaxation) | after(found, suggest, there, criterion)
+        silicone, kept = relaxation_of(log, found, relaxation)
+        identified = found.with_record(replace(record(found, told, touched.words), **kept))
+        besides = loops_of(presses) | silicone | after(found, suggest, there, criterion)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])

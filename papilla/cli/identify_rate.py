@@ -34,17 +34,18 @@ def loops_of(log: "PressLog") -> dict:
     return {"loops": [vars(one) for one in log.loops]} if log.loops else {}
 
 
-def relaxation_of(path: Path, found: "Identification", terms: str | None) -> dict:
-    """The Prony terms of the longest touch of a log, by the identified finger, as plain values; nothing where none are
-    asked for. By its indentations where there are any, else by S_d."""
+def relaxation_of(path: Path, found: "Identification", terms: str | None) -> tuple[dict, dict]:
+    """The Prony terms of the longest touch of a log, by the identified finger, as plain values, and what its table
+    `[identified]` keeps of them; nothing where none are asked for. By its indentations where there are any, else by
+    S_d."""
     import numpy as np
 
-    from papilla.calibrate.relaxation import fit_relaxation
+    from papilla.calibrate.relaxation import crept, fit_relaxation
     from papilla.logs import read_presses
     from papilla.logs.loading import touches
 
     if terms is None:
-        return {}
+        return {}, {}
     log = read_presses(path, whole=True)
     time = log.t_s
     assert time is not None, "read_and_tell refuses"
@@ -63,7 +64,9 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None) -> dic
     deep = log.indentation_mm is not None
     seen = log.indentation_mm if log.indentation_mm is not None else (log.readings - zeros).std(axis=1)
     told = fit_relaxation(time[rows], log.force_N[rows], seen[rows], terms=int(terms), elastic=elastic)
-    return {
+    shares, times = told.prony.shares, told.prony.times_s
+    kept = {"relaxation_shares": shares, "relaxation_times_s": times, "crept": crept(told.prony, log)}
+    summary = {
         "relaxation": {
             "modulus_MPa": modulus,
             "by": "indentation" if deep else "S_d",
@@ -75,9 +78,11 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None) -> dic
             ],
             "rms": told.rms,
             "loading_rate_per_s": list(told.rate_per_s),
+            "crept": list(kept["crept"]),
             "doubts": list(told.doubts),
         }
     }
+    return summary, kept
 
 
 def print_relaxation(summary: dict) -> None:

@@ -55,6 +55,10 @@ def test_what_gains_leave_open_is_in_the_interval_and_zeros_are_kept(finger, tmp
     assert other.modulus_MPa == one.modulus_MPa and other.sigma_MPa > 2 * one.sigma_MPa
     assert other.lower_MPa < one.lower_MPa and other.upper_MPa > one.upper_MPa
     assert after.dominant == "identification" and any("told by few presses" in note for note in after.notes)
+    assert "relaxation" not in after.finger
+    told = replace(finger.identified, relaxation_shares=(0.2,), relaxation_times_s=(3.0,), crept=(1.0, 1.1))
+    crept = with_identification(before, replace(finger, identified=told))
+    assert crept.finger["relaxation"] == {"shares": [0.2], "times_s": [3.0], "crept": [1.0, 1.1]}
     assert list(_zeros(after)) == list(finger.identified.zeros_microstrain)
     after.save(tmp_path / "c.json")
     again = Calibration.load(tmp_path / "c.json")

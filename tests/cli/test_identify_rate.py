@@ -48,10 +48,11 @@ GAUGES = ("g1", "g2", "g3", "g4", "g5")
 
 @pytest.mark.slow
 @pytest.mark.parametrize("by", ["indentation", "S_d"])
-def test_loading_alone_is_fitted_and_the_hold_tells_the_silicone(papilla, over_time, by):
+def test_loading_alone_is_fitted_and_the_hold_tells_the_silicone(papilla, over_time, tmp_path, by):
     deep = ("indentation_mm",) if by == "indentation" else ()
     log = over_time("t_s", "force_N", "modulus_MPa", *GAUGES, *deep)
-    answer = papilla("identify", log, "--suggest", 1, "--relaxation", 1, "--json")
+    out = tmp_path / "finger.toml"
+    answer = papilla("identify", log, "--out", out, "--relaxation", 1, "--json")
     assert answer.code == 0, answer.err
     assert "80 of 104 rows hold or unload the finger (t_s): the fit is of loading alone" in answer.err
     found = json.loads(answer.out)
@@ -60,6 +61,10 @@ def test_loading_alone_is_fitted_and_the_hold_tells_the_silicone(papilla, over_t
     assert told["by"] == by
     assert told["terms"][0]["share"] == pytest.approx(0.25, abs=0.08)
     assert told["terms"][0]["time_s"] == pytest.approx(3.0, rel=0.4)
+    identified = Finger.load(out).identified
+    assert identified.relaxation_times_s == (told["terms"][0]["time_s"],)
+    assert identified.crept == tuple(told["crept"])
+    assert identified.crept == pytest.approx((1.0, 1.08), abs=0.03), "a ramp of 2 s, a time of 3 s"
     if deep:
         assert len(found["loops"]) == 2 and all(0 < one["share"] < 1 for one in found["loops"])
         assert "a loop to 0.6 N on 0.72 MPa lost" in answer.err

@@ -16,6 +16,7 @@ from papilla.estimators.friction import MEMORY_MM, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
+from papilla.estimators.pipeline.crept import with_creep
 from papilla.estimators.pipeline.parts import (
     LOW_PASS_HZ,
     LOW_PASS_SHARE,
@@ -142,28 +143,31 @@ class Pipeline:
         self._codes: tuple[int, ...] = ()
 
     def _add_modulus(self, calibration, rate, position_sigma_mm, noise, softness) -> None:
+        part = self._modulus_part(calibration, rate, position_sigma_mm, noise, softness)
+        if part is not None:
+            self._parts["modulus"] = with_creep(part, calibration)
+
+    def _modulus_part(self, calibration, rate, position_sigma_mm, noise, softness) -> Part | None:
         if softness not in SOFTNESS:
             raise InputError(f"softness must be one of {', '.join(SOFTNESS)}, got {softness!r}")
         if calibration is None:
             self.off["modulus"] = "no calibration was given"
-            return
+            return None
         if "force_N" not in self.columns:
             self.off["modulus"] = "no column force_N"
-            return
+            return None
         if calibration.remark:
             self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
         if softness != SURFACE:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
-            self._parts["modulus"] = PrintedPart(calibration, softness, **plain)
-            return
+            return PrintedPart(calibration, softness, **plain)
         for place in dict.fromkeys((position_sigma_mm, None)):
             try:
-                self._parts["modulus"] = GaugesPart(calibration, self._names, rate, place, **noise)
-                return
+                return GaugesPart(calibration, self._names, rate, place, **noise)
             except InputError as error:
                 instead = "from S_d alone, not from each gauge" if place is None else "of touches at the apex alone"
                 self._notes.append(f"modulus: {instead}: {error}")
-        self._parts["modulus"] = SdPart(calibration, rate, **noise)
+        return SdPart(calibration, rate, **noise)
 
     def _add_wavelength(self, rate, wavelengths, path) -> None:
         if not self._gauges:

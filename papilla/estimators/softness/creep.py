@@ -1,0 +1,83 @@
+"""How far the silicone has crept in a touch, against the touches that its finger was identified by."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from papilla.errors import InputError
+from papilla.references import Prony
+
+LEAST_CHANGE = 0.02
+"""Of the equivalent force over the force, from which a touch is told to be another than those: 1 to 2 % of S_d."""
+
+WORDS = (
+    "",
+    "loaded faster than the touches that the finger was identified by",
+    "loaded more slowly, held longer or unloaded, unlike the touches that the finger was identified by",
+)
+
+
+class CreepState(NamedTuple):
+    """Time and force of the last sample, and the (terms,) forces that have not crept away yet."""
+
+    time_s: float
+    force_N: float
+    kept: tuple[float, ...]
+
+
+class Creep:
+    """Equivalent force over force of a stream of samples: `Prony.strained`, a sample at a time.
+
+    Parameters
+    ----------
+    relaxation : of a calibration's finger: shares, times_s, and crept, the range of that ratio in the touches that it
+        was identified by. least_N : forces below tell nothing.
+
+    Raises `InputError` for a relaxation that is not of these numbers.
+    """
+
+    def __init__(self, relaxation: Mapping[str, Any], least_N: float):
+        try:
+            series = Prony(tuple(relaxation["shares"]), tuple(relaxation["times_s"]))
+            low, high = map(float, relaxation["crept"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                "the calibration's finger.relaxation must have shares, times_s and crept, two numbers"
+            ) from error
+        self._terms, self._least = series.retardation, least_N
+        self._low, self._high = low - LEAST_CHANGE, high + LEAST_CHANGE
+        self._steps: dict[float, tuple[tuple[float, float], ...]] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.state = CreepState(math.nan, 0.0, (0.0,) * len(self._terms))
+
+    def feel(self, time_s: float, force_N: float) -> int:
+        """Take a sample; 0, or the place in `WORDS` of what is unlike. Without a force it tells nothing."""
+        before = self.state
+        step = time_s - before.time_s
+        if force_N != force_N or step <= 0:
+            return 0
+        if step > 0:
+            rise, steps = force_N - before.force_N, zip(self._factors(step), before.kept, strict=True)
+            kept = tuple([one * decay + rise * grown for (decay, grown), one in steps])
+        else:
+            kept = (force_N,) * len(self._terms)
+        self.state = CreepState(time_s, force_N, kept)
+        if force_N < self._least:
+            return 0
+        crept = 1.0 + sum([c * (1 - one / force_N) for (c, _), one in zip(self._terms, kept, strict=True)])
+        return 1 if crept < self._low else 2 if crept > self._high else 0
+
+    def _factors(self, step: float) -> tuple[tuple[float, float], ...]:
+        """Of what was kept, and of a rise of the force that is linear over the step; those of a step are kept."""
+        step = round(step, 9)
+        found = self._steps.get(step)
+        if found is None:
+            if len(self._steps) > 64:
+                self._steps.clear()
+            lost = [-math.expm1(-step / tau) for _, tau in self._terms]
+            found = tuple((1 - one, tau / step * one) for one, (_, tau) in zip(lost, self._terms, strict=True))
+            self._steps[step] = found
+        return found
