@@ -18,7 +18,7 @@ from papilla.cli.output import plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
 from papilla.cli.slide import slide
-from papilla.cli.telepresence_ends import telepresence
+from papilla.cli.telepresence_timing import telepresence
 from papilla.cli.texture import texture
 from papilla.cli.verify import verify
 from papilla.cli.view import view

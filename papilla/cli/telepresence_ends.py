@@ -234,10 +234,11 @@ def _endpoint(listen: str, peer: str, key_file: Path | None) -> "Endpoint":
 
 @contextmanager
 def _live() -> "Iterator[Report]":
-    """Shows a state on one line that is renewed; away from a terminal, one every few seconds."""
+    """Gives what shows a state on one line that is renewed; away from a terminal, a line every few seconds."""
     terminal, last, state = sys.stderr.isatty(), -AWAY_S, ""
 
     def report(live: "Live") -> None:
+        """Show this state."""
         nonlocal last, state
         counts, said = live.counts, f"{live.said}; " if live.said else ""
         line = f"{live.time_s:8.1f} s  {live.state}; {said}{counts.accepted} messages, {counts.dropped} dropped, "
@@ -293,33 +294,3 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
             f"received, {counts.dropped} dropped" + (f"; shortest round trip {trip:.2f} ms" if trip == trip else "")
         )
     return code
-
-
-@telepresence.command()
-def timing(
-    seconds: Annotated[float, typer.Option(help="Of each measurement.")] = 10.0,
-    load: Annotated[
-        int | None, typer.Option(help="Busy processes beside the second measurement; one a core by default.", min=0)
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Measure one control period of sensor and display on this machine: two processes at 1 kHz, idle and loaded."""
-    from papilla import checks
-    from papilla.cli.output import progress, show_table
-    from papilla.studies.telepresence.timing import periods
-
-    checks.within("--seconds", seconds, 1, 3600)
-    with progress() as bar:
-        bar.line("two processes over loopback, idle and loaded")
-        rows = periods(seconds, load)
-    if as_json:
-        print_json({"rows": [row._asdict() for row in rows]})
-        return
-    from rich.table import Table
-
-    table = Table()
-    for name in ("side", "busy", "periods", "missed", "work p50, ms", "p99.9, ms", "round trip, ms"):
-        table.add_column(name, no_wrap=True)
-    for row in rows:
-        table.add_row(*(f"{value:.3f}" if isinstance(value, float) else str(value) for value in row))
-    show_table(table)

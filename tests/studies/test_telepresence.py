@@ -14,7 +14,8 @@ from papilla.studies.telepresence import (
     pairwise_rates,
 )
 from papilla.studies.telepresence.competitor import parameters_against_waveform
-from papilla.studies.telepresence.timing import peaks_bytes, periods
+from papilla.studies.telepresence.soak import growth, soak
+from papilla.studies.telepresence.timing import periods
 
 
 def test_the_rates_of_an_observer_of_039_are_those_known():
@@ -76,12 +77,31 @@ def test_another_texture_reaches_the_local_model_after_the_direct_display():
     assert 0 < found.without_link_ms < found.change_ms["local"]
 
 
+def test_growth_is_a_slope_with_its_sigma():
+    rng, times = np.random.default_rng(0), np.linspace(0, 2, 200)
+    for slope in (0.0, 5.0):
+        found = [growth(times, 100 + slope * times + rng.normal(0, 0.5, 200)) for _ in range(40)]
+        off = [(value - slope) / sigma for value, sigma in found]
+        assert np.abs(np.mean(off)) < 1 and 0.5 < np.std(off) < 2.5
+    filling = 100 - 30 * np.exp(-times / 0.02)
+    assert abs(growth(times, filling)[0]) < 0.01, "what fills at the begin is no growth"
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("side", ["sensor", "display"])
-def test_memory_does_not_grow(side):
-    """Some seconds, without waiting; spectra come and go, so the most of two stretches is compared."""
-    before, after = peaks_bytes(side, *((3000, 6000) if side == "sensor" else (12_000, 1000)))
-    assert after < 1.3 * before
+def test_a_display_that_runs_holds_no_more_with_time():
+    row = soak("display", 0.006)
+    assert row.side == "display" and row.periods == 21_600 and row.memory_MB > 10
+    assert row.growth_blocks < 5e4, "one a message would be 1.8e5 an hour, one a period 3.6e6"
+
+
+@pytest.mark.slow
+def test_a_side_that_keeps_something_each_period_is_found_out(monkeypatch):
+    from papilla.telepresence import processes
+
+    kept, place = [], processes.Motion.place_mm
+    monkeypatch.setattr(processes.Motion, "place_mm", lambda self, time: kept.append(object()) or place(self, time))
+    row = soak("display", 0.002)
+    assert row.growth_blocks == pytest.approx(3.6e6, rel=0.2)
 
 
 @pytest.mark.slow
