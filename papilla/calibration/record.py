@@ -17,6 +17,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from papilla import checks
 from papilla.calibration.compact import Compact
 from papilla.calibration.readouts import (
     IDENTIFIABLE,
@@ -162,7 +163,8 @@ class Calibration:
 
     Parameters
     ----------
-    finger : {"name", "sha256"}; mesh : what the sweep was computed on (empty for a bench calibration).
+    finger : {"name", "sha256"}, "ridge_pitch_mm" where it has ridges; mesh : what the sweep was computed on
+        (empty for a bench calibration).
     forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
     provenance : versions, hashes, when; notes : what a user has to doubt, a sentence each.
@@ -187,6 +189,12 @@ class Calibration:
     def domain(self) -> dict[str, tuple[float, float]]:
         """{"force_N", "modulus_MPa"}: the ranges that were calibrated."""
         return {"force_N": self.surface.surface.force_N, "modulus_MPa": self.surface.surface.modulus_MPa}
+
+    @property
+    def ridge_pitch_mm(self) -> float | None:
+        """Pitch of the finger's own ridges in mm, None where it has none or nobody said so; raises `InputError`."""
+        pitch = self.finger.get("ridge_pitch_mm")
+        return None if pitch is None else checks.positive("the calibration's finger.ridge_pitch_mm", pitch)
 
     def __repr__(self) -> str:
         force, modulus = ("-".join(f"{limit:g}" for limit in self.domain[key]) for key in ("force_N", "modulus_MPa"))

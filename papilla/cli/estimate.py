@@ -30,6 +30,10 @@ SoftnessOption = Annotated[
     ),
 ]
 
+RidgesOption = Annotated[
+    Path | None, typer.Option(help="Design (TOML, or a name that ships) for its ridges; a calibration has them.")
+]
+
 LeverOption = Annotated[
     float | None, typer.Option(help="Of a column torque_Nmm: from the torque's axis to the skin, mm.")
 ]
@@ -39,6 +43,7 @@ def estimate(
     log: Annotated[Path, typer.Argument(help="Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv")],
     out: Annotated[Path, typer.Option(help="Table of estimates to write (CSV).")],
     calibration: Annotated[Path | None, typer.Option(help="Calibration file (JSON); without it no modulus.")] = None,
+    finger: RidgesOption = None,
     wavelength_range: Annotated[
         tuple[float, float] | None,
         typer.Option(
@@ -64,7 +69,7 @@ def estimate(
     from papilla.files import check_writable
     from papilla.tables import table_writer
 
-    keep_inputs([log, calibration], [out])
+    keep_inputs([log, calibration, finger], [out])
     if softness != "surface" and thickness is not None:
         raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
     wavelengths = _checked_range(wavelength_range)
@@ -76,6 +81,7 @@ def estimate(
             "saturation": saturation,
             "friction_memory_mm": friction_memory,
             "softness": softness,
+            "ridge_pitch_mm": _ridge_pitch(finger),
             "doubts": None if thickness is None else Doubts(thickness_mm=thickness),
         }
         pipeline = Pipeline(
@@ -146,6 +152,14 @@ def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
     if made_for != own and all(re.fullmatch(r"g[1-9][0-9]*", name) for name in made_for):
         raise InputError(f"{log} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}")
     return record
+
+
+def _ridge_pitch(design: Path | None) -> float | None:
+    """Pitch (mm) of a design's ridges, None where there are none."""
+    from papilla.finger import Finger
+
+    ridges = Finger.load(design).ridges if design else None
+    return ridges.pitch if ridges else None
 
 
 def _zeros(record: "Calibration | None") -> "np.ndarray":

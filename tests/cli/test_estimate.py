@@ -118,6 +118,18 @@ def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log,
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("told, ok", [((), True), (("--finger", "default"), False)])
+def test_a_finger_with_ridges_may_feel_a_faint_lone_line_as_a_harmonic(papilla, tmp_path, told, ok):
+    t = np.arange(2000) / 1000
+    reading = np.sin(2 * np.pi * 86 * t / 1.2) + np.random.default_rng(1).normal(0, 1.2, 2000)
+    write_table(tmp_path / "lone.csv", {"t_s": t, "g1": reading, "velocity_mm_s": np.full(2000, 86.0)})
+    assert papilla("estimate", "lone.csv", "--out", "est.csv", *told).code == 0
+    last = rows_of(tmp_path / "est.csv")[-1]
+    assert float(last["wavelength_mm"]) == pytest.approx(1.2, rel=0.01)
+    assert last["status"].startswith("ok") == ok and ("may be a harmonic" in last["status"]) == (not ok)
+
+
+@pytest.mark.slow
 def test_answers_of_a_changed_calibration_come_with_a_remark(papilla, tmp_path, log, calibrated):
     document = json.loads((tmp_path / calibrated).read_text())
     document["softness"]["surface"]["coefficients"][2][2] += 0.1

@@ -80,6 +80,8 @@ class Pipeline:
     gauge_positions_mm : places (g,) of the gauges along the movement, where they are known.
     wavelength_range_mm : (shortest, longest) wavelength that is looked for.
     scale_sigma, latency_s, resonances_Hz : of the path, see `FusedTracker`; the scale's error is in every wavelength.
+    ridge_pitch_mm : of the finger's own ridges; the calibration's where it is None. A line that they may feel as a
+        harmonic is then not "ok" until the fundamental would be seen.
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
     doubts : what else of finger, sensors and specimen is not known exactly, see `papilla.estimators.Doubts`.
@@ -107,6 +109,7 @@ class Pipeline:
         scale_sigma: float = SCALE_SIGMA,
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
+        ridge_pitch_mm: float | None = None,
         doubts: Doubts | None = None,
         friction_memory_mm: float = MEMORY_MM,
         gauge_positions_mm: Sequence[float] | None = None,
@@ -137,6 +140,8 @@ class Pipeline:
         noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N, "doubts": doubts}
         self._add_modulus(calibration, rate, position_sigma_mm, noise, softness)
         path = {"scale_sigma": scale_sigma, "latency_s": latency_s, "resonances_Hz": resonances_Hz}
+        known = calibration.ridge_pitch_mm if calibration is not None else None
+        path["ridge_pitch_mm"] = known if ridge_pitch_mm is None else ridge_pitch_mm
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(maxsize=1024)(self._sentence)

@@ -24,6 +24,7 @@ class TrackingStatus(Status):
     CONSTANT_SPEED = 8, "ok, but the speed did not change: a vibration of that frequency is not excluded"
     OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the range that was asked for"
     INCOHERENT = 10, "the line is smeared: no single wavelength, or the path is wrong"
+    AMBIGUOUS = 12, "a line stands out, but it may be a harmonic: what is told is a guess"
     VAGUE = 11, "the standard deviation of the wavelength is too large"
 
 

@@ -53,7 +53,7 @@ SHARPER, PLAIN = 1.6, 30.0
 class Options(NamedTuple):
     """low, high : wavelengths in mm. rate_Hz : of the samples. scale_sigma : relative standard deviation of the path's
     scale. latency_s : how late the path is, None to have it estimated. hums_Hz : frequencies below half the rate that a
-    line over time may have."""
+    line over time may have. ridge_pitch_mm : of the finger's own ridges, 0 for none or an unknown one."""
 
     low: float
     high: float
@@ -61,9 +61,10 @@ class Options(NamedTuple):
     scale_sigma: float
     latency_s: float | None
     hums_Hz: tuple[float, ...]
+    ridge_pitch_mm: float
 
 
-def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz) -> Options:
+def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
     """The options, or `InputError` for what is not usable: a range must span a factor of 1.5 to 100."""
     try:
         first, last = wavelength_range_mm
@@ -79,7 +80,8 @@ def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz)
     hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
     hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
     late = None if latency_s is None else checks.within("latency_s", latency_s, -0.1, 0.1)
-    return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)))
+    pitch = 0.0 if ridge_pitch_mm is None else checks.positive("ridge_pitch_mm", ridge_pitch_mm)
+    return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
 
 
 @dataclass(eq=False)
@@ -222,8 +224,10 @@ class Follower:
         wavenumber, sigma = memory.known
         if verdict == Verdict.INCOHERENT:
             return TrackingStatus.INCOHERENT
+        if verdict == Verdict.AMBIGUOUS:
+            return TrackingStatus.AMBIGUOUS
         needed = 3 if memory.hums_Hz else 2
-        if verdict in (Verdict.NOTHING, Verdict.AMBIGUOUS) or memory.agreed < needed or wavenumber <= 0:
+        if verdict == Verdict.NOTHING or memory.agreed < needed or wavenumber <= 0:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
             return TrackingStatus.VAGUE
@@ -354,7 +358,7 @@ class Follower:
         return Task(
             rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
             self._size, memory.late_s, memory.late_variance, trial, memory.known[0] if memory.agreed else 0.0,
-            memory.proved, options.hums_Hz, memory.hums_Hz, options.rate_Hz,
+            memory.proved, options.hums_Hz, memory.hums_Hz, options.rate_Hz, options.ridge_pitch_mm,
         )  # fmt: skip
 
     def _conclude(self, look: Look, begin: int, end: int) -> None:

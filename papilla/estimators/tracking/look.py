@@ -15,6 +15,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
 from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, spectrum_of, strokes_of
@@ -27,12 +28,6 @@ FALSE_ALARM, CONFIRMED = 1e-4, 1e-2
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
-SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
-"""Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
-harmonic that line may be."""
-COINCIDENCE, LOUD, FAINTLY = 0.02, 0.3, 0.001
-"""Chance with which lines of another texture may look like harmonics; and where none of these has so much of the
-strongest line's amplitude, as there are more of the faint ones that nobody knows."""
 KNOWN = 0.02
 """Of the wavenumber, by which a line may differ from the known one and be it."""
 COHERENT, SCATTERED = 0.8, 0.12
@@ -288,25 +283,16 @@ class Look:
             if line.amplitude > FAINT * chosen.amplitude
             and abs(line.wavenumber - round(line.wavenumber / k) * k) > reach
         ]
-        sure = True
-        for divisor in range(2, SUBHARMONICS + 1):
-            base = k / divisor
-            slack = min(reach, 0.1 * base)
-            fits = [line for line in others if abs(line.wavenumber - round(line.wavenumber / base) * base) < slack]
+
+        def own(line: Line) -> bool:
             if bent:
-                fits = [line for line in fits if self._origin(line) != Verdict.TIME_LOCKED]
-            elif humming:
-                fits = [line for line in fits if not self._near_hum(line)]
-            if not fits:
-                continue
-            # How often lines of another texture would fit by chance.
-            chance = (2 * slack / base * len(others)) ** len(fits)
-            loud = max(line.amplitude for line in fits) > LOUD * chosen.amplitude
-            if chance < (COINCIDENCE if loud else FAINTLY):
-                return base, True
-            sure = sure and not loud and chance > COINCIDENCE
+                return self._origin(line) != Verdict.TIME_LOCKED
+            return not (humming and self._near_hum(line))
+
+        fundamental, sure = fundamental_of(chosen, others, reach, own)
+        sure = sure and (fundamental < k or not lone(chosen, self._task.ridge_pitch_mm))
         # What many looks have agreed on is not in doubt for lines that come and go.
-        return k, sure or abs(k - self._task.proved) < KNOWN * k
+        return fundamental, sure or (fundamental == k and abs(k - self._task.proved) < KNOWN * k)
 
     def _unmixed(self) -> Strokes:
         """The strokes without lines of time, and without the lines over the path of another texture."""

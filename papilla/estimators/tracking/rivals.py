@@ -23,6 +23,7 @@ class Task(NamedTuple):
     trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none; proved :
     the one that many looks agreed on, 0 for none.
     hums_Hz : frequencies that time may be locked to, known_hums_Hz : that it was of late; rate_Hz : of the samples.
+    ridge_pitch_mm : of the finger's own ridges, 0 where there are none or nobody knows.
     """
 
     rows: np.ndarray
@@ -39,6 +40,7 @@ class Task(NamedTuple):
     hums_Hz: tuple[float, ...]
     known_hums_Hz: tuple[float, ...]
     rate_Hz: float
+    ridge_pitch_mm: float
 
 
 def window_of(task: Task, late_s: float):

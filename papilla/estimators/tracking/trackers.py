@@ -42,6 +42,8 @@ class FusedTracker(Stream):
     scale_sigma : relative standard deviation of the velocity's scale; it is in the wavelength's in full.
     latency_s : how late the velocity is beside the readings; None: it is estimated wherever the speed changes.
     resonances_Hz : frequencies at which the finger or its mount rings: at a constant speed a line there is not ok.
+    ridge_pitch_mm : of the finger's own ridges, which may feel a harmonic louder than all else; None where there are
+        none or nobody knows.
     saturation : |reading| from which a reading is not one.
 
     Raises `InputError` for unusable values.
@@ -58,6 +60,7 @@ class FusedTracker(Stream):
         scale_sigma: float = SCALE_SIGMA,
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
+        ridge_pitch_mm: float | None = None,
         saturation: float = 1e12,
     ):
         given, self._places = gauge_positions_mm, None
@@ -68,7 +71,7 @@ class FusedTracker(Stream):
         if number < 1 or (self._places is not None and len(set(self._places)) < number):
             raise InputError(f"gauge_positions_mm must be a number, or different places, got {gauge_positions_mm}")
         self._limit = checks.positive("saturation", saturation)
-        options = checked(wavelength_range_mm, sample_rate_Hz, scale_sigma, latency_s, resonances_Hz)
+        options = checked(wavelength_range_mm, sample_rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm)
         self._follower, self._dt = Follower(number, options), 1 / options.rate_Hz
         self.columns = (*(f"g{n}" for n in range(1, number + 1)), "velocity_mm_s")
         self.reset()

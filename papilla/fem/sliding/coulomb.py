@@ -103,43 +103,41 @@ def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
 def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float] | None:
     """Forces, displacements and depth that fulfil the equations of the states; None where they are singular."""
     C, n, free = laws.compliance, len(state), laws.free
-    touching = np.flatnonzero(state != OPEN)
+    touching = state.nonzero()[0]
     if laws.load is not None and not len(touching):
         touching = np.array([int(np.argmin(free[n:] + laws.rise))])
-    held = touching[state[touching] == STICK] if laws.friction > 0 else touching[:0]
+    states = state[touching]
+    rubbing = laws.friction > 0
+    held = touching[states == STICK] if rubbing else touching[:0]
+    slips = (np.abs(states) == 1).nonzero()[0] if rubbing else held
+    sliding, drag = touching[slips], -laws.friction * states[slips]
     count, size = len(touching), len(touching) + len(held)
     force = np.zeros(2 * n)
     depth = 0.0 if laws.depth is None else laws.depth
-    if count:
-        rows = np.concatenate([n + touching, held])
-        columns = C[rows][:, rows]
-        signs = np.where(np.abs(state[touching]) == 1, state[touching], 0) * -laws.friction
-        if signs.any():
-            columns[:, :count] += C[rows][:, touching] * signs
-        rhs = np.concatenate([-laws.rise[touching], laws.old[held] - laws.drift]) - free[rows]
-        matrix = columns
-        if laws.load is not None:
-            matrix = np.zeros((size + 1, size + 1))
-            matrix[:size, :size] = columns
-            matrix[:count, size], matrix[size, :count] = -1.0, 1.0
-            rhs = np.append(rhs, laws.load)
-        else:
-            rhs[:count] += depth
-        _, _, x, fault = dgesv(matrix, rhs, overwrite_a=True)
-        if fault or not np.isfinite(x).all():
-            return None
-        force[n + touching] = x[:count]
-        force[touching] = signs * x[:count]
-        force[held] = x[count:size]
-        if laws.load is not None:
-            depth = float(x[size])
-    moved = C[:, rows_of(force)] @ force[rows_of(force)] + free if count else free.copy()
-    return force, moved, depth
-
-
-def rows_of(force: np.ndarray) -> np.ndarray:
-    """Where there is any force."""
-    return np.flatnonzero(force)
+    if not count:
+        return force, free.copy(), depth
+    rows = np.concatenate([touching + n, held])
+    # The compliance is symmetric: its rows, which lie together in memory, are its columns; LAPACK takes a transpose
+    wide, beside = C[rows], C[sliding]
+    matrix = np.zeros((size + 1, size + 1)) if laws.load is not None else np.empty((size, size))
+    matrix[:size, :size] = wide[:, rows]
+    matrix[slips, :size] += beside[:, rows] * drag[:, None]
+    rhs = -free[rows]
+    rhs[:count] -= laws.rise[touching]
+    rhs[count:] += laws.old[held] - laws.drift
+    if laws.load is not None:
+        matrix[size, :count], matrix[:count, size] = -1.0, 1.0
+        rhs = np.append(rhs, laws.load)
+    else:
+        rhs[:count] += depth
+    _, _, x, fault = dgesv(matrix.T, rhs, overwrite_a=True, overwrite_b=True)
+    if fault or not np.isfinite(x).all():
+        return None
+    pulled = drag * x[slips]
+    force[rows], force[sliding] = x[:size], pulled
+    if laws.load is not None:
+        depth = float(x[size])
+    return force, x[:size] @ wide + pulled @ beside + free, depth
 
 
 def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarray, float]:

@@ -158,6 +158,36 @@ def test_harmonics_are_told_from_another_texture(name):
     assert usable.mean() > 0.9 and np.nanmin(off, axis=1)[usable].max() < 0.01
 
 
+def felt(amplitudes, wavelength_mm, noise, speed_mm_s=86.0, seconds=2.0):
+    """(n, 2) readings of a texture with the given amplitudes of its harmonics, and the velocity."""
+    time = np.arange(int(seconds * RATE)) / RATE
+    rng = np.random.default_rng(4)
+    waves = [a * np.cos(2 * np.pi * n * speed_mm_s * time / wavelength_mm + n**2) for n, a in enumerate(amplitudes, 1)]
+    return np.column_stack([sum(waves) + noise * rng.standard_normal(len(time)), np.full(len(time), speed_mm_s)])
+
+
+@pytest.mark.parametrize(
+    "wavelength, amplitudes",
+    [(2.1, [0.65, 0.23, 0.39, 1.0, 0.22, 0.44, 0.27]), (3.0, [0.78, 0.17, 0.28, 1.0, 0.55, 0.94, 0.57])],
+)
+def test_the_fundamental_is_that_of_all_lines_not_of_two(wavelength, amplitudes):
+    """Harmonics of a grating as a gauge at the side of a ridged finger feels them: the second explains the fourth."""
+    found = SpaceTracker().process(felt(amplitudes, wavelength, 0.1))
+    usable = good(found)
+    assert usable[800:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wavelength", [0.6, 1.0, 1.2])
+def test_a_lone_line_in_step_with_the_ridges_may_be_a_harmonic(wavelength):
+    """Until the background is so low that the fundamental would be seen."""
+    faint, clear = (felt([1.0], wavelength, noise) for noise in (1.2, 0.1))
+    told = SpaceTracker(ridge_pitch_mm=1.2).process(faint)
+    assert good(SpaceTracker().process(faint))[800:].mean() > 0.8
+    assert not good(told).any() and TrackingStatus.AMBIGUOUS in told.status
+    assert good(SpaceTracker(ridge_pitch_mm=1.2).process(clear))[800:].mean() > 0.8
+
+
 def test_the_mains_make_no_fundamental_of_a_texture():
     """At 100 mm/s 50 Hz, 83 Hz and 150 Hz are the third, fifth and ninth harmonic of 6 mm."""
     made = scene("const, hum", 1.2, seed=1, seconds=1.5)
