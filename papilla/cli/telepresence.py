@@ -108,7 +108,9 @@ def simulate(
 
     lag_ms: how late each display is behind the hand, measured on what it displays; none at a steady speed, where
     nothing tells it. wavelength_error: RMS over windows of 0.25 s of the wavelength that the display has for the hand's
-    own motion, as a fraction.
+    own motion, as a fraction. With --second-wavelength, stale_ms and change_ms: for how long the old texture is still
+    displayed, and after how long the new one is, medians over the crossings. The new one has to be felt first: some
+    periods of it, 0.2 to 0.5 s beyond the delay.
 
     With --calibration a soft specimen lies under the texture and the finger presses while it slides: modulus, friction
     and contact area travel too, each with its standard deviation and status.
@@ -225,6 +227,7 @@ def _summary(record: "Record", scene) -> dict:
         "wavelength_error": {name: own.error for name, own in felt.items()},
         "silent": {name: own.silent for name, own in felt.items()},
         "change_ms": {name: record.change_ms(name) for name in both},
+        "stale_ms": {name: record.stale_ms(name) for name in both},
         "lost": record.lost,
         "status": {name: record.statuses(name) for name in both},
         "told": _told(record, scene),
@@ -272,8 +275,9 @@ def _print(found: dict) -> None:
             *((f"silent, {name}", f"{100 * found['silent'][name]:.1f}", "%") for name in ("local", "direct")),
             *((f"sent down, {name}", f"{found['bytes_per_s'][name]:.0f}", "bytes/s") for name in ("local", "direct")),
             *(
-                (f"new texture displayed after, {name}", f"{value:.0f}", "ms")
-                for name, value in found["change_ms"].items()
+                (f"{what}, {name}", f"{value:.0f}", "ms")
+                for key, what in (("stale_ms", "old texture still displayed for"), ("change_ms", "new one after"))
+                for name, value in found[key].items()
                 if value == value
             ),
             *(

@@ -157,16 +157,25 @@ class Record(NamedTuple):
         rows, shown = self.judged, self.local_um if which == "local" else self.direct_um
         return felt_wavelength(shown[rows], self.hand_mm[rows], self.truth_mm[rows], RATE_HZ)
 
-    def change_ms(self, which: str, within: float = 0.1) -> float:
-        """How long after the hand has come onto another texture the display shows its wavelength within 10 %, the
-        first time; NaN where it never does or the texture does not change."""
-        changes = np.flatnonzero(np.abs(np.diff(self.truth_mm)) > 0)
+    def crossings(self, which: str, within: float = 0.1) -> np.ndarray:
+        """(m, 2) of each time the hand comes onto another texture: for how many ms the display still has the wavelength
+        of the old one within 10 %, and after how many it has that of the new one; NaN where it has not until the next.
+        """
         shown = self.wavelength_mm if which == "local" else self.direct_mm
-        if not changes.size:
-            return math.nan
-        begin = changes[0] + 1
-        right = np.flatnonzero(np.abs(shown[begin:] / self.truth_mm[begin] - 1) < within)
-        return float(right[0]) * 1e3 / RATE_HZ if right.size else math.nan
+        places = np.flatnonzero(np.abs(np.diff(self.truth_mm)) > 0) + 1
+        found = []
+        for begin, end in itertools.pairwise([*places.tolist(), len(shown)]):
+            old, new = (np.abs(shown[begin:end] / self.truth_mm[row] - 1) < within for row in (begin - 1, begin))
+            found.append([np.argmin(old) if not old.all() else math.nan, np.argmax(new) if new.any() else math.nan])
+        return np.array(found).reshape(-1, 2) * 1e3 / RATE_HZ
+
+    def stale_ms(self, which: str) -> float:
+        """For how long a display still has the old texture after a crossing: the median; NaN without any."""
+        return _median(self.crossings(which)[:, 0])
+
+    def change_ms(self, which: str) -> float:
+        """After how long a display has the new texture: the median; NaN where that is never, or without a crossing."""
+        return _median(self.crossings(which)[:, 1])
 
     def statuses(self, which: str) -> dict[str, float]:
         """Share of the rows of each status, by its sentence."""
@@ -175,6 +184,13 @@ class Record(NamedTuple):
             DisplayStatus(int(code)).sentence: float(count) / self.time_s.size
             for code, count in zip(codes, counts, strict=True)
         }
+
+
+def _median(times) -> float:
+    """The median of times, of which those that never come (NaN) are the latest; NaN where it is one of these."""
+    found = np.sort(np.where(np.isnan(times), math.inf, times))
+    middle = float(found[len(found) // 2]) if len(found) else math.inf
+    return middle if math.isfinite(middle) else math.nan
 
 
 class Headers:

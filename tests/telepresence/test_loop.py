@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.telepresence import GratingTexture, LinkModel, Motion, RecordedTexture, Set, SideBySide, run
+from papilla.telepresence import GratingTexture, LinkModel, Motion, Record, RecordedTexture, Set, SideBySide, run
 from papilla.telepresence.measures import felt_wavelength, lag_s
 
 TIME = np.arange(6000) / 1000
@@ -94,3 +94,15 @@ def test_a_link_that_loses_everything_leaves_both_displays_silent():
     assert (record.local_um == 0).all() and (record.direct_um == 0).all()
     assert math.isnan(record.lag_ms("local")) and math.isnan(record.lag_ms("direct")) and math.isnan(record.late_ms)
     assert math.isnan(record.felt("local").error) and record.felt("local").silent == 1
+
+
+def test_crossings_of_a_border_tell_how_long_the_old_texture_stays():
+    truth = np.repeat([1.0, 2.0, 1.0], 100)
+    shown = np.repeat([1.0, math.nan, 2.0, math.nan], [130, 20, 60, 90])
+    blank = {name: None for name in Record._fields}
+    record = Record(**(blank | {"truth_mm": truth, "wavelength_mm": shown, "direct_mm": truth}))
+    np.testing.assert_array_equal(record.crossings("local"), [[30, 50], [10, math.nan]])
+    assert record.stale_ms("local") == 30 and math.isnan(record.change_ms("local"))
+    assert record.stale_ms("direct") == record.change_ms("direct") == 0
+    alone = record._replace(truth_mm=np.ones(300))
+    assert math.isnan(alone.change_ms("local")) and math.isnan(alone.stale_ms("local"))

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.loop import Motion, Set, run
 from papilla.telepresence.texture import GratingTexture, SideBySide
@@ -55,11 +57,15 @@ def delays_and_losses(
 
 
 class BesideEachOther(NamedTuple):
-    """Two gratings side by side, crossed at constant speed: ms until each display has the second one's wavelength
-    within 10 %; without_link_ms : the same of the local model without any delay, which is what estimating takes."""
+    """Two gratings side by side: ms until each display has the one that the hand came onto within 10 %, and for how
+    many ms it still had the other; the same of the local model without any delay, which is what estimating takes.
+    Medians over the crossings; never : share of them after which the local model had it not until the next."""
 
     change_ms: dict[str, float]
+    stale_ms: dict[str, float]
     without_link_ms: float
+    stale_without_link_ms: float
+    never: float
 
 
 def beside_each_other(
@@ -67,18 +73,25 @@ def beside_each_other(
     second_mm: float = 4.0,
     *,
     speed_mm_s: float = 87.0,
+    strokes_Hz: float = 0.0,
+    seconds: float = 3.5,
     round_trip_ms: float = 120.0,
     seed: int = 0,
 ) -> BesideEachOther:
     """The border between two gratings as in Okamoto et al. 2007, figure 5, felt through each display.
 
-    The speed is not 100 mm/s: at that a wavelength of 1 mm gives 100 Hz, which the estimators take for the mains.
+    By default it is crossed once, at a constant speed; with strokes to and fro, in the middle of each. The speed is not
+    100 mm/s: at that a wavelength of 1 mm gives 100 Hz, which the estimators take for the mains.
     """
-    way = LinkModel(one_way_ms=round_trip_ms / 2)
-
-    def crossed(link: LinkModel):
-        texture = SideBySide(GratingTexture(first_mm), GratingTexture(second_mm), 1.5 * speed_mm_s)
-        return run(Set(texture, Motion(speed_mm_s, 0.0), 3.5, link, link, seed=seed))
-
-    delayed, at_once = crossed(way), crossed(LinkModel())
-    return BesideEachOther({name: delayed.change_ms(name) for name in ("local", "direct")}, at_once.change_ms("local"))
+    way, motion = LinkModel(one_way_ms=round_trip_ms / 2), Motion(speed_mm_s, strokes_Hz)
+    border = 0.5 * motion.length_mm if strokes_Hz else 1.5 * speed_mm_s
+    texture = SideBySide(GratingTexture(first_mm), GratingTexture(second_mm), border)
+    delayed, at_once = (run(Set(texture, motion, seconds, link, link, seed=seed)) for link in (way, LinkModel()))
+    both = ("local", "direct")
+    return BesideEachOther(
+        {name: delayed.change_ms(name) for name in both},
+        {name: delayed.stale_ms(name) for name in both},
+        at_once.change_ms("local"),
+        at_once.stale_ms("local"),
+        float(np.isnan(delayed.crossings("local")[:, 1]).mean()),
+    )
