@@ -159,7 +159,7 @@ def test_a_hundred_thousand_hostile_datagrams_are_counted_and_dropped(key):
     meet(gate, peer)
     accepted = gate.counts.accepted
     valid = [peer.seal(encode(message)) for message in (FULL, HandReading(HEADER, quantity(Length, 3.0)))]
-    number = 60_000
+    number = 100_000
     for _ in range(number):
         if rng.random() < 0.3:
             datagram = rng.randbytes(rng.randrange(0, MAX_BYTES + 50))

@@ -103,6 +103,33 @@ def test_either_process_survives_kill_9_of_the_other(start, tmp_path, with_key):
     assert code == 130 and json.loads(out)["sent"] > 0
 
 
+@pytest.mark.slow
+def test_a_peer_that_sleeps_silences_the_display_which_comes_back_without_a_step(start, tmp_path):
+    ports = free_ports(2)
+    sensor = start("sensor", *ports)
+    display = start("display", *reversed(ports), "--out", str(tmp_path / "shown.csv"))
+    for _ in range(2):
+        display.wait_for("ok")
+        sensor.process.send_signal(signal.SIGSTOP)
+        display.wait_for("no message for too long")
+        time.sleep(0.5)
+        sensor.process.send_signal(signal.SIGCONT)
+        display.wait_for("ok")
+    display.process.send_signal(signal.SIGSTOP)
+    sensor.wait_for("no display")
+    display.process.send_signal(signal.SIGCONT)
+    display.wait_for("ok")
+    display.end()
+    shown = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True, dtype=None, encoding=None)
+    gain, since = shown["gain"], np.diff(shown["t_s"])
+    assert (gain[shown["t_s"] > 1] == 0).any() and gain[-1] > 0
+    # Up in 0.1 s, down in 0.3 s, and a late period counts as 5 ms at most.
+    assert (np.diff(gain) <= np.minimum(since, 0.005) / 0.1 + 1e-9).all()
+    assert (np.diff(gain) >= -np.minimum(since, 0.005) / 0.3 - 1e-9).all()
+    assert (np.abs(shown["displacement_um"]) <= 27.5 * gain + 1e-9).all(), "what is displayed fades with the gain"
+    assert np.abs(shown["displacement_um"]).max() > 5
+
+
 def test_only_the_peer_is_heard_and_a_flood_is_bounded():
     ports = free_ports(3)
     here, there, stranger = (Address("127.0.0.1", port) for port in ports)
