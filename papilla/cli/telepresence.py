@@ -37,6 +37,7 @@ from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel
+    from papilla.telepresence.local_model import LocalModel
     from papilla.telepresence.loop import Record
     from papilla.telepresence.texture import Texture
     from papilla.telepresence.touch import Soft
@@ -136,7 +137,7 @@ def simulate(
         _write(out, record)
         found["table"] = str(out)
     if html is not None:
-        _write_page(html, scene, record, round_trip_ms)
+        _write_page(html, scene, record, model, round_trip_ms)
         found["page"] = str(html)
     print_json(found) if as_json else _print(found)
 
@@ -317,22 +318,31 @@ def _write(path: Path, record: "Record") -> None:
         write([*columns, *zip(*map(told_row, record.told), strict=True)])
 
 
-def _write_page(path: Path, scene, record: "Record", round_trip_ms: float) -> None:
-    """The page, which begins with the wavelength, motion, delay and loss of the run."""
-    from papilla.telepresence.amplitude import Measured
+def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_trip_ms: float) -> None:
+    """The page, which begins with the wavelength, motion, delay and loss of the run, and what was displayed last."""
     from papilla.telepresence.loop import RATE_HZ
     from papilla.telepresence.page import settings, write_page
 
     wavelength = scene.texture.wavelength(scene.start_mm)
     if not wavelength > 0:
         raise InputError("the recorded texture has no significant line, so there is no grating for --html")
+    displayed = (
+        model.rule(one.wavelength_mm, one.amplitude_microstrain)
+        for told in reversed(record.told)
+        if told is not None
+        for one in told.components[:1]
+    )
+    amplitude = next((value for value in displayed if value == value), None)
+    if amplitude is None:
+        raise InputError("no line was displayed, so there is nothing for --html: is the wavelength looked for?")
     begin = settings(
         scene.motion,
         wavelength_mm=wavelength,
         round_trip_ms=round_trip_ms,
         loss=scene.downlink.loss,
-        amplitude_um=Measured()(wavelength, 50.0),
+        amplitude_um=amplitude,
         bytes_local=record.bytes_per_s["local"] / scene.parameters_Hz,
         bytes_direct=record.bytes_per_s["direct"] / RATE_HZ,
+        actuator=model.actuator,
     )
     write_page(path, begin)

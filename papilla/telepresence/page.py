@@ -6,7 +6,7 @@ from os import PathLike
 from typing import Any
 
 from papilla.files import write_text
-from papilla.telepresence.actuator import FADE, PIEZO
+from papilla.telepresence.actuator import FADE, PIEZO, Actuator
 from papilla.telepresence.hand import FASTEST_MM_S
 from papilla.telepresence.local_model import RAMP_S
 from papilla.telepresence.loop import WANDER_HZ, Motion
@@ -24,6 +24,7 @@ def settings(
     amplitude_um: float,
     bytes_local: float,
     bytes_direct: float,
+    actuator: Actuator = PIEZO,
 ) -> dict[str, Any]:
     """What the page begins with, and the limits of its local model, which are those of `LocalModel`.
 
@@ -34,7 +35,7 @@ def settings(
         "wavelength_mm": wavelength_mm,
         "round_trip_ms": round_trip_ms,
         "loss": loss,
-        "amplitude_um": min(amplitude_um, PIEZO.amplitude_um),
+        "amplitude_um": min(amplitude_um, actuator.amplitude_um),
         "strokes_Hz": strokes,
         "wander": motion.wander,
         "wander_Hz": WANDER_HZ,
@@ -45,8 +46,8 @@ def settings(
         "cut": False,
         "slow": 1,
         "limits": {
-            "band_Hz": PIEZO.band_Hz,
-            "amplitude_um": PIEZO.amplitude_um,
+            "band_Hz": actuator.band_Hz,
+            "amplitude_um": actuator.amplitude_um,
             "fade": FADE,
             "ramp_s": RAMP_S,
             "fastest_mm_s": FASTEST_MM_S,

@@ -74,7 +74,9 @@ def test_actuator_and_rule_are_told(papilla, tmp_path):
     points = {"schema": "papilla.amplitude/1", "source": "made up", "wavelength_mm": [0.8, 1, 1.2, 1.4, 1.6, 2.0]}
     (tmp_path / "mine.json").write_text(json.dumps(points | {"power": [1, 2, 4, 4, 2, 1]}))
     options = ("--rule", "g_A", "--curve", "mine.json", "--actuator", "icpf", "--stroke-um", "40", "--out", "s.csv")
+    options += ("--html", "play.html")
     found = json.loads(papilla("telepresence", "simulate", *SHORT, *options, "--json").out)["display"]
+    assert '"band_Hz": 200.0' in (tmp_path / "play.html").read_text(encoding="utf-8")
     assert (found["actuator"], found["band_Hz"], found["stroke_um"]) == ("ICPF", 200.0, 40.0)
     assert found["amplitude"]["source"] == "made up" and 0.9 < found["amplitude"]["r_squared"] < 1
     rows = np.genfromtxt(tmp_path / "s.csv", delimiter=",", names=True, dtype=None, encoding=None)
