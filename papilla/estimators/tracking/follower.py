@@ -17,7 +17,7 @@ from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import MAINS_HZ, Task
-from papilla.estimators.tracking.spectrum import GRID
+from papilla.estimators.tracking.spectrum import GRID, slope
 
 CELL = 0.125
 """Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
@@ -27,8 +27,9 @@ spectrum is padded for."""
 MOST_CELLS = 1024
 HOP, PARTS_HZ = 24, 300.0
 """Cells between two looks, as a look has up to ten parts; and parts in a second at slow rates."""
-STEADY, SPARE_S = 4, 0.05
-"""After so many looks that agree there is so much time at least between two."""
+STEADY, SPARE_S, SPARE = 4, 0.05, 0.125
+"""After so many looks that agree there is so much time at least between two; and where every lateness of the path was
+tried since, so much of the path that a look has."""
 GLANCE, CLEARLY = 8, 3.0
 """Cells between two glances, which ask whether the newest two periods still have the line, and so many sigmas by which
 they must not: a step of the force is soon over."""
@@ -93,9 +94,9 @@ class Memory:
     breaks : cells at which strokes begin; direction, extreme, extreme_cell : of the present stroke.
     place, moved_s, time_s : where and when the last sample was, and when it last moved; step : its step, fading.
 
-    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, waited :
-    samples since; look : (begin, end, breaks, parts done, trial) of the one under way. finding : of the last, path 0 of
-    which is at origin; known : wavenumber and sigma that are told, guessed : before a look was sure of them; agreed :
+    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, hop :
+    cells until the next, waited : samples since; look : (begin, end, breaks, parts done, trial) of the one under way.
+    finding : of the last, path 0 of which is at origin; known : wavenumber and sigma that are told, guessed : before a look was sure of them; agreed :
     looks that agree; proved : wavenumber that many agreed on, 0 for none. glanced : cell of the last glance, doubted :
     whether it missed the line. hums_Hz : lines of time, hummed : looks since they were found. late_s, late_variance,
     sharper : of the path, and of each trial.
@@ -118,6 +119,7 @@ class Memory:
     begin: int = 0
     limit: float = math.inf
     looked: int = 0
+    hop: int = HOP
     waited: int = 0
     look: tuple | None = None
     finding: Finding = field(default_factory=Finding)
@@ -300,7 +302,7 @@ class Follower:
         end = memory.first + memory.count
         memory.waited += 1
         spare = memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
-        if not memory.doubted and (end - memory.looked < HOP or spare):
+        if not memory.doubted and (end - memory.looked < memory.hop or spare):
             self._glance(end)
             return
         memory.looked, memory.waited = end, 0
@@ -314,15 +316,16 @@ class Follower:
         memory.look = (begin, end, tuple(memory.breaks), 0, trial)
         self._look = Look(self._task(begin, end, memory.look[2], trial))
 
+    def _glances(self, found: Finding) -> bool:
+        """Whether a glance tells: what a look takes out of the readings it would see, and where the line is not most of
+        what is read, the rest is another wave as well as noise."""
+        power = np.abs(found.amplitude) ** 2 / 2
+        return bool(found.amplitude) and not self.memory.hums_Hz and bool((power > found.noise).any())
+
     def _glance(self, end: int) -> None:
         """Whether the newest periods still have the line: if not, a look is due."""
         memory, found = self.memory, self.memory.finding
-        # What a look takes out of the readings a glance would see.
-        if end - memory.glanced < GLANCE or not memory.agreed or not found.amplitude or memory.hums_Hz:
-            return
-        # Where the line is not most of what is read, the rest is another wave as well as noise.
-        power = np.abs(found.amplitude) ** 2 / 2
-        if not (power > found.noise).any():
+        if end - memory.glanced < GLANCE or not memory.agreed or not self._glances(found):
             return
         memory.glanced = end
         begin = max(memory.breaks[-1:] + [memory.begin, memory.first]) - memory.first
@@ -335,7 +338,7 @@ class Follower:
         rows = memory.rows[longest : end - memory.first]
         if len(rows) < 4:
             return
-        place = rows[:, 1] - memory.origin + memory.late_s * np.gradient(rows[:, 1]) / np.gradient(rows[:, 0])
+        place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
         seen = np.isfinite(rows[:, 3:])
         readings = np.where(seen, rows[:, 3:], 0.0)
         share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
@@ -369,6 +372,8 @@ class Follower:
             self._weigh(look)
             return
         before, memory.finding, memory.doubted = memory.known[0], found, False
+        tried = memory.agreed > STEADY + len(self._trials)
+        memory.hop = max(HOP, int(SPARE * (end - begin))) if tried and self._glances(found) else HOP
         memory.hummed += 1
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0

@@ -18,7 +18,7 @@ import numpy as np
 from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
-from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, slope, spectrum_of, strokes_of
 
 BENT = 0.1
 """Periods by which a path must leave the straight line over time for the two to be told apart."""
@@ -37,6 +37,8 @@ LOST, SURE = 0.5, 3.0
 """Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
 PLAY_MM, RELAXED_MM = 0.3, 0.5
 """How far the skin may trail the finger (standard deviation), and the path after a turn over which it does so anew."""
+LATE_S = 1e-4
+"""Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
 
@@ -157,7 +159,7 @@ class Look:
         """Lines over time, in the frequencies that lines in the range have at the speeds of the strokes."""
         task, time = self._task, self._time
         spans = [time[b] - time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
-        speed = np.abs(np.gradient(self._place)) / np.maximum(np.abs(np.gradient(time)), 1e-9)
+        speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
         self._speed = speed
         bends = []
         for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
@@ -330,13 +332,13 @@ class Look:
     def _refine(self) -> None:
         """One step of the wavenumber and of the lateness."""
         task = self._task
-        if self._late != task.late_s:
+        if abs(self._late - task.late_s) > LATE_S:
             window = window_of(task, self._late)
             if window is not None and len(window[0]) > 16:
                 self._time, self._place, self._count, self._stroke, self._begin, readings = window
                 self._strokes = strokes_of(self._place, readings, self._begin)
                 self._strokes = self._unmixed()
-        speed = np.gradient(self._place) / np.maximum(np.gradient(self._time), 1e-9)
+        speed = slope(self._place) / np.maximum(slope(self._time), 1e-9)
         regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
         if task.late_variance == 0:
             regressors = regressors[:, :1]
@@ -366,7 +368,7 @@ class Look:
 
     def _path_weight(self) -> np.ndarray:
         """(m,) path that each row stands for."""
-        return np.maximum(np.abs(np.gradient(self._place)), 1e-12)
+        return np.maximum(np.abs(slope(self._place)), 1e-12)
 
     def _judge(self) -> None:
         """What the look says in the end."""

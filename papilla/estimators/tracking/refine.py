@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.tracking.spectrum import slope
+
 BLOCKS = 24
 """Blocks along a window at most; each of whole periods."""
 WHOLE = 0.9
@@ -145,7 +147,7 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
     first = len(cycles) - int((cycles[::-1] > periods).argmax())
     if cycles.max(initial=0.0) < periods + 1 or first > len(cycles) - 3:
         return None
-    place, readings, path = place[first:], readings[first:], np.maximum(np.abs(np.gradient(place[first:])), 1e-12)
+    place, readings, path = place[first:], readings[first:], np.maximum(np.abs(slope(place[first:])), 1e-12)
     used = seen[first:] * path[:, None]
     total = np.maximum(used.sum(axis=0), 1e-150)
     # A gauge that is lost has not lost the line.

@@ -89,7 +89,7 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
         x = place[rows]
         start, extent = float(x.min()), float(np.ptp(x))
         at = (x - start) / extent
-        taper = np.sin(np.pi * at) ** 2 * np.abs(np.gradient(x))
+        taper = np.sin(np.pi * at) ** 2 * np.abs(slope(x))
         basis = np.polynomial.legendre.legvander(2 * at - 1, trend)
         flat[rows] = _less_trend(basis, taper, readings[rows], seen[rows])
         origin[rows], weight[rows] = start, taper
@@ -122,19 +122,26 @@ def spectrum_of(strokes: Strokes, step: float, size: int) -> Spectrum:
     return Spectrum(np.maximum(((1 / own) @ power) / shown, 1e-300), own, 1 / (size * step), resolution)
 
 
+def slope(values: np.ndarray) -> np.ndarray:
+    """Change (m,) from row to row of at least two: `np.gradient` of evenly spaced rows, at a fifth of its price."""
+    change = np.empty_like(values)
+    change[1:-1] = 0.5 * (values[2:] - values[:-2])
+    change[0], change[-1] = values[1] - values[0], values[-1] - values[-2]
+    return change
+
+
 def _less_trend(basis: np.ndarray, weight: np.ndarray, readings: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Readings (m, g) less the weighted fit of basis (m, p); 0 where not seen."""
-    values = np.where(seen, readings, 0.0)
+    values, size = np.where(seen, readings, 0.0), basis.shape[1]
     # What is left of a gauge that never changes is rounding, not a signal.
     least = 1e-12 * np.abs(values).max(axis=0)
-    if seen.all():
-        weighted = basis.T * weight
-        values = values - basis @ np.linalg.lstsq(weighted @ basis, weighted @ values, rcond=None)[0]
-        return np.where(np.abs(values) > least, values, 0.0)
-    for gauge in range(values.shape[1]):
-        weighted = basis.T * (weight * seen[:, gauge])
-        fit = np.linalg.lstsq(weighted @ basis, weighted @ values[:, gauge], rcond=None)[0]
-        values[:, gauge] = seen[:, gauge] * (values[:, gauge] - basis @ fit)
+    used = weight[:, None] * seen
+    squares = (basis[:, :, None] * basis[:, None, :]).reshape(len(basis), -1)
+    gram = (used.T @ squares).reshape(-1, size, size)
+    # Too few rows fit any trend: the smallest one is taken.
+    gram += (1e-12 * float(weight.sum())) * np.eye(size)
+    fit = np.linalg.solve(gram, ((used * values).T @ basis)[..., None])[..., 0]
+    values = seen * (values - basis @ fit.T)
     return np.where(np.abs(values) > least, values, 0.0)
 
 
