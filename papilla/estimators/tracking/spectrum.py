@@ -134,12 +134,12 @@ def _less_trend(basis: np.ndarray, weight: np.ndarray, readings: np.ndarray, see
     """Readings (m, g) less the weighted fit of basis (m, p); 0 where not seen."""
     values, size = np.where(seen, readings, 0.0), basis.shape[1]
     # What is left of a gauge that never changes is rounding, not a signal.
-    least = 1e-12 * np.abs(values).max(axis=0)
+    least = 1e-11 * np.abs(values).max(axis=0)
     used = weight[:, None] * seen
     squares = (basis[:, :, None] * basis[:, None, :]).reshape(len(basis), -1)
     gram = (used.T @ squares).reshape(-1, size, size)
     # Too few rows fit any trend: the smallest one is taken.
-    gram += (1e-12 * float(weight.sum())) * np.eye(size)
+    gram += (1e-15 * float(weight.sum())) * np.eye(size)
     fit = np.linalg.solve(gram, ((used * values).T @ basis)[..., None])[..., 0]
     values = seen * (values - basis @ fit.T)
     return np.where(np.abs(values) > least, values, 0.0)
