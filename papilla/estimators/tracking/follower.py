@@ -97,9 +97,9 @@ class Memory:
     begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, hop :
     cells until the next, waited : samples since; look : (begin, end, breaks, parts done, trial) of the one under way.
     finding : of the last, path 0 of which is at origin; known : wavenumber and sigma that are told, guessed : before a
-    look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glanced : cell of the last glance, doubted :
-    whether it missed the line. hums_Hz : lines of time, hummed : looks since they were found. late_s, late_variance,
-    sharper : of the path, and of each trial.
+    look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glanced :
+    cell of the last glance, doubted : whether it missed the line. hums_Hz : lines of time, hummed : looks since they
+    were found. late_s, late_variance, sharper : of the path, and of each trial.
     """
 
     rows: np.ndarray

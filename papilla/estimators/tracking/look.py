@@ -292,9 +292,19 @@ class Look:
             return not (humming and self._near_hum(line))
 
         fundamental, sure = fundamental_of(chosen, others, reach, own)
-        sure = sure and (fundamental < k or not lone(chosen, self._task.ridge_pitch_mm))
+        if fundamental == k:
+            hinted = not humming and any(self._hinted(k, divisor) for divisor in range(2, SUBHARMONICS + 1))
+            sure = sure and not hinted and not lone(chosen, self._task.ridge_pitch_mm)
         # What many looks have agreed on is not in doubt for lines that come and go.
         return fundamental, sure or (fundamental == k and abs(k - self._task.proved) < KNOWN * k)
+
+    def _hinted(self, wavenumber: float, divisor: int) -> bool:
+        """Whether the spectrum shows more than noise where the fundamental of such a harmonic would be: too little for a
+        line of a search, and too much to call the harmonic a wavelength."""
+        base, near = wavenumber / divisor, 2 / self._strokes.extent
+        if base < near or any(abs(line.wavenumber - base) < near for line in self._lines):
+            return False
+        return self._spectrum.chance(base) < CONFIRMED / (divisor - 1)
 
     def _unmixed(self) -> Strokes:
         """The strokes without lines of time, and without the lines over the path of another texture."""

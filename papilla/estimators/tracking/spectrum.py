@@ -55,6 +55,15 @@ class Spectrum(NamedTuple):
         """Expected power of noise at indices `at` (m,)."""
         return background(self.power, np.asarray(at), self.resolution, pooled=False).power
 
+    def chance(self, wavenumber: float) -> float:
+        """Probability that noise reaches the power within half a resolution of a wavenumber."""
+        middle, half = wavenumber / self.step, 0.5 * self.resolution
+        at = np.arange(max(round(middle - half), 1), min(round(middle + half) + 1, len(self.power)))
+        if not len(at):
+            return 1.0
+        top = at[[int(self.power[at].argmax())]]
+        return float(background(self.power, top, self.resolution, pooled=False).chance(self.power[top])[0])
+
     def lines(self, low: float, high: float, most: int) -> list[Line]:
         """The greatest peaks over the background between two wavenumbers, most amplitude first."""
         power = self.power
