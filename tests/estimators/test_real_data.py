@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from papilla.estimators import Pipeline
 from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, travelled
 from papilla.estimators.published.texture import log_band_features, split_by_repetition, windows
@@ -56,6 +57,20 @@ def test_without_a_range_the_board_is_among_the_lines_strongest_first(path):
     assert any(abs(line.wavelength_mm / 20 - 1) < 0.03 for line in lines), "the 20 mm component is on every board"
     sizes = [line.amplitude for line in lines]
     assert sizes == sorted(sizes, reverse=True)
+
+
+@boards
+@pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("wavelengths", [(1.0, 8.0), (0.4, 6.0), (1.0, 40.0)])
+def test_online_no_harmonic_is_ever_ok(path, wavelengths):
+    """Constant slow speed, drift and a stronger 20 mm component: little is answered, and nothing of it is wrong."""
+    about, channels, _ = recorded(path)
+    time = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0) / 1e3
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    pipeline = Pipeline(gauges=16, columns=("velocity_mm_s",), sample_rate_Hz=rate, wavelength_range_mm=wavelengths)
+    found = pipeline.process(np.column_stack([time, channels, np.full(len(time), float(about["speed"]))]))
+    told = found.wavelength_mm[[sentence.startswith("ok") for sentence in found.wavelength_status]]
+    assert (np.abs(told / TRUTH_MM[about["ridge"]] - 1) < 0.03).all()
 
 
 @boards

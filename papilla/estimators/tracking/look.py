@@ -299,8 +299,8 @@ class Look:
         return fundamental, sure or (fundamental == k and abs(k - self._task.proved) < KNOWN * k)
 
     def _hinted(self, wavenumber: float, divisor: int) -> bool:
-        """Whether the spectrum shows more than noise where the fundamental of such a harmonic would be: too little for a
-        line of a search, and too much to call the harmonic a wavelength."""
+        """Whether there is more than noise where the fundamental of such a harmonic would be: too little for a line of
+        a search, and too much to call the harmonic a wavelength."""
         base, near = wavenumber / divisor, 2 / self._strokes.extent
         if base < near or any(abs(line.wavenumber - base) < near for line in self._lines):
             return False

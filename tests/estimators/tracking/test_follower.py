@@ -188,6 +188,20 @@ def test_a_lone_line_in_step_with_the_ridges_may_be_a_harmonic(wavelength):
     assert good(SpaceTracker(ridge_pitch_mm=1.2).process(clear))[800:].mean() > 0.8
 
 
+def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
+    """Too faint for a line of a search, until the path is long."""
+    time, wrong, right = np.arange(1200) / RATE, 0, 0
+    velocity = 70 + 15 * np.sin(2 * np.pi * 1.1 * time)
+    turns = np.cumsum(velocity) / RATE / 1.8
+    for seed in (1, 3):
+        noise = np.random.default_rng(seed).normal(0, 0.7, 1200)
+        reading = 0.3 * np.sin(2 * np.pi * turns + 0.3) + np.sin(4 * np.pi * turns) + noise
+        found = SpaceTracker().process(np.column_stack([reading, velocity]))
+        wrong += (good(found) & (np.abs(found.wavelength_mm / 0.9 - 1) < 0.05)).sum()
+        right += (good(found) & (np.abs(found.wavelength_mm / 1.8 - 1) < 0.05)).sum()
+    assert right > 900 and wrong < 0.2 * right
+
+
 def test_the_mains_make_no_fundamental_of_a_texture():
     """At 100 mm/s 50 Hz, 83 Hz and 150 Hz are the third, fifth and ninth harmonic of 6 mm."""
     made = scene("const, hum", 1.2, seed=1, seconds=1.5)
