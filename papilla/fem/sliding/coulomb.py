@@ -8,13 +8,14 @@ slip s = u - u_old + drift of the node over the counter-body,
 
 Active sets (open, stick, slip to either side) are the Newton iteration of the complementarity functions that this is
 (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). Where the sets begin to circle, only the node that violates
-its law most changes at a time; where that does not end either, nodes are relaxed one by one (Gauss-Seidel), each to its
-own exact law: for sets to begin anew with or, at last, to the end. No convexified law: that one lifts the
-body while it slips.
+its law most changes at a time; where that does not end either, the step is approached in parts; then nodes are relaxed
+one by one (Gauss-Seidel), each to its own exact law: for sets to begin anew with or, at last, to the end. No
+convexified law: that one lifts the body while it slips. With much friction the load jumps with the depth: a load
+inside such a jump has no solution, and is told as violated.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg.lapack import dgesv
@@ -22,8 +23,12 @@ from scipy.linalg.lapack import dgesv
 OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
 """State of a node: `RIGHT` and `LEFT` are the sign of its slip."""
 
-MOST_SETS, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 4, 10, 400
-"""Active sets that are tried, restarts of them after a few sweeps of relaxation, and sweeps of the last resort."""
+MOST_SETS, APPROACH, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 8, 4, 10, 400
+"""Active sets that are tried, parts of a step in which they are tried next, restarts of them after a few sweeps of
+relaxation, and sweeps of the last resort."""
+
+STEEPEST = 1e4
+"""Change of the load over that of the depth, both relative, above which it jumps: it is 10 to 50 elsewhere."""
 
 TOLERANCE = 1e-9
 """Of gaps and slips, in terms of the largest displacement of the step; of forces, of their sum."""
@@ -59,17 +64,35 @@ class Laws:
     load: float | None = None
 
 
-def rub(laws: Laws, start: np.ndarray) -> Rubbed:
-    """Solve a step from states (n,) to begin with."""
-    found, state = None, start
-    for _ in range(1 + RESTARTS):
-        found, last = _newton(laws, state)
-        if found is not None:
-            return found
+def rub(laws: Laws, start: np.ndarray, before: Laws | None = None) -> Rubbed:
+    """Solve a step from states (n,) to begin with; before : the step that these solved."""
+    found, last = _newton(laws, start)
+    if found is None and before is not None:
+        found = _approached(laws, before, start)
+    for _ in range(RESTARTS if found is None else 0):
         # Some sweeps at the depth of the last try find other sets to begin with
         guess = _relax_at(laws, last.depth, last.force, FEW_SWEEPS)
-        state = guess.state
-    return relax(laws)
+        found, last = _newton(laws, guess.state)
+        if found is not None:
+            break
+    return found or relax(laws)
+
+
+def _approached(laws: Laws, before: Laws, start: np.ndarray) -> Rubbed | None:
+    """The step by way of steps between the one before and it, each of which begins with the sets of the last."""
+    found, state = None, start
+    for share in np.arange(1, APPROACH + 1) / APPROACH:
+        between = replace(
+            laws,
+            rise=before.rise + share * (laws.rise - before.rise),
+            free=before.free + share * (laws.free - before.free),
+            drift=share * laws.drift,
+        )
+        found, _ = _newton(between, state)
+        if found is None:
+            return None
+        state = found.state
+    return found
 
 
 def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
@@ -84,7 +107,7 @@ def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
         force, moved, depth = solved
         following, urgency, violation = _judge(laws, state, force, moved, depth)
         last = Rubbed(force, moved, depth, state, count, "newton", violation)
-        if (following == state).all():
+        if following is state:
             return last, last
         if circles:
             worst = int(np.argmax(np.where(following != state, urgency, -1.0)))
@@ -141,27 +164,32 @@ def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float
 
 
 def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarray, float]:
-    """The states that follow from a solution, how much nodes violate their laws (n,), and the solve's own error."""
-    n = len(state)
-    a, b = force[n:], force[:n]
-    gap = moved[n:] + laws.rise - depth
-    length = max(float(np.abs(moved[n:]).max()), abs(laws.drift), 1e-300)
+    """The states that follow from a solution (the same object where they hold), how much nodes violate their laws (n,),
+    and the solve's own error."""
+    n, mu = len(state), laws.friction
+    a, inward = force[n:], moved[n:]
+    length = max(float(inward.max()), -float(inward.min()), abs(laws.drift), 1e-300)
     strength = max(float(np.abs(a).sum()), 1e-300)
-    following, is_open = state.copy(), state == OPEN
-    urgency = np.where(is_open, -gap / length, -a / strength)
-    toward = STICK if laws.drift == 0 else (RIGHT if laws.drift > 0 else LEFT)
-    wrong = urgency > TOLERANCE
-    following[is_open & wrong] = toward if laws.friction > 0 else RIGHT
-    following[~is_open & wrong] = OPEN
-    error = float(np.abs(gap[~is_open]).max(initial=0)) / length
-    if laws.friction > 0:
-        slip = moved[:n] - laws.old + laws.drift
-        held, kept = state == STICK, ~wrong
-        rubbing = np.where(held, (np.abs(b) - laws.friction * a) / strength, -state * slip / length)
-        wrong = kept & ~is_open & (rubbing > TOLERANCE)
-        urgency = np.where(wrong, rubbing, urgency)
-        following[wrong] = np.where(held, np.where(b > 0, LEFT, RIGHT), STICK)[wrong]
+    touching = state.nonzero()[0]
+    gap, pressing, states = inward + laws.rise - depth, a[touching], state[touching]
+    urgency = gap / -length
+    urgency[touching] = pressing / -strength
+    error = float(np.abs(gap[touching]).max(initial=0)) / length
+    wrong, turns, turned = urgency > TOLERANCE, touching[:0], states[:0]
+    if mu > 0:
+        slip, rubbing = moved[touching] - laws.old[touching] + laws.drift, force[touching]
+        held = states == STICK
+        beyond = np.where(held, (np.abs(rubbing) - mu * pressing) / strength, -states * slip / length)
+        against = ((beyond > TOLERANCE) & ~wrong[touching]).nonzero()[0]
+        turns, turned = touching[against], np.where(rubbing > 0, LEFT, RIGHT)[against]
+        turned[~held[against]] = STICK
+        urgency[turns] = beyond[against]
         error = max(error, float(np.abs(slip[held]).max(initial=0)) / length)
+    following = state
+    if wrong.any() or len(turns):
+        toward = (STICK if laws.drift == 0 else (RIGHT if laws.drift > 0 else LEFT)) if mu > 0 else RIGHT
+        following = np.where(wrong, np.where(state == OPEN, toward, OPEN), state)
+        following[turns] = turned
     return following, urgency, error
 
 
@@ -170,67 +198,72 @@ def relax(laws: Laws) -> Rubbed:
     if laws.load is None:
         assert laws.depth is not None
         return _relax_at(laws, laws.depth, np.zeros(2 * len(laws.rise)))
-    n = len(laws.rise)
+    n, load = len(laws.rise), laws.load
     low = float((laws.free[n:] + laws.rise).min())
-    high, begun = low + laws.load * float(np.diag(laws.compliance)[n:].max()), np.zeros(2 * n)
+    high, begun = low + load * float(np.diag(laws.compliance)[n:].max()), np.zeros(2 * n)
     found = _relax_at(laws, high, begun)
-    f_low, f_high = -laws.load, float(found.force[n:].sum()) - laws.load
-    for _ in range(60):
-        if abs(f_high) <= 1e-8 * laws.load or high - low <= 1e-12 * abs(high):
-            break
+    f_low, f_high = -load, float(found.force[n:].sum()) - load
+    error = f_high
+    while abs(error) > 1e-8 * load and STEEPEST * load * (high - low) > abs(error * high):
         depth = high - f_high * (high - low) / (f_high - f_low)
         if not low < depth < high:
             depth = (low + high) / 2
         found = _relax_at(laws, depth, found.force)
-        error = float(found.force[n:].sum()) - laws.load
-        if abs(error) <= 1e-8 * laws.load:
-            break
+        error = float(found.force[n:].sum()) - load
         if error > 0:
             high, f_high, f_low = depth, error, f_low / 2
         else:
             low, f_low, f_high = depth, error, f_high / 2
-    return found
+    return replace(found, violation=max(found.violation, abs(error) / load))
 
 
 def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEEPS) -> Rubbed:
     """Nodes one by one to their own exact law until forces rest."""
-    C, n = laws.compliance, len(laws.rise)
-    force = start.copy()
-    moved = C @ force + laws.free
-    near = np.flatnonzero((laws.free[n:] + laws.rise < depth) | (force[n:] > 0))
-    change, sweep = math.inf, 0
-    while sweep < most and change > 1e-10 * max(float(force[n:].sum()), 1e-300):
+    C, n, friction = laws.compliance, len(laws.rise), laws.friction
+    near = ((laws.free[n:] + laws.rise < depth) | (start[n:] > 0)).nonzero()[0]
+    m = len(near)
+    both = np.concatenate([near, near + n])
+    own, force = C[np.ix_(both, both)], start[both]
+    gaps = own @ force + laws.free[both]
+    gaps[:m] += laws.drift - laws.old[near]
+    gaps[m:] += laws.rise[near] - depth
+    along, across, inward = np.diag(own)[:m], np.diag(own[:m, m:]), np.diag(own)[m:]
+    blocks = list(zip(along.tolist(), across.tolist(), inward.tolist(), strict=True))
+    change, sweep, limit = math.inf, 0, 0.0
+    while sweep < most and change > limit:
         change, sweep = 0.0, sweep + 1
-        for i in near:
-            own = np.array([[C[i, i], C[i, n + i]], [C[n + i, i], C[n + i, n + i]]])
-            before = np.array([force[i], force[n + i]])
-            there = np.array([moved[i] - laws.old[i] + laws.drift, moved[n + i] + laws.rise[i] - depth]) - own @ before
-            after = _own_law(own, there, laws.friction)
-            step = after - before
-            if step.any():
-                moved += C[:, i] * step[0] + C[:, n + i] * step[1]
-                force[i], force[n + i] = after
-                change = max(change, float(np.abs(step).max()))
-    state = np.where(force[n:] <= 0, OPEN, np.where(force[:n] < 0, RIGHT, LEFT))
-    if laws.friction > 0:
-        state[(force[n:] > 0) & (np.abs(force[:n]) < laws.friction * force[n:] * (1 - 1e-9))] = STICK
-    total = max(float(force[n:].sum()), 1e-300)
-    return Rubbed(force, moved, depth, state, sweep, "relaxation", change / total)
+        for i, (xx, xa, aa) in enumerate(blocks):
+            b, a = force[i], force[m + i]
+            slip, gap = gaps[i] - xx * b - xa * a, gaps[m + i] - xa * b - aa * a
+            to_b, to_a = _own_law(xx, xa, aa, slip, gap, friction) if gap < 0 else (0.0, 0.0)
+            if to_b != b or to_a != a:
+                gaps += own[i] * (to_b - b) + own[m + i] * (to_a - a)
+                force[i], force[m + i] = to_b, to_a
+                change = max(change, abs(to_b - b), abs(to_a - a))
+        limit = 1e-10 * max(float(force[m:].sum()), 1e-300)
+    b, a = force[:m], force[m:]
+    state = np.zeros(n, dtype=np.int64)
+    state[near] = np.where(a <= 0, OPEN, np.where(b < 0, RIGHT, LEFT))
+    if friction > 0:
+        state[near[(a > 0) & (np.abs(b) < friction * a * (1 - 1e-9))]] = STICK
+    whole = np.zeros(2 * n)
+    whole[both] = force
+    total = max(float(a.sum()), 1e-300)
+    return Rubbed(whole, C @ whole + laws.free, depth, state, sweep, "relaxation", change / total)
 
 
-def _own_law(own: np.ndarray, there: np.ndarray, friction: float) -> np.ndarray:
-    """Forces (b, a) of a single node of compliance `own` (2, 2) whose slip and gap without them are `there` (2,)."""
-    if there[1] >= 0:
-        return np.zeros(2)
+def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction: float) -> tuple[float, float]:
+    """Forces (b, a) of a node of compliance [[xx, xa], [xa, aa]] whose slip and gap < 0 are those without them."""
     if friction == 0:
-        return np.array([0.0, -there[1] / own[1, 1]])
-    b, a = np.linalg.solve(own, -there)
+        return 0.0, -gap / aa
+    determinant = xx * aa - xa * xa
+    b, a = (xa * gap - aa * slip) / determinant, (xa * slip - xx * gap) / determinant
     if a >= 0 and abs(b) <= friction * a:
-        return np.array([b, a])
+        return b, a
     for sign in (1.0, -1.0) if b < 0 else (-1.0, 1.0):
-        stiff = own[1, 1] - friction * sign * own[1, 0]
+        stiff = aa - friction * sign * xa
         if stiff > 0:
-            a = -there[1] / stiff
-            if sign * (there[0] + (own[0, 1] - friction * sign * own[0, 0]) * a) >= 0:
-                return np.array([-friction * sign * a, a])
-    return np.array([0.0, -there[1] / own[1, 1]])
+            a = -gap / stiff
+            if sign * (slip + (xa - friction * sign * xx) * a) >= 0:
+                return -friction * sign * a, a
+    return 0.0, -gap / aa

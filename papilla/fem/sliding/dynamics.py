@@ -77,6 +77,7 @@ class Modal:
         self._load = self._patch.T @ force
         self.state = np.stack([self._load / square, np.zeros_like(square)], axis=1)
         self._loss, self._step, self.lost = loss, step, 0.0
+        self._coasted = self._coast()
 
     def _coast(self) -> np.ndarray:
         """State (k, 2) at the end of the step without a force there."""
@@ -84,14 +85,15 @@ class Modal:
 
     def free(self) -> np.ndarray:
         """Displacements (2n,) at the end of the step without forces there."""
-        return self._patch @ self._coast()[:, 0]
+        return self._patch @ self._coasted[:, 0]
 
     def accept(self, force: np.ndarray) -> None:
         """End the step with forces (2n,)."""
         loaded = np.flatnonzero(force)
         load = self._patch[loaded].T @ force[loaded]
         before = self.state[:, 1]
-        self.state, self._load = self._coast() + self._after * load[:, None], load
+        self.state, self._load = self._coasted + self._after * load[:, None], load
+        self._coasted = self._coast()
         # Simpson would need the middle; the mean square of a straight velocity does
         speeds = (before**2 + before * self.state[:, 1] + self.state[:, 1] ** 2) / 3
         self.lost += float(self._step * self._loss * self._modes.omega @ speeds)
