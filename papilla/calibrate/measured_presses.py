@@ -42,6 +42,7 @@ ROUNDING = 1e-9
 """Of the data: no residual is taken to be smaller."""
 NEXT_DEGREE = 0.25
 """What a further degree in ln modulus would change, in what the last one did: 0.04 to 0.46 on the default finger."""
+FORM_CELLS = Resolution(12)
 SOFT_MPA, RUBBER_MPA = 5.0, 100.0
 """Where all specimens are harder than the first, or one is harder than the second, the moduli are not in MPa."""
 
@@ -218,20 +219,27 @@ def _worst(data: _Presses) -> tuple[int, str] | None:
 def _with_next_degree(data: _Presses, solver: SurfaceFit, values: np.ndarray) -> Fitted:
     """The surface through (n,) values; with as many unknowns as moduli, what one degree more could change is its error.
 
-    The moduli alone cannot show that error: a polynomial goes through them all.
+    The moduli alone cannot show that error: a polynomial goes through them all. The next one that does differs from it
+    by a multiple of their node polynomial, which is nothing at the moduli and most in the widest gap between them
+    (Davis, Interpolation and Approximation, 1963, theorem 3.1.1).
     """
     fitted, (along_force, along_modulus) = solver.surface(values), solver.along
     degree = along_modulus.degree
-    error = ROUNDING * float(np.abs(values).max())
-    if degree is not None and degree + 1 == len(np.unique(data.modulus_MPa)):
+    moduli = np.unique(data.modulus_MPa)
+    form = None
+    if degree is not None and degree + 1 == len(moduli):
         coarse = SurfaceFit(
             data.force_N, data.modulus_MPa, (along_force, replace(along_modulus, degree=degree - 1)), None, data.limits
         )
         axes = fitted.surface.force_axis, fitted.surface.modulus_axis
         force, modulus = np.meshgrid(*(axis.nodes.clip(axis.low, axis.high) for axis in axes))
         change = fitted.surface(force, modulus) - coarse.surface(values).surface(force, modulus)
-        error += NEXT_DEGREE * float(np.sqrt((change**2).mean()))
-    return replace(fitted, rms=float(np.hypot(fitted.rms, error)))
+        nodes = np.abs(np.prod(np.log(modulus[:, :, None] / moduli), axis=2))
+        size = np.sqrt((change**2).mean(axis=0) / (nodes**2).mean(axis=0))
+        through = SurfaceFit(force.ravel(), modulus.ravel(), (FORM_CELLS, FORM_CELLS))
+        form = through.surface((NEXT_DEGREE * size * nodes).ravel()).surface
+    rounding = ROUNDING * float(np.abs(values).max())
+    return replace(fitted, rms=float(np.hypot(fitted.rms, rounding)), form=form)
 
 
 def _refuse(log: PressLog) -> None:

@@ -75,12 +75,16 @@ def table_resolution(values: np.ndarray) -> Resolution:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the (n,) residuals."""
+    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the (n,) residuals.
+
+    form : one sigma of what another form through the same presses could say, where that is known.
+    """
 
     surface: Surface
     rms: float
     factor: float
     residual: np.ndarray
+    form: Surface | None = None
 
     @property
     def largest(self) -> float:
@@ -220,7 +224,7 @@ def uncertainty(
     """
     surface, residuals = fitted.surface, (fitted.rms, fitted.factor, fitted.largest)
     if not others:
-        return Uncertainty(*residuals, np.array(surface.force_N), np.zeros(2), 0.0, 0)
+        return Uncertainty(*residuals, np.array(surface.force_N), np.zeros(2), 0.0, 0, form=fitted.form)
     force, modulus, value = (np.concatenate(parts) for parts in zip(*others, strict=True))
     difference = value - surface(force, modulus)
     known = np.isfinite(difference)

@@ -117,7 +117,7 @@ def _values(part: Any) -> dict[str, Any]:
 
 def _spline(part: SdSurface | GaugeSurface) -> dict[str, Any]:
     uncertainty = {"level": LEVEL} | _values(part.uncertainty)
-    for name in ("friction", "identified"):
+    for name in ("friction", "identified", "form"):
         found = getattr(part.uncertainty, name)
         uncertainty[name] = None if found is None else _values(found) | {"cells": found.cells}
     return _values(part.surface) | {"cells": part.surface.cells, "uncertainty": uncertainty}
@@ -220,7 +220,7 @@ _UNCERTAINTY = table(
     dict.fromkeys(("fit_rms", "fit_factor", "fit_max", "scatter_factor"), _AT_LEAST_0)
     | {"scatter_force_N": _ANY, "scatter": _numbers(least=0), "meshes": Annotated[int, Field(ge=0)]}
     | {"strain": (_AT_LEAST_0, 0.0)}
-    | dict.fromkeys(("friction", "identified"), (table(_surface, _SPLINE) | None, None)),
+    | dict.fromkeys(("friction", "identified", "form"), (table(_surface, _SPLINE) | None, None)),
     {"level": LEVEL},
 )
 _FITTED = _SPLINE | {"uncertainty": _UNCERTAINTY}

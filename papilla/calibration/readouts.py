@@ -54,6 +54,7 @@ class Uncertainty:
     strain : one sigma of what large strain changes, as far as it is known.
     friction : what the value changes where there is no friction, if friction is not known; else None.
     identified : one sigma of what the identification of the finger leaves open; None for a finger taken as its design.
+    form : one sigma of what another curve through as few moduli could say between them; None where a model says it.
 
     Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """
@@ -68,6 +69,7 @@ class Uncertainty:
     strain: float = 0.0
     friction: Surface | None = None
     identified: Surface | None = None
+    form: Surface | None = None
     __repr__ = short_repr
 
     def __post_init__(self):
@@ -82,11 +84,11 @@ class Uncertainty:
         return float(np.interp(math.log(force_N), self._ln_force, self.scatter))
 
     def sigma_at(self, force_N: float) -> float:
-        """One sigma of the value at a force and middling moduli, friction apart: fit, mesh, strain, identification."""
-        known = self.identified
+        """One sigma of the value at a force and middling moduli, friction apart: fit, mesh, strain, and the rest."""
+        known = self.identified or self.form
         middle = 0.0 if known is None else 0.5 * sum(map(math.log, known.modulus_MPa))
-        identified = self.identified_at(math.log(force_N), middle)
-        return math.hypot(self.fit_rms, self.mesh_sigma_at(force_N), self.strain, identified)
+        spread = self._spread_at(math.log(force_N), middle).values()
+        return math.hypot(self.fit_rms, self.mesh_sigma_at(force_N), self.strain, *spread)
 
     def mesh_sigma_at(self, force_N: float) -> float:
         """One sigma of the mesh at a force: its scatter, and what few meshes leave open of that."""
@@ -106,16 +108,17 @@ class Uncertainty:
             "mesh": self.mesh_sigma_at(math.exp(ln_force)),
             "large strain": self.strain,
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
-            **({} if self.identified is None else {"identification": self.identified_at(ln_force, ln_modulus)}),
+            **self._spread_at(ln_force, ln_modulus),
         }
 
-    def identified_at(self, ln_force: float, ln_modulus: float) -> float:
-        """One sigma of what the finger's identification leaves open at a point of the domain (N, MPa)."""
-        return 0.0 if self._identified is None else max(self._identified.evaluate(ln_force, ln_modulus)[0], 0.0)
+    def _spread_at(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
+        """Those that have a surface of their own at a point of the domain (N, MPa)."""
+        return {name: max(one.evaluate(ln_force, ln_modulus)[0], 0.0) for name, one in self._spread.items()}
 
     @cached_property
-    def _identified(self) -> PointSurface | None:
-        return None if self.identified is None else PointSurface(self.identified)
+    def _spread(self) -> dict[str, PointSurface]:
+        known = {"identification": self.identified, "form": self.form}
+        return {name: PointSurface(one) for name, one in known.items() if one is not None}
 
     @cached_property
     def _friction(self) -> PointSurface | None:

@@ -168,7 +168,9 @@ def test_between_three_moduli_the_interval_includes_what_no_press_shows(truth):
     force, modulus = np.geomspace(0.12, 0.9, 10)[:, None], np.geomspace(0.12, 0.6, 30)
     answer = found.invert(truth.sd(force, modulus), np.broadcast_to(force, (10, 30)))
     assert np.mean((answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)) > 0.95
-    assert found.surface.uncertainty.fit_max < 0.002 < found.surface.uncertainty.fit_rms
+    known = found.surface.uncertainty
+    assert known.fit_max < 0.002 and known.fit_rms < 0.002 < known.sigmas(np.log(0.4), np.log(0.25))["form"]
+    assert known.sigmas(np.log(0.4), np.log(0.51))["form"] < 0.3 * known.sigmas(np.log(0.4), np.log(0.25))["form"]
 
 
 def test_that_is_a_quarter_of_what_the_last_degree_changes():
@@ -181,10 +183,13 @@ def test_that_is_a_quarter_of_what_the_last_degree_changes():
         return fit_bench(log).surface.uncertainty
 
     assert fitted([-1.0, 0.0, 1.0]).fit_max < 1e-12
-    # rms over the surface's own 17 nodes
-    change = np.sqrt(np.mean((np.linspace(-1, 1, 17) ** 2 - 2 / 3) ** 2))
-    assert fitted([-1.0, 0.0, 1.0]).fit_rms == pytest.approx(0.25 * 0.3 * change, rel=1e-6)
-    assert fitted([-1.0, -0.4, 0.1, 0.5, 1.0]).fit_rms < 1e-6
+    # rms over the surface's own 17 nodes, in the shape of y^3 - y
+    y = np.linspace(-1, 1, 17)
+    change, shape = np.sqrt(np.mean((y**2 - 2 / 3) ** 2)), np.abs(y**3 - y)
+    expected = 0.25 * 0.3 * change * shape / np.sqrt(np.mean(shape**2))
+    told = [fitted([-1.0, 0.0, 1.0]).sigmas(0.2, one)["form"] for one in y]
+    assert told == pytest.approx(expected, abs=0.1 * expected.max())
+    assert fitted([-1.0, -0.4, 0.1, 0.5, 1.0]).form is None
 
 
 @pytest.mark.slow
