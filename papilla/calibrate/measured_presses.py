@@ -18,7 +18,7 @@ from papilla.calibrate.surface_fit import (
     uncertainty,
     usable_part,
 )
-from papilla.calibration import Calibration, GaugeSurface, SdSurface
+from papilla.calibration import NORMAL_FACTOR, Calibration, GaugeSurface, SdSurface
 from papilla.errors import InputError
 from papilla.logs import PressLog
 
@@ -65,7 +65,7 @@ def fit_bench(log: PressLog, finger: dict | None = None) -> Calibration:
     data = _Presses(log, np.flatnonzero(near), limits)
     data, outliers = _without_outliers(data)
     solver = data.best()
-    sd, *gauges = (_with_next_degree(data, solver, values) for values in data.quantities)
+    sd, *gauges = (_with_form(data, solver, values) for values in data.quantities)
     usable, twofold = usable_part(sd.surface)
     whole = np.setdiff1d(np.arange(len(log)), [row for row, _ in outliers])
     forward = fit_quadratic(log.force_N[whole], log.modulus_MPa[whole], log.sd_microstrain[whole])
@@ -216,28 +216,29 @@ def _worst(data: _Presses) -> tuple[int, str] | None:
     return place, f"{press}: S_d is {found:.4g} µε where the other presses say {said:.4g} µε"
 
 
-def _with_next_degree(data: _Presses, solver: SurfaceFit, values: np.ndarray) -> Fitted:
-    """The surface through (n,) values; with as many unknowns as moduli, what one degree more could change is its error.
+def _with_form(data: _Presses, solver: SurfaceFit, values: np.ndarray) -> Fitted:
+    """The surface through (n,) values, and what it may be off by from place to place, beyond its rms.
 
-    The moduli alone cannot show that error: a polynomial goes through them all. The next one that does differs from it
-    by a multiple of their node polynomial, which is nothing at the moduli and most in the widest gap between them
-    (Davis, Interpolation and Approximation, 1963, theorem 3.1.1).
+    Noise moves it more where presses are far away, its leverage beyond the mean of the presses'. With as many unknowns
+    as moduli, these cannot show the error of the form: the next degree that goes through them all differs by a multiple
+    of their node polynomial, which is most in the widest gap (Davis, Interpolation and Approximation, 1963, theorem
+    3.1.1), and is taken to change `NEXT_DEGREE` of what the last one did.
     """
     fitted, (along_force, along_modulus) = solver.surface(values), solver.along
-    degree = along_modulus.degree
-    moduli = np.unique(data.modulus_MPa)
-    form = None
+    count, moduli, degree = len(values), np.unique(data.modulus_MPa), along_modulus.degree
+    axes = fitted.surface.force_axis, fitted.surface.modulus_axis
+    force, modulus = np.meshgrid(*(axis.nodes.clip(axis.low, axis.high) for axis in axes))
+    places = force.ravel(), modulus.ravel()
+    more = np.maximum(solver.leverage(*places) - (1 - solver.freedom / count), 0.0).reshape(force.shape)
+    spread = more / (2 - solver.freedom / count) * (fitted.rms * fitted.factor / NORMAL_FACTOR) ** 2
     if degree is not None and degree + 1 == len(moduli):
         coarse = SurfaceFit(
             data.force_N, data.modulus_MPa, (along_force, replace(along_modulus, degree=degree - 1)), None, data.limits
         )
-        axes = fitted.surface.force_axis, fitted.surface.modulus_axis
-        force, modulus = np.meshgrid(*(axis.nodes.clip(axis.low, axis.high) for axis in axes))
         change = fitted.surface(force, modulus) - coarse.surface(values).surface(force, modulus)
-        nodes = np.abs(np.prod(np.log(modulus[:, :, None] / moduli), axis=2))
-        size = np.sqrt((change**2).mean(axis=0) / (nodes**2).mean(axis=0))
-        through = SurfaceFit(force.ravel(), modulus.ravel(), (FORM_CELLS, FORM_CELLS))
-        form = through.surface((NEXT_DEGREE * size * nodes).ravel()).surface
+        nodes = np.prod(np.log(modulus[:, :, None] / moduli), axis=2) ** 2
+        spread += NEXT_DEGREE**2 * nodes * (change**2).mean(axis=0) / nodes.mean(axis=0)
+    form = SurfaceFit(*places, (FORM_CELLS, FORM_CELLS)).surface(np.sqrt(spread).ravel()).surface
     rounding = ROUNDING * float(np.abs(values).max())
     return replace(fitted, rms=float(np.hypot(fitted.rms, rounding)), form=form)
 

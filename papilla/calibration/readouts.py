@@ -54,7 +54,7 @@ class Uncertainty:
     strain : one sigma of what large strain changes, as far as it is known.
     friction : what the value changes where there is no friction, if friction is not known; else None.
     identified : one sigma of what the identification of the finger leaves open; None for a finger taken as its design.
-    form : one sigma of what another curve through as few moduli could say between them; None where a model says it.
+    form : one sigma of what a free form may be off by between its presses, beyond `fit_rms`; None for a model.
 
     Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """

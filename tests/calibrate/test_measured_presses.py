@@ -189,7 +189,8 @@ def test_that_is_a_quarter_of_what_the_last_degree_changes():
     expected = 0.25 * 0.3 * change * shape / np.sqrt(np.mean(shape**2))
     told = [fitted([-1.0, 0.0, 1.0]).sigmas(0.2, one)["form"] for one in y]
     assert told == pytest.approx(expected, abs=0.1 * expected.max())
-    assert fitted([-1.0, -0.4, 0.1, 0.5, 1.0]).form is None
+    more = fitted([-1.0, -0.4, 0.1, 0.5, 1.0])
+    assert max(more.sigmas(0.2, one)["form"] for one in y) < 1e-9
 
 
 @pytest.mark.slow
