@@ -80,7 +80,7 @@ RuleOption = Annotated[
 CurveOption = Annotated[
     Path | None,
     typer.Option(
-        help="Points of g_A (JSON: schema, wavelength_mm, power, source) in place of those that ship.",
+        help="Points of g_A in place of those that ship: CSV with wavelength_mm and power.",
         rich_help_panel="Display",
     ),
 ]

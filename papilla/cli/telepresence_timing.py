@@ -62,7 +62,7 @@ def timing(
     show_table(table)
 
 
-PERIOD_NAMES = ("end", "busy", "periods", "missed", "work p50, ms", "p99.9, ms", "round trip, ms")
+PERIOD_NAMES = ("end", "busy", "periods", "missed", "work p50, ms", "p99.9", "of which CPU p50", "p99.9", "round trip")
 SOAK_NAMES = ("end", "periods", "s", "MB at the end", "MB more an hour", "±", "blocks more an hour", "±")
 
 

@@ -7,13 +7,14 @@ from functools import cached_property
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
+from papilla.tables import TableReader
 
 SCHEMA = "papilla.amplitude/1"
 AMPLIFIER_V_PER_MICROSTRAIN = 0.01
@@ -105,13 +106,37 @@ class FromWavelength:
         return self.largest_um * (share if self.as_printed else math.sqrt(share))
 
 
+COLUMNS = ("wavelength_mm", "power")
+
+
 def read_curve(path: str | PathLike | None = None) -> PowerCurve:
     """g_A from the points of a file; without one, from those that papilla ships, of sliding scenes.
 
-    The file (JSON): `schema` "papilla.amplitude/1", `wavelength_mm` and `power` (five or more), `source`. Raises
-    `FileFormatError` and `FileAccessError`.
+    The file: a table (CSV) with the columns `wavelength_mm` and `power`, five rows or more; or the same in JSON, with
+    `schema` "papilla.amplitude/1" and `source`. Raises `FileFormatError` and `FileAccessError`.
     """
     name = path or "amplitude_curve.json"
+    found = _table(Path(path)) if path and Path(path).suffix == ".csv" else _document(name, path)
+    try:
+        if found["schema"] != SCHEMA:
+            raise InputError(f"schema must be {SCHEMA}, got {found['schema']!r}")
+        wavelength, power = (tuple(checks.positive(key, value) for value in found[key]) for key in COLUMNS)
+        curve = PowerCurve(wavelength, power, str(found.get("source", "")))
+        _ = curve.fit
+        return curve
+    except (ValueError, KeyError, TypeError) as error:
+        what = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise FileFormatError(f"{name}: not an amplitude curve: {what}") from error
+
+
+def _table(path: Path) -> dict[str, Any]:
+    with TableReader(path, lambda name: name in COLUMNS) as reader:
+        columns = reader.whole().columns
+    return {"schema": SCHEMA, "source": path.name} | {name: column.tolist() for name, column in columns.items()}
+
+
+def _document(name: str | PathLike, path: str | PathLike | None) -> Any:
+    """The content of a JSON file, or of the one that ships."""
     try:
         text = (Path(path) if path else files("papilla") / "data" / "amplitude_curve.json").read_text(encoding="utf-8")
     except OSError as error:
@@ -119,15 +144,6 @@ def read_curve(path: str | PathLike | None = None) -> PowerCurve:
     except UnicodeDecodeError as error:
         raise FileFormatError(f"{name}: not an amplitude curve: not UTF-8") from error
     try:
-        found = json.loads(text)
-        if found["schema"] != SCHEMA:
-            raise InputError(f"schema must be {SCHEMA}, got {found['schema']!r}")
-        wavelength, power = (
-            tuple(checks.positive(key, value) for value in found[key]) for key in ("wavelength_mm", "power")
-        )
-        curve = PowerCurve(wavelength, power, str(found.get("source", "")))
-        _ = curve.fit
-        return curve
-    except (ValueError, KeyError, TypeError) as error:
-        what = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise FileFormatError(f"{name}: not an amplitude curve: {what}") from error
+        return json.loads(text)
+    except ValueError as error:
+        raise FileFormatError(f"{name}: not an amplitude curve: {error}") from error

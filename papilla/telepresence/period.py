@@ -34,8 +34,8 @@ class Spread:
 class Period:
     """Ticks on an even grid of time: `for now_s in period.ticks(seconds)`.
 
-    work : time between a tick and asking for the next. late : how much after its time a tick came. missed : ticks that
-    had to be left out because the one before took too long.
+    work : time between a tick and asking for the next; busy : of that, what this thread had the processor. late : how
+    much after its time a tick came. missed : ticks that had to be left out because the one before took too long.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Period:
         sleep: Callable[[float], None] = time.sleep,
     ):
         self.period_s, self._clock, self._sleep = period_s, clock, sleep
-        self.work, self.late, self.missed, self.ticked = Spread(), Spread(), 0, 0
+        self.work, self.busy, self.late, self.missed, self.ticked = Spread(), Spread(), Spread(), 0, 0
 
     def ticks(self, seconds: float = math.inf) -> Iterator[float]:
         """Times in s since the first tick, for so long."""
@@ -58,7 +58,9 @@ class Period:
                 now = self._clock()
             self.late.add(1e-9 * (now - due))
             self.ticked += 1
+            had = time.thread_time_ns()
             yield 1e-9 * (now - begin)
+            self.busy.add(1e-9 * (time.thread_time_ns() - had))
             done = self._clock()
             self.work.add(1e-9 * (done - now))
             following = max(number + 1, (done - begin) // period)

@@ -59,5 +59,11 @@ def test_a_file_of_points_is_fitted_and_a_missing_one_named(tmp_path):
     points = {"schema": "papilla.amplitude/1", "wavelength_mm": [1, 2, 3, 4, 5], "power": [1, 2, 4, 2, 1]}
     (tmp_path / "curve.json").write_text(json.dumps(points))
     assert read_curve(tmp_path / "curve.json")(3.0) == pytest.approx(4)
+    (tmp_path / "mine.csv").write_text("wavelength_mm,power,note\n1,1,a\n2,2,b\n3,4,c\n4,2,d\n5,1,e\n")
+    found = read_curve(tmp_path / "mine.csv")
+    assert found(3.0) == pytest.approx(4) and found.source == "mine.csv"
+    (tmp_path / "mine.csv").write_text("wavelength_mm\n1\n")
+    with pytest.raises(FileFormatError, match="mine.csv: not an amplitude curve: no 'power'"):
+        read_curve(tmp_path / "mine.csv")
     with pytest.raises(FileAccessError, match="none.json"):
         read_curve(tmp_path / "none.json")

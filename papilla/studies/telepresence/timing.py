@@ -17,8 +17,8 @@ START_S = 1.5
 
 
 class PeriodRow(NamedTuple):
-    """A side under a load (busy processes beside it): periods run and missed, work of one in ms, shortest round trip
-    in ms."""
+    """A side under a load (busy processes beside it): periods run and missed; work of one in ms, and what of that it
+    had the processor (the rest other processes had it); shortest round trip in ms."""
 
     side: str
     load: int
@@ -26,6 +26,8 @@ class PeriodRow(NamedTuple):
     missed: int
     p50_ms: float
     p99_9_ms: float
+    busy_p50_ms: float
+    busy_p99_9_ms: float
     round_trip_ms: float
 
 
@@ -65,8 +67,9 @@ def _run(seconds: float, load: int, calibration: Path | None) -> list[PeriodRow]
 
 
 def _row(side: str, load: int, told: dict[str, Any]) -> PeriodRow:
-    work = told["work_ms"]
-    return PeriodRow(side, load, told["periods"], told["missed"], work["p50"], work["p99.9"], told["round_trip_ms"])
+    work, busy = told["work_ms"], told["busy_ms"]
+    times = (work["p50"], work["p99.9"], busy["p50"], busy["p99.9"])
+    return PeriodRow(side, load, told["periods"], told["missed"], *times, told["round_trip_ms"])
 
 
 def free_ports() -> tuple[int, int]:
