@@ -115,6 +115,7 @@ class Gauge:
     angle_deg : site as the ellipse parameter in the x-z section at `y_mm` (0 at the apex); for `Dome` and `Slab`.
     x_mm : site by its x instead (any shape); exactly one of `angle_deg` and `x_mm` is given.
     y_mm : site along the finger.
+    moved_mm : how far it was glued from that site, along the interface towards greater x, and towards greater y.
     direction_deg : grid direction in the tangent plane, from the interface's x-z tangent towards y.
     length_mm, width_mm : of the grid, over which strain is the mean: the elongation between interface points a length
         apart, averaged over the width.
@@ -126,6 +127,7 @@ class Gauge:
     angle_deg: float | None = None
     x_mm: float | None = None
     y_mm: float = 0.0
+    moved_mm: tuple[float, float] = (0.0, 0.0)
     direction_deg: float = 0.0
     length_mm: float = 2.4
     width_mm: float = 2.0
@@ -145,6 +147,8 @@ class Gauge:
             checks.finite(f"{where} x_mm", self.x_mm)
         for key in ("y_mm", "direction_deg", "membrane_gain", "lever_mm"):
             checks.finite(f"{where} {key}", getattr(self, key))
+        for part in self.moved_mm:
+            checks.finite(f"{where} moved_mm", part)
         for key in ("length_mm", "width_mm"):
             checks.positive(f"{where} {key}", getattr(self, key))
         for side in self.backing_mm:
@@ -257,6 +261,7 @@ class Finger:
         """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
         layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
         own = {name: value for name, value in asdict(self).items() if name not in ("bench", "identified")}
+        own["gauges"] = tuple(map(_describe_gauge, self.gauges))
         return {**own, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
 
     @cached_property
@@ -267,17 +272,21 @@ class Finger:
     @cached_property
     def geometry_sha256(self) -> str:
         """Content hash of what a mesh depends on: shape, patch radius, gauge sites, and whether the bone is meshed."""
-        sites = [[gauge.angle_deg, gauge.x_mm, gauge.y_mm] for gauge in self.gauges]
+        sites = [
+            [gauge.angle_deg, gauge.x_mm, gauge.y_mm, *(gauge.moved_mm if any(gauge.moved_mm) else ())]
+            for gauge in self.gauges
+        ]
         bone = self.bone is not None
         return _digest({"shape": self._shape_content(), "patch": self.patch_radius, "sites": sites, "bone": bone})
 
     @cached_property
     def strain_sha256(self) -> str:
         """Content hash of what all strains depend on besides the ratio of the layers, force and specimen being in units
-        of the inner one: geometry, gauge sites, Poisson's ratios, the shape of the cards, bone over inner layer."""
+        of the inner one: geometry, gauge sites, Poisson's ratios, the shape of the cards, bone over inner layer. Gauges
+        that were moved a little feel what large strain changes as where they were meant to be."""
         layers = {name: _describe_shape(getattr(self, name)) for name in ("outer", "inner")}
         bone = self.bone and [round(self.bone.modulus / self.inner.modulus, 9), self.bone.nu]
-        reads = ("name", "membrane_gain", "lever_mm")
+        reads = ("name", "membrane_gain", "lever_mm", "moved_mm")
         sites = [{key: value for key, value in asdict(gauge).items() if key not in reads} for gauge in self.gauges]
         return _digest({"shape": self._shape_content(), "layers": layers, "bone": bone, "sites": sites})
 
@@ -293,6 +302,11 @@ def _small_strain_modulus(material: "Material", nu: float) -> float:
     if not isinstance(material, NeoHookean | Yeoh | Ogden):
         raise InputError(f"layer material must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
     return 2 * material.shear_modulus * (1 + nu)
+
+
+def _describe_gauge(gauge: Gauge) -> dict:
+    """A gauge as plain values; where it was not moved there is no word of it, so that hashes stay what they were."""
+    return {key: value for key, value in asdict(gauge).items() if key != "moved_mm" or any(value)}
 
 
 def _describe(layer: Layer | None) -> dict | None:

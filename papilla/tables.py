@@ -30,7 +30,7 @@ class Table:
     Parameters
     ----------
     path : where the table was read, for messages.
-    columns : name -> (n,) float; an empty cell is NaN.
+    columns : name -> (n,) float, an empty cell is NaN; or text, without the spaces around it.
     lines : (n,) int, the line of the file that each row ends on.
     """
 
@@ -51,13 +51,14 @@ class TableReader:
 
     The file is UTF-8 with or without byte order mark; a stream that cannot be read twice is copied to a temporary file.
     Use it as a context manager. names : the wanted columns in the file's order; ignored : the others, whose cells are
-    not looked at; notes : what a person should be told of the file, a sentence each. Raises `FileAccessError` (missing,
+    not looked at; words : wanted columns that hold text; notes : what a person should be told of the file, a sentence
+    each. Raises `FileAccessError` (missing,
     unreadable) or `FileFormatError` (not UTF-8, no header, more than `MAX_COLUMNS` columns, a column name empty or
     twice).
     """
 
-    def __init__(self, path: str | Path, wanted: Callable[[str], bool]):
-        self.path = Path(path)
+    def __init__(self, path: str | Path, wanted: Callable[[str], bool], words: tuple[str, ...] = ()):
+        self.path, self._words = Path(path), words
         self._raw = _opened(self.path)
         self._text = io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
@@ -123,7 +124,8 @@ class TableReader:
         columns = {}
         try:
             for name, number in zip(self.names, self._used, strict=True):
-                columns[name] = _numbers(cells[number])
+                cell = cells[number]
+                columns[name] = np.array([one.strip() for one in cell]) if name in self._words else _numbers(cell)
         except ValueError:
             raise self._text_fault(rows, lines) from None
         return Table(self.path, columns, np.array(lines))
@@ -131,7 +133,7 @@ class TableReader:
     def _text_fault(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> FileFormatError:
         """The error for the first used cell that is no number."""
         for row, line in zip(rows, lines, strict=True):
-            for number in self._used:
+            for number in (one for one in self._used if self._header[one] not in self._words):
                 try:
                     _number(row[number])
                 except ValueError:

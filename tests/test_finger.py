@@ -476,3 +476,18 @@ def test_an_identification_that_does_not_fit_together_is_refused(change, message
     }
     with pytest.raises(InputError, match=message):
         dataclasses.replace(Finger.default(), identified=Identified(**{**given, **change}))
+
+
+def test_a_gauge_that_was_moved_is_another_finger_that_large_strain_changes_alike(tmp_path):
+    finger = Finger.default()
+    moved = dataclasses.replace(
+        finger, gauges=(dataclasses.replace(finger.gauges[0], moved_mm=(0.5, -0.2)), *finger.gauges[1:])
+    )
+    for digest in ("sha256", "geometry_sha256"):
+        assert getattr(moved, digest) != getattr(finger, digest)
+    assert moved.strain_sha256 == finger.strain_sha256
+    assert "moved_mm" not in str(finger.describe()) and "moved_mm" in str(moved.describe())
+    moved.save(tmp_path / "moved.toml")
+    assert Finger.load(tmp_path / "moved.toml") == moved
+    with pytest.raises(InputError, match="gauge g1 moved_mm must be"):
+        dataclasses.replace(finger.gauges[0], moved_mm=(float("nan"), 0.0))

@@ -10,6 +10,7 @@ import pytest
 from papilla import tables
 from papilla.errors import FileAccessError, FileFormatError
 from papilla.logs import TimeLogFile, read_presses, read_time_log, spread, white_noise
+from papilla.specimen import Block, HalfSpace, Sphere
 from papilla.tables import write_table
 
 TIME = "t_s,g1,g2,force_N\n0.000,1,2,0.1\n0.001,3,4,0.2\n0.002,5,6,0.3\n"
@@ -299,3 +300,57 @@ def test_rows_that_hold_or_unload_are_left_out_and_the_loop_is_told(log):
 def test_presses_over_time_that_are_refused(log, rows, said):
     with pytest.raises(FileFormatError, match=re.escape(said)):
         read_presses(log("t_s,force_N,modulus_MPa,g1\n" + "\n".join(rows) + "\n"))
+
+
+# ---- Presses on specimens of their own, and S_d alone
+
+BLOCK = Block(1.0, 8.0)
+MIXED = (
+    "force_N,modulus_MPa,g1,specimen,thickness_mm,radius_mm,modulus_sigma_MPa\n"
+    "1,0.5,1,block,12,,0.01\n1,0.5,2,half-space,,,0.01\n1,0.5,3,sphere,,20,0.01\n1,0.5,4,,,,0.01\n1,0.5,5,block,,,0\n"
+)
+
+
+def test_each_press_may_say_what_it_was_on(log, tmp_path):
+    found = read_presses(log(MIXED), mixed=BLOCK)
+    assert found.specimens == (Block(1.0, 12.0), HalfSpace(1.0), Sphere(1.0, 20.0), BLOCK)
+    assert found.on.tolist() == [0, 1, 2, 3, 3] and found.modulus_sigma_MPa.tolist() == [0.01] * 4 + [0.0]
+    found.to_csv(tmp_path / "again.csv")
+    again = read_presses(tmp_path / "again.csv", mixed=Block(1.0, 3.0))
+    assert again.specimens == found.specimens and (again.on == found.on).all()
+    measures = read_presses(log("force_N,modulus_MPa,g1,radius_mm\n1,1,1,5\n1,1,2,\n"), mixed=HalfSpace(1.0))
+    assert measures.specimens == (Sphere(1.0, 5.0), HalfSpace(1.0))
+    plain = read_presses(log("force_N,modulus_MPa,g1,modulus_sigma_MPa\n1,1,1,0\n1,1,2,0.1\n"), mixed=BLOCK)
+    assert plain.on is None and plain.specimens == ()
+
+
+def test_s_d_alone_is_read_where_it_is_enough(log):
+    found = read_presses(log("force_N,modulus_MPa,sd_microstrain\n1,0.5,80\n2,0.5,90\n"), mixed=BLOCK)
+    assert found.gauge_names == () and found.sd_microstrain.tolist() == [80, 90]
+    with pytest.raises(FileFormatError, match="column sd_microstrain: must be greater than 0, got 0"):
+        read_presses(log("force_N,modulus_MPa,sd_microstrain\n1,0.5,80\n2,0.5,0\n"), mixed=BLOCK)
+
+
+@pytest.mark.parametrize(
+    "row, said",
+    [
+        ("foam,,,0", "column specimen: expected block, half-space, sphere, got 'foam'"),
+        ("sphere,,,0", "column specimen: a sphere needs its radius_mm"),
+        ("half-space,3,,0", "column thickness_mm: a half-space has none, got 3: leave the cell empty"),
+        (",3,4,0", "column thickness_mm: a sphere has none, got 3"),
+        ("block,-3,,0", "column thickness_mm: must be greater than 0, got -3"),
+        ("block,3,,-1", "column modulus_sigma_MPa: expected a number of at least 0, got -1"),
+        ("block,3,,", "column modulus_sigma_MPa: expected a number of at least 0, got nan"),
+    ],
+)
+def test_a_specimen_that_cannot_be_is_refused_with_its_line(log, row, said):
+    text = MIXED.splitlines()[0] + f"\n1,1,1,block,5,,0.1\n1,1,1,{row}\n"
+    with pytest.raises(FileFormatError, match=f"line 3, {re.escape(said)}"):
+        read_presses(log(text), mixed=BLOCK)
+
+
+def test_where_all_presses_are_on_one_specimen_columns_of_others_are_refused(log):
+    with pytest.raises(
+        FileFormatError, match="column specimen: presses on specimens of their own are for papilla ident"
+    ):
+        read_presses(log(MIXED))

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from papilla.calibrate.identification.fit import family_of
+from papilla.calibrate.identification.fit import shapes_of, unmoved
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import kind, names_of, scaled, start_of
-from papilla.calibrate.identification.problem import Problem, Shape
+from papilla.calibrate.identification.parameters import MOVES, OF_THE_BENCH, kind, names_of, start_of
+from papilla.calibrate.identification.problem import Problem
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, Surface
 from papilla.errors import InputError
-from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 from papilla.identified import Identified
 from papilla.logs import PressLog
@@ -37,12 +36,12 @@ def with_identification(
     told = finger.identified
     if told is None:
         return calibration
-    vector, problem = _problem(finger, told, calibration, progress)
+    problem, covariance = _problem(finger, told, calibration, progress)
+    vector = problem.start
     modelled = problem.modelled(vector)
     g = len(finger.gauges)
     zeros = np.array([problem.values(vector)[f"zero_microstrain.{gauge.name}"] for gauge in finger.gauges])
     readings, by = modelled.values[:, :g] - zeros, modelled.by_free[:, :g]
-    covariance = np.array(told.covariance)
     about = readings - readings.mean(axis=1, keepdims=True)
     by_ln_sd = np.einsum("ng,ngf->nf", about, by) / (about**2).sum(axis=1)[:, None]
     force, modulus = problem.log.force_N, problem.log.modulus_MPa
@@ -71,15 +70,18 @@ def with_identification(
 
 def _problem(
     finger: Finger, told: Identified, calibration: Calibration, progress: Callable[[str], None] | None
-) -> tuple[np.ndarray, Problem]:
-    """Presses over the domain of a calibration as a problem in the identified parameters, and their vector."""
+) -> tuple[Problem, np.ndarray]:
+    """Presses over the domain of a calibration as a problem in the parameters that were identified of the finger, where
+    it starts; and their covariance."""
     unknown = [name for name in told.parameters if name not in names_of(finger)]
     if unknown:
         raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     designed = start_of(finger, finger.bench.thickness)
     values = dict(zip(told.parameters, told.values, strict=True))
     for name, value in values.items():
-        if kind(name) != "zero_microstrain" and abs(designed[name] - value) > SAME * max(abs(value), SAME):
+        if kind(name) not in ("zero_microstrain", *MOVES) and abs(designed[name] - value) > SAME * max(
+            abs(value), SAME
+        ):
             raise InputError(
                 f"{name} is {designed[name]:g} in the design and {value:g} in its [identified]: the design was changed "
                 "since, so remove that table or identify the finger anew"
@@ -89,8 +91,10 @@ def _problem(
     n, g = len(force), len(finger.gauges)
     deep = np.ones(n) if "touch_down_mm" in values else None
     log = PressLog(force, modulus, np.zeros((n, g)), tuple(gauge.name for gauge in finger.gauges), deep)
-    relatives = family_of(finger, progress=progress)
-    told_by = response(relatives, finger.bench.specimen(1.0), friction=finger.bench.friction, progress=progress)
-    shape = Shape(np.arange(n), (told_by,))
-    vector = np.array([scaled(name, values[name]) for name in told.parameters])
-    return vector, Problem(log, finger, (shape,), designed | values, told.parameters, Noise())
+    kept = [place for place, name in enumerate(told.parameters) if kind(name) not in OF_THE_BENCH]
+    own = {told.parameters[place]: told.values[place] for place in kept}
+    design = unmoved(finger, own)
+    bench = finger.bench
+    shapes = shapes_of(log, bench.specimen(1.0), design, (), own, bench.friction, None, progress)
+    problem = Problem(log, design, shapes, designed | own, tuple(own), Noise())
+    return problem, np.array(told.covariance)[np.ix_(kept, kept)]

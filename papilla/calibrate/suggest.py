@@ -17,15 +17,18 @@ from papilla.calibrate.identification import fit
 from papilla.calibrate.identification.fit import Identification, free_parameters, shapes_of
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import start_of
-from papilla.calibrate.identification.problem import Problem, Shape
+from papilla.calibrate.identification.presses import refuse_far
+from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
+from papilla.fem.pressing.beside import Room, beside
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Specimen
+from papilla.specimen import Specimen, friction_words
 from papilla.units import gf_to_newton
 
 Criterion = Literal["I", "D"]
+APEX = (0.0, 0.0)
 
 FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
 """Forces among which presses are suggested, unless others are given."""
@@ -52,12 +55,14 @@ EXCHANGES = 20
 class Suggestion:
     """k presses, in the order in which they tell most, and what they are expected to do.
 
-    force_N, modulus_MPa : (k,) of the presses. sigma_before, sigma_after : expected standard deviation of ln E over the
-    domain, from what is not known of the finger alone; nothing of a press's own noise is in it. criterion : "I" or "D".
+    force_N, modulus_MPa : (k,) of the presses. place_mm : (k, 2) where they touch down.
+    sigma_before, sigma_after : expected standard deviation of ln E over the domain, from what is not known of the
+    finger alone; nothing of a press's own noise is in it. criterion : "I" or "D".
     """
 
     force_N: tuple[float, ...]
     modulus_MPa: tuple[float, ...]
+    place_mm: tuple[tuple[float, float], ...]
     sigma_before: float
     sigma_after: float
     criterion: Criterion
@@ -87,19 +92,21 @@ def suggest(
     moduli: Sequence[float],
     *,
     forces: Sequence[float] = FORCES_N,
+    places: Sequence[tuple[float, float]] = (APEX,),
     specimen: Specimen | None = None,
     criterion: Criterion = "I",
     noise: Noise | None = None,
     seed: int = 0,
     size_mm: float | None = None,
 ) -> Suggestion:
-    """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N).
+    """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N) at some `places` (x, y in mm).
 
     known : an identification, whose presses count; or a design, for a protocol of presses from nothing, which holds for
     any finger of its geometry. specimen : the shape of the specimens of a design's protocol, a block by default; an
     identification has its own. noise, size_mm : as for `identify`, with a design.
 
-    Raises `InputError` for a count below 1, no moduli or forces, or any that is not positive.
+    Raises `InputError` for a count below 1, no moduli, forces or places, any of the first two that is not positive, and
+    places too far from the apex.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"the number of presses to suggest must be at least 1, got {count!r}")
@@ -111,37 +118,70 @@ def suggest(
     ]
     if not all(len(axis) for axis in grid):
         raise InputError("suggesting presses needs at least one force and one modulus")
-    force, modulus = (axis.ravel() for axis in np.meshgrid(*grid, indexing="ij"))
+    spots = np.array(sorted({checks.place("place to press", one) for one in places})).reshape(-1, 2)
+    if not len(spots):
+        raise InputError("suggesting presses needs at least one place")
+    index = np.meshgrid(*(np.arange(len(axis)) for axis in (*grid, spots)), indexing="ij")
+    force, modulus, place = (axis[one.ravel()] for axis, one in zip((*grid, spots), index, strict=True))
+    candidates = _Presses(force, modulus, place)
     if isinstance(known, Identification):
         # Presses made count with their own weights; priors are those of the problem
         made = known.problem.jacobian(known.vector)
-        fingers = [_finger(known.problem, known.vector, force, modulus, made.T @ made)]
+        problem = _able(known.problem, candidates, size_mm)
+        fingers = [_finger(problem, known.vector, candidates, made.T @ made)]
     else:
-        problem, vectors = _from_nothing(known, force, modulus, specimen, noise or Noise(), seed, size_mm)
-        fingers = [_finger(problem, vector, force, modulus, None) for vector in vectors]
+        problem, vectors = _from_nothing(known, candidates, specimen, noise or Noise(), seed, size_mm)
+        fingers = [_finger(problem, vector, candidates, None) for vector in vectors]
     chosen = _exchanged(fingers, _greedy(fingers, count, criterion), criterion)
     spread = [
         float(np.exp(np.mean([one.log_variance(one.known + one.each[rows].sum(axis=0)) for one in fingers]) / 2))
         for rows in ([], chosen)
     ]
-    return Suggestion(tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spread[0], spread[1], criterion)
+    spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
+    told = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
+    return Suggestion(*told, spread[0], spread[1], criterion)
+
+
+@dataclass(frozen=True, eq=False)
+class _Presses:
+    """Presses by forces (n,) on moduli (n,) at places (n, 2)."""
+
+    force: np.ndarray
+    modulus: np.ndarray
+    place: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.force)
+
+    def log(self, finger: Finger, depths: bool) -> PressLog:
+        """A log of them that measured nothing yet."""
+        names = tuple(gauge.name for gauge in finger.gauges)
+        deep = np.ones(len(self)) if depths else None
+        return PressLog(self.force, self.modulus, np.zeros((len(self), len(names))), names, deep, *self.place.T)
+
+
+def _able(problem: Problem, candidates: _Presses, size_mm: float | None) -> Problem:
+    """The problem with what contacts beside the apex change, where candidates are there."""
+    if not candidates.place.any():
+        return problem
+    shape, relatives = problem.shapes[0], fit.family_of(problem.finger, size_mm=size_mm)
+    refuse_far(candidates.log(problem.finger, False), Room.of(relatives), problem.free)
+    aside = shape.beside or beside(relatives, shape.specimen, friction_words(shape.responses[0].friction))
+    return replace(problem, shapes=(replace(shape, beside=aside), *problem.shapes[1:]))
 
 
 def _from_nothing(
     design: Finger,
-    force: np.ndarray,
-    modulus: np.ndarray,
+    candidates: _Presses,
     specimen: Specimen | None,
     noise: Noise,
     seed: int,
     size_mm: float | None,
 ) -> tuple[Problem, list[np.ndarray]]:
     """The candidates of a design as a problem without measurements, and vectors (f,) of fingers of its prior."""
-    names = tuple(gauge.name for gauge in design.gauges)
-    empty = PressLog(force, modulus, np.zeros((len(force), len(names))), names)
-    shapes = shapes_of(
-        empty, specimen or design.bench.specimen(1.0), fit.family_of(design, size_mm=size_mm), False, None, None
-    )
+    empty = candidates.log(design, False)
+    touched = specimen or design.bench.specimen(1.0)
+    shapes = shapes_of(empty, touched, design, (), {}, None, size_mm, None)
     held = start_of(design)
     problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)
     random, vectors = np.random.default_rng(seed), []
@@ -151,27 +191,26 @@ def _from_nothing(
         ratio = drawn["outer_modulus_MPa"] / drawn["inner_modulus_MPa"] * STIFFER ** random.uniform(-1, 1)
         drawn["inner_modulus_MPa"] = inner
         drawn["outer_modulus_MPa"] = inner * float(np.clip(ratio, *RATIO_LIMITS))
-        for name in names:
+        for name in problem.gauges:
             drawn[f"gain.{name}"] = float(np.exp(random.uniform(*np.log(GAINS))))
             drawn[f"lever_mm.{name}"] = drawn[f"gain.{name}"] * random.uniform(*LEVERS_PER_GAIN_MM)
         vectors.append(replace(problem, held=drawn).start)
     return problem, vectors
 
 
-def _finger(
-    problem: Problem, vector: np.ndarray, force: np.ndarray, modulus: np.ndarray, known: np.ndarray | None
-) -> _Finger:
+def _finger(problem: Problem, vector: np.ndarray, candidates: _Presses, known: np.ndarray | None) -> _Finger:
     """What candidates would tell of the finger of a vector (f,); known (f, f) : what is, None for the priors alone."""
-    candidates = _pressed(problem, vector, force, modulus)
-    jacobian = candidates.jacobian(vector)
+    pressed = _pressed(problem, vector, candidates)
+    jacobian = pressed.jacobian(vector)
     priors = len(problem.free) + 1
-    each = jacobian[:-priors].reshape(len(force), -1, len(problem.free))
+    each = jacobian[:-priors].reshape(len(candidates), -1, len(problem.free))
     prior = jacobian[-priors:]
-    places = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, GRID), np.geomspace(*DOMAIN_MODULUS_MPA, GRID))
-    told = _pressed(problem, vector, *(axis.ravel() for axis in places)).modelled(vector)
+    grid = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, GRID), np.geomspace(*DOMAIN_MODULUS_MPA, GRID))
+    domain = _Presses(grid[0].ravel(), grid[1].ravel(), np.zeros((GRID**2, 2)))
+    told = _unread(problem, domain).modelled(vector)
     g = problem.gauge_count
     values = problem.values(vector)
-    zeros = np.array([values[f"zero_microstrain.{gauge.name}"] for gauge in problem.finger.gauges])
+    zeros = np.array([values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges])
     readings = told.values[:, :g] - zeros
     apart = readings - readings.mean(axis=1, keepdims=True)
     by = apart / (apart**2).sum(axis=1, keepdims=True)
@@ -185,20 +224,26 @@ def _finger(
     )
 
 
-def _pressed(problem: Problem, vector: np.ndarray, force: np.ndarray, modulus: np.ndarray) -> Problem:
+def _unread(problem: Problem, presses: _Presses) -> Problem:
+    """A finger's problem with other presses, of which all gauges are to be read."""
+    log = presses.log(problem.finger, problem.log.indentation_mm is not None)
+    nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in problem.specimens.items()}
+    shapes = (replace(problem.shapes[0], rows=np.arange(len(log))),)
+    return replace(problem, log=log, shapes=shapes, specimens=nobody, weights=None, robust=None)
+
+
+def _pressed(problem: Problem, vector: np.ndarray, presses: _Presses) -> Problem:
     """A finger's problem with other presses, which read what its vector (f,) says, weighted as it says."""
-    deep = None if problem.log.indentation_mm is None else np.ones(len(force))
-    shape = problem.shapes[0]
-    names = problem.log.gauge_names
-    log = PressLog(force, modulus, np.zeros((len(force), problem.gauge_count)), names, deep)
-    empty = replace(
-        problem,
-        log=log,
-        shapes=(Shape(np.arange(len(force)), shape.responses, shape.thicknesses),),
-        robust=np.ones((len(force), problem.measured.shape[1])),
-    )
-    read = replace(log, readings=empty.modelled(vector).values[:, : problem.gauge_count])
-    return replace(empty, log=read).weighted(vector)
+    empty = _unread(problem, presses)
+    if problem.log.stated_sd is not None:
+        nothing = np.zeros((len(presses), 0))
+        empty = replace(empty, log=replace(empty.log, readings=nothing, gauge_names=(), stated_sd=presses.force))
+    read = empty.modelled(vector).values
+    if problem.log.stated_sd is not None:
+        log = replace(empty.log, stated_sd=read[:, 0])
+    else:
+        log = replace(empty.log, readings=read[:, : problem.gauge_count])
+    return replace(empty, log=log, robust=np.ones(read.shape)).weighted(vector)
 
 
 def _score(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> np.ndarray:

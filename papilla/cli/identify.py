@@ -11,11 +11,13 @@ from papilla.cli.identify_rate import RelaxationOption, loops_of, print_relaxati
 from papilla.cli.identify_suggest import (
     CriterionOption,
     ModuliOption,
+    PlacesOption,
     SuggestOption,
     after,
     print_protocol,
     print_suggestion,
     read_moduli,
+    read_places,
     refuse_unfit,
 )
 from papilla.cli.options import (
@@ -57,6 +59,7 @@ def identify(
     report: Annotated[Path | None, typer.Option(help="Page to write on the fit (HTML).")] = None,
     suggest: SuggestOption = None,
     moduli: ModuliOption = None,
+    places: PlacesOption = None,
     criterion: CriterionOption = "I",
     relaxation: RelaxationOption = None,
     compare: CompareOption = None,
@@ -71,8 +74,8 @@ def identify(
     given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
     if compare is not None:
         return compare_with(compare, log, as_json, finger=finger, suggest=suggest, **given)
-    rubbing, held, there = read_friction(friction), _held(fix or []), read_moduli(moduli)
-    refuse_unfit(log, suggest, moduli, **given)
+    rubbing, held, there, spots = read_friction(friction), _held(fix or []), read_moduli(moduli), read_places(places)
+    refuse_unfit(log, suggest, moduli, places, **given)
     from papilla.calibrate.identification import Noise, confess, record
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
@@ -86,8 +89,8 @@ def identify(
     keep_inputs(surface_files(design), outputs)
     stated = Noise(readings_microstrain=noise, force=force_error)
     if log is None:
-        return print_protocol(design, suggest or 1, there, touched, stated, criterion, as_json)
-    presses = read_and_tell(log, relaxation)
+        return print_protocol(design, suggest or 1, there, spots, touched, stated, criterion, as_json)
+    presses = read_and_tell(log, relaxation, touched)
     for path in outputs:
         check_writable(path.parent)
     with progress() as shown:
@@ -97,15 +100,17 @@ def identify(
         shown.line("what to doubt")
         told = confess(found)
         silicone, kept = relaxation_of(log, found, relaxation)
-        identified = found.with_record(replace(record(found, told, touched.words), **kept))
-        besides = loops_of(presses) | silicone | after(found, suggest, there, criterion)
+        pressed = [shape.specimen for shape in found.problem.shapes]
+        of_what = " and ".join(one.words for one in pressed)
+        identified = found.with_record(replace(record(found, told, of_what), **kept))
+        besides = loops_of(presses) | silicone | after(found, suggest, there, spots, criterion)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])
             if report is not None:
                 write_identification(files[-1], found, told)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
-    summary = summary_of(found, told) | {"specimen": describe(touched)} | written | besides
+    summary = summary_of(found, told) | {"specimen": describe(pressed[0])} | written | besides
     summary["seconds"] = watch.seconds
     return print_json(summary) if as_json else _print(summary)
 
@@ -147,9 +152,16 @@ def summary_of(found: "Identification", told: "Confession") -> dict:
     }
 
 
+START = {"common_gain": 1.0}
+"""Values of held parameters, 0 for others, that are not worth a line."""
+
+
 def _print(summary: dict) -> None:
-    rows = []
+    rows, still = [], []
     for name, one in summary["parameters"].items():
+        if not one["free"] and one["value"] == START.get(name.split(".")[0], 0.0):
+            still.append(name.split(".")[0])
+            continue
         unit = next((unit for key, unit in _UNITS.items() if name.split(".")[0].endswith(key)), "")
         value = f"{one['value']:.4g}"
         rows.append(
@@ -157,6 +169,8 @@ def _print(summary: dict) -> None:
         )
     tell(f"{summary['presses']} presses, friction {summary['friction']}; values and 95 % intervals:")
     print_table(rows)
+    if still:
+        tell(f"Held where they start: {', '.join(dict.fromkeys(still))}.")
     tell(f"Status: {summary['status']}.")
     for doubt in summary["doubts"]:
         tell(f"Doubt: {doubt}.")
@@ -166,4 +180,4 @@ def _print(summary: dict) -> None:
     print_suggestion(summary)
 
 
-_UNITS = {"_MPa": "MPa", "_mm": "mm", "_microstrain": "µε"}
+_UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}

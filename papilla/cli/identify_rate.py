@@ -11,17 +11,19 @@ from papilla.errors import InputError
 if TYPE_CHECKING:
     from papilla.calibrate.identification import Identification
     from papilla.logs import PressLog
+    from papilla.specimen import Specimen
 
 RelaxationOption = Annotated[
     Literal["1", "2"] | None, typer.Option(help="Fit so many relaxation times to the log's longest touch (t_s).")
 ]
 
 
-def read_and_tell(path: Path, relaxation: str | None) -> "PressLog":
-    """The presses of a log, after what is to be told of them; raises `InputError` where relaxation lacks times."""
+def read_and_tell(path: Path, relaxation: str | None, touched: "Specimen") -> "PressLog":
+    """The presses of a log, on `touched` where it does not say, after what is to be told of them; raises `InputError`
+    where relaxation lacks times."""
     from papilla.logs import read_presses
 
-    log = read_presses(path)
+    log = read_presses(path, mixed=touched)
     if relaxation is not None and log.t_s is None:
         raise InputError(f"{path}: --relaxation needs a column t_s: when each row was taken")
     for note in log.notes:
@@ -46,7 +48,9 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None) -> tup
 
     if terms is None:
         return {}, {}
-    log = read_presses(path, whole=True)
+    if found.problem.log.stated_sd is not None or len(found.problem.log.specimens) > 1:
+        raise InputError(f"{path}: --relaxation needs readings, of presses on one specimen")
+    log = read_presses(path, whole=True, mixed=found.problem.shapes[0].specimen)
     time = log.t_s
     assert time is not None, "read_and_tell refuses"
     rows = max(touches(log.modulus_MPa), key=lambda one: float(np.ptp(time[one])))

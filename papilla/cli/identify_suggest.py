@@ -22,6 +22,13 @@ ModuliOption = Annotated[
     str | None,
     typer.Option(help="Moduli of the specimens that are there, MPa.  [default: those of the log]", metavar="E,E,..."),
 ]
+PlacesOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Where presses may be suggested: pairs x,y in mm, such as '0,0 3,0 0,3'.  [default: the apex]",
+        metavar="'X,Y X,Y ...'",
+    ),
+]
 CriterionOption = Annotated[
     Literal["I", "D"], typer.Option(help="Suggest for the least variance of E (I) or of the parameters (D).")
 ]
@@ -39,7 +46,21 @@ def read_moduli(text: str | None) -> list[float]:
     return found
 
 
-def refuse_unfit(log: Path | None, suggest: int | None, moduli: str | None, **given: object) -> None:
+def read_places(text: str | None) -> list[tuple[float, float]]:
+    """The places (x, y in mm) of the option's text, the apex where it is not given; raises `InputError`."""
+    found = []
+    for part in (text if text is not None else "0,0").split():
+        try:
+            x, y = map(float, part.split(","))
+        except ValueError as error:
+            raise InputError(f"--places must be pairs x,y in mm with spaces between, got {part!r}") from error
+        found.append((x, y))
+    return found
+
+
+def refuse_unfit(
+    log: Path | None, suggest: int | None, moduli: str | None, places: str | None, **given: object
+) -> None:
     """Refuse options that do not go together: those of a fit without a log, a fit of which nothing is kept."""
     if log is None and suggest is None:
         raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol from nothing, needs none")
@@ -49,12 +70,20 @@ def refuse_unfit(log: Path | None, suggest: int | None, moduli: str | None, **gi
         raise InputError(f"--suggest must be at least 1, got {suggest}")
     if suggest is None and given["out"] is None:
         raise InputError("Missing option '--out': the design file of the identified finger")
-    if suggest is None and moduli is not None:
-        raise InputError("--moduli goes with --suggest")
+    for name, text in (("moduli", moduli), ("places", places)):
+        if suggest is None and text is not None:
+            raise InputError(f"--{name} goes with --suggest")
 
 
 def print_protocol(
-    design: "Finger", count: int, moduli: list[float], specimen: "Specimen", noise: "Noise", criterion, as_json: bool
+    design: "Finger",
+    count: int,
+    moduli: list[float],
+    places: list[tuple[float, float]],
+    specimen: "Specimen",
+    noise: "Noise",
+    criterion,
+    as_json: bool,
 ) -> None:
     """Suggest presses for a finger of which nothing is known but its design."""
     from papilla.calibrate.suggest import suggest
@@ -63,7 +92,7 @@ def print_protocol(
         raise InputError("a protocol from nothing needs --moduli: those of the specimens that are there, in MPa")
     with progress() as shown:
         shown.line("what each press would tell")
-        found = suggest(design, count, moduli, specimen=specimen, criterion=criterion, noise=noise)
+        found = suggest(design, count, moduli, places=places, specimen=specimen, criterion=criterion, noise=noise)
     summary = {"finger": design.name, **suggested(found)}
     if as_json:
         print_json(summary)
@@ -71,7 +100,9 @@ def print_protocol(
         print_suggestion(summary)
 
 
-def after(found: "Identification", count: int | None, moduli: list[float], criterion) -> dict:
+def after(
+    found: "Identification", count: int | None, moduli: list[float], places: list[tuple[float, float]], criterion
+) -> dict:
     """The presses that tell most after those of an identification, on its specimens unless others are there, as plain
     values; nothing where none are asked for."""
     from papilla.calibrate.suggest import suggest
@@ -79,14 +110,14 @@ def after(found: "Identification", count: int | None, moduli: list[float], crite
     if count is None:
         return {}
     there = moduli or sorted({float(one) for one in found.problem.log.modulus_MPa})
-    return suggested(suggest(found, count, there, criterion=criterion))
+    return suggested(suggest(found, count, there, places=places, criterion=criterion))
 
 
 def suggested(found: "Suggestion") -> dict:
     """A suggestion as plain values."""
-    presses = zip(found.force_N, found.modulus_MPa, strict=True)
+    presses = zip(found.force_N, found.modulus_MPa, found.place_mm, strict=True)
     return {
-        "suggested": [{"force_N": force, "modulus_MPa": modulus} for force, modulus in presses],
+        "suggested": [{"force_N": f, "modulus_MPa": e, "x_mm": x, "y_mm": y} for f, e, (x, y) in presses],
         "criterion": found.criterion,
         "expected_sigma_ln_E": {"before": found.sigma_before, "after": found.sigma_after},
     }
@@ -96,10 +127,15 @@ def print_suggestion(summary: dict) -> None:
     """Show what a summary suggests, the most telling press first."""
     if "suggested" not in summary:
         return
-    tell("Press next, at the apex:")
+    at_apex = not any(one["x_mm"] or one["y_mm"] for one in summary["suggested"])
+    tell(f"Press next{', at the apex' if at_apex else ''}:")
     print_table(
         [
-            (f"press {number}", f"{one['force_N']:.3g} N on {one['modulus_MPa']:g}", "MPa")
+            (
+                f"press {number}",
+                f"{one['force_N']:.3g} N on {one['modulus_MPa']:g}",
+                "MPa" if at_apex else f"MPa at {one['x_mm']:g}, {one['y_mm']:g} mm",
+            )
             for number, one in enumerate(summary["suggested"], start=1)
         ]
     )

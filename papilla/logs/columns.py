@@ -13,26 +13,36 @@ GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
 TORQUE = "torque_Nmm"
 """Of a sensor at the base about an axis along y: with its distance from the skin it tells the tangential force."""
 SD_ALONE = (
-    "S_d alone tells no gauge's gain, lever or zero: add the readings that it was computed from, in microstrain. To "
-    "fit the published quadratic to it there is papilla.calibrate.published_form.fit_quadratic"
+    "S_d alone tells no gauge's gain, lever or zero: add the readings that it was computed from, in microstrain. What "
+    "all gauges have in common papilla identify tells from it too. To fit the published quadratic to it there is "
+    "papilla.calibrate.published_form.fit_quadratic"
 )
 MOST_NAMED = 40  # Columns that a message lists
 
 
 def open_log(
-    path: str | Path, needed: tuple[str, ...], optional: tuple[str, ...]
+    path: str | Path,
+    needed: tuple[str, ...],
+    optional: tuple[str, ...],
+    words: tuple[str, ...] = (),
+    instead: tuple[str, ...] = ("tangential_N", TORQUE),
 ) -> tuple[TableReader, tuple[str, ...]]:
-    """A reader of the known columns, and the gauges; refuses missing columns and probable slips of known names."""
+    """A reader of the known columns, and the gauges; refuses missing columns and probable slips of known names.
+
+    words : columns of text. instead : of which one must be there where there is no gauge.
+    """
     known = (*needed, *optional)
-    reader = TableReader(path, lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None)
+    reader = TableReader(path, lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None, words)
     try:
-        return reader, _gauges(reader, needed, known)
+        return reader, _gauges(reader, needed, known, instead)
     except BaseException:
         reader.__exit__()
         raise
 
 
-def _gauges(reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
+def _gauges(
+    reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
+) -> tuple[str, ...]:
     found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
     absent = [name for name in known if name not in reader.names]
     for name in reader.ignored:
@@ -44,7 +54,7 @@ def _gauges(reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...]
         if name in absent:
             raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found})")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
-    if not gauges and not {"tangential_N", TORQUE} & {*reader.names}:
+    if not gauges and not {*instead} & {*reader.names}:
         alone = f"; {SD_ALONE}" if "sd_microstrain" in reader.names else ""
         raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {found}){alone}")
     return gauges

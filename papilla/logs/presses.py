@@ -11,9 +11,14 @@ from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.loading import Loop, loading, loops
 from papilla.short_repr import short_repr
-from papilla.tables import write_table
+from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Specimen, Sphere
+from papilla.tables import Table, write_table
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
+SPECIMENS = ("specimen", "thickness_mm", "radius_mm", "modulus_sigma_MPa")
+"""What each press was on: "block", "half-space" or "sphere", its measure, and how well its modulus is known."""
+
+KINDS: dict[str, str | None] = {"block": "thickness_mm", "half-space": None, "sphere": "radius_mm"}
 SD_TOLERANCE = 0.01
 """A stated S_d may differ from that of the gauges by rounding, this fraction of it; ddof 1 would differ by 12 %."""
 
@@ -29,6 +34,9 @@ class PressLog:
     gauge_names : the g column names, by their number.
     indentation_mm : (n,) > 0, or None.
     x_mm, y_mm : (n,) touch-down points, or None.
+    specimens : what was pressed in the order of `on`, (n,) their numbers; empty where the log does not say.
+    modulus_sigma_MPa : (n,) standard deviations of the specimens' moduli, 0 where they are exact, or None.
+    stated_sd : (n,) S_d in microstrain of a log that holds nothing else of the gauges (g = 0), or None.
     t_s : (n,) rising, when each row was taken, or None. loops : of the touches that were loaded and unloaded.
     notes : what a person should be told of the file, a sentence each.
     """
@@ -43,6 +51,10 @@ class PressLog:
     notes: tuple[str, ...] = ()
     t_s: np.ndarray | None = None
     loops: tuple[Loop, ...] = ()
+    specimens: tuple[Specimen, ...] = ()
+    on: np.ndarray | None = None
+    modulus_sigma_MPa: np.ndarray | None = None
+    stated_sd: np.ndarray | None = None
     __repr__ = short_repr
 
     def __len__(self) -> int:
@@ -50,55 +62,127 @@ class PressLog:
 
     @cached_property
     def sd_microstrain(self) -> np.ndarray:
-        """(n,) population standard deviation (ddof 0) of the gauge readings of each press."""
-        return self.readings.std(axis=1)
+        """(n,) population standard deviation (ddof 0) of the gauge readings of each press, or that which is stated."""
+        return self.readings.std(axis=1) if self.stated_sd is None else self.stated_sd
 
     def to_csv(self, path: str | Path) -> None:
         """Write the presses in the form that `read_presses` reads, with their S_d; raises `FileAccessError`."""
-        columns = {"force_N": self.force_N, "modulus_MPa": self.modulus_MPa}
+        columns: dict[str, Any] = {"force_N": self.force_N, "modulus_MPa": self.modulus_MPa}
         columns |= dict(zip(self.gauge_names, self.readings.T, strict=True))
         for name in PRESS_OPTIONAL:
             if (column := getattr(self, name)) is not None:
                 columns[name] = column
+        if self.on is not None:
+            touched = [self.specimens[number] for number in self.on]
+            columns["specimen"] = [_kind(one) for one in touched]
+            for name in ("thickness_mm", "radius_mm"):
+                columns[name] = np.array([getattr(one, name.removesuffix("_mm"), np.nan) for one in touched])
+        if self.modulus_sigma_MPa is not None:
+            columns["modulus_sigma_MPa"] = self.modulus_sigma_MPa
         write_table(path, columns)
 
 
-def read_presses(path: str | Path, *, whole: bool = False) -> PressLog:
+def read_presses(path: str | Path, *, whole: bool = False, mixed: Specimen | None = None) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain,t_s`.
 
     With `t_s` the rows in which a touch is loaded are kept alone, and `notes` and `loops` tell of the others, unless
-    the `whole` log is asked for.
+    the `whole` log is asked for. mixed : what is pressed where the log does not say; then it may say so with
+    `SPECIMENS`, and hold `sd_microstrain` instead of gauges.
 
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
     positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a `t_s` that does not
-    rise.
+    rise; a specimen without its measure, or with that of another.
     """
-    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), PRESS_OPTIONAL)
+    instead = ("sd_microstrain",) if mixed is not None else ()
+    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), (*PRESS_OPTIONAL, *SPECIMENS), SPECIMENS[:1], instead)
     with reader:
         table = reader.whole()
     if len(table) < 2:
         raise FileFormatError(f"{table.path} has one row: one press is too few to fit anything")
-    check_finite(table, tuple(table.columns))
+    check_finite(table, tuple(name for name in table.columns if name not in SPECIMENS))
     for name in ("force_N", "modulus_MPa", "indentation_mm"):
         if name in table.columns and (table.columns[name] <= 0).any():
             row = int(np.argmax(table.columns[name] <= 0))
             raise table.fault(row, name, f"must be greater than 0, got {table.columns[name][row]:g}")
     columns: dict[str, Any] = dict(table.columns)
-    readings = np.column_stack([columns.pop(name) for name in gauges])
+    of_specimens = {name: columns.pop(name) for name in SPECIMENS if name in columns}
+    if of_specimens and mixed is None:
+        name = next(iter(of_specimens))
+        raise FileFormatError(
+            f"{table.path}: column {name}: presses on specimens of their own are for papilla identify"
+        )
+    readings = np.column_stack([columns.pop(name) for name in gauges] or [np.zeros((len(table), 0))])
     stated = columns.pop("sd_microstrain", None)
-    log = PressLog(readings=readings, gauge_names=gauges, notes=reader.notes, **columns)
-    sd = log.sd_microstrain
-    if stated is not None and (wrong := np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)).any():
-        row = int(np.argmax(wrong))
-        problem = f"{stated[row]:g} is not the population standard deviation of the gauges, {sd[row]:g}"
-        raise table.fault(row, "sd_microstrain", problem)
+    if mixed is not None:
+        columns |= _specimens(table, of_specimens, mixed)
+    log = PressLog(
+        readings=readings, gauge_names=gauges, notes=reader.notes, stated_sd=None if gauges else stated, **columns
+    )
+    _check_sd(table, log, stated)
     if log.t_s is None:
         return log
     if (late := np.diff(log.t_s) <= 0).any():
         row = int(np.argmax(late)) + 1
         raise table.fault(row, "t_s", f"must rise, got {log.t_s[row]:g} after {log.t_s[row - 1]:g}")
     return log if whole else loaded_part(log)
+
+
+def _kind(specimen: Specimen) -> str:
+    classes = {Block: "block", HalfSpace: "half-space", Sphere: "sphere"}
+    return classes[type(specimen)]
+
+
+def _check_sd(table: Table, log: PressLog, stated: np.ndarray | None) -> None:
+    sd = log.sd_microstrain
+    if stated is not None and (wrong := np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)).any():
+        row = int(np.argmax(wrong))
+        problem = f"{stated[row]:g} is not the population standard deviation of the gauges, {sd[row]:g}"
+        raise table.fault(row, "sd_microstrain", problem)
+    if log.stated_sd is not None and (sd <= 0).any():
+        row = int(np.argmax(sd <= 0))
+        raise table.fault(row, "sd_microstrain", f"must be greater than 0, got {sd[row]:g}")
+
+
+def _specimens(table: Table, given: dict[str, np.ndarray], otherwise: Specimen) -> dict[str, Any]:
+    """`specimens`, `on` and `modulus_sigma_MPa` of a table's columns; an empty cell is what is pressed otherwise."""
+    found: dict[str, Any] = {}
+    if (sigma := given.get("modulus_sigma_MPa")) is not None:
+        if (wrong := ~(sigma >= 0) | ~np.isfinite(sigma)).any():
+            row = int(np.argmax(wrong))
+            raise table.fault(row, "modulus_sigma_MPa", f"expected a number of at least 0, got {sigma[row]:g}")
+        found["modulus_sigma_MPa"] = sigma
+    if not {*given} - {"modulus_sigma_MPa"}:
+        return found
+    touched = [_specimen(table, row, given, otherwise) for row in range(len(table))]
+    kinds = tuple(dict.fromkeys(touched))
+    return found | {"specimens": kinds, "on": np.array([kinds.index(one) for one in touched])}
+
+
+def _specimen(table: Table, row: int, given: dict[str, np.ndarray], otherwise: Specimen) -> Specimen:
+    """The specimen of a row, of 1 MPa: its kind, or that which the measure in it is of."""
+    measures = {name: float(given[name][row]) for name in ("thickness_mm", "radius_mm") if name in given}
+    measures = {name: value for name, value in measures.items() if not np.isnan(value)}
+    kind = str(given["specimen"][row]) if "specimen" in given else ""
+    if kind not in ("", *KINDS):
+        raise table.fault(row, "specimen", f"expected {', '.join(KINDS)}, got {kind!r}")
+    if not kind and not measures:
+        return replace(otherwise, modulus=1.0)
+    kind = kind or ("sphere" if "radius_mm" in measures else "block")
+    for name, value in measures.items():
+        if name != KINDS[kind]:
+            raise table.fault(row, name, f"a {kind} has none, got {value:g}: leave the cell empty")
+        if not 0 < value < np.inf:
+            raise table.fault(row, name, f"must be greater than 0, got {value:g}")
+    if kind == "sphere" and not measures:
+        raise table.fault(row, "specimen", "a sphere needs its radius_mm")
+    if kind == "half-space":
+        return HalfSpace(1.0)
+    if kind == "sphere":
+        return Sphere(1.0, measures["radius_mm"])
+    if measures:
+        return Block(1.0, measures["thickness_mm"])
+    return replace(otherwise, modulus=1.0) if isinstance(otherwise, Block) else Block(1.0, THICKNESS_MM)
 
 
 def loaded_part(log: PressLog) -> PressLog:
@@ -118,6 +202,9 @@ def loaded_part(log: PressLog) -> PressLog:
         f"{100 * one.share:.2g} % of the work of loading"
         for one in closed
     ]
-    names = ("force_N", "modulus_MPa", "readings", "indentation_mm", "x_mm", "y_mm", "t_s")
+    names = (
+        *("force_N", "modulus_MPa", "readings", "indentation_mm", "x_mm", "y_mm", "t_s"),
+        *("on", "modulus_sigma_MPa", "stated_sd"),
+    )
     rows = {name: column[kept] for name in names if (column := getattr(log, name)) is not None}
     return replace(log, **rows, notes=(*log.notes, said, *lost), loops=closed)

@@ -14,6 +14,7 @@ from papilla.finger import Dome, Finger, Gauge, Slab, Surfaces
 
 NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
 SMALLEST_MM, LARGEST_MM = 1.0, 1000.0  # A finger whose longest side is outside these was hardly written in mm
+WALK_MM = 0.25  # Step along a surface: arc lengths within 1e-4 of it
 
 
 class Surface(Protocol):
@@ -114,7 +115,30 @@ def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
     z = float(interface.height(np.array([[x, gauge.y_mm]]))[0])
     if not math.isfinite(z):
         raise InputError(f"gauge {gauge.name} lies outside the interface: nothing at x {x:g}, y {gauge.y_mm:g} mm")
-    return np.array([x, gauge.y_mm, z])
+    site = np.array([x, gauge.y_mm, z])
+    for axis, distance in zip((0, 1), gauge.moved_mm, strict=True):
+        site = _walked(interface, site, axis, distance)
+    if not np.isfinite(site).all():
+        raise InputError(f"gauge {gauge.name} was moved off the interface: moved_mm {list(gauge.moved_mm)}")
+    return site
+
+
+def _walked(surface: Surface, start: np.ndarray, axis: int, distance: float) -> np.ndarray:
+    """The point (3,) of a surface at a distance (mm, of either sign) from another, in its section along x (0) or y (1);
+    NaN where the surface ends before. Midpoint rule in steps of `WALK_MM`."""
+    at, steps = start, max(1, math.ceil(abs(distance) / WALK_MM)) if distance else 0
+    for _ in range(steps):
+        half = at
+        for share in (0.5, 1.0):
+            normal = surface.normal(half[None])[0]
+            onward = (
+                at[:2] + share * distance / steps * normal[2] / math.hypot(normal[axis], normal[2]) * np.eye(2)[axis]
+            )
+            half = np.append(onward, surface.height(onward[None]))
+            if not math.isfinite(half[2]):
+                return half
+        at = half
+    return at
 
 
 def _x_of_angle(finger: Finger, gauge: Gauge) -> float:

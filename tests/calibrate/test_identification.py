@@ -140,7 +140,16 @@ def test_an_outlier_hardly_moves_the_finger(smooth):
     [
         ({"gauge_names": ("g2", "g3", "g4", "g5", "g6")}, {}, "the log has the gauges g2, g3, g4, g5, g6, the finger"),
         ({"gauge_names": ("g1",), "readings": np.ones((8, 1))}, {}, "the log has 1 gauges .g1., the finger .* has 5"),
-        ({"x_mm": np.full(8, 1.0)}, {}, "x_mm is 1 in press 1: a finger is identified at the apex alone"),
+        ({"x_mm": np.full(8, 9.0)}, {}, "x_mm is 9 in press 1: contacts are known within 5 mm of the apex"),
+        (
+            {"y_mm": np.full(8, 4.0)},
+            {"free": ("tilt_x_deg",)},
+            "y_mm is 4 in press 1: .* 2.6. mm of the apex, tilt incl",
+        ),
+        ({"modulus_sigma_MPa": np.arange(8) / 100}, {}, "of 0.089 MPa must be one number, got 0 to 0.03"),
+        ({"modulus_sigma_MPa": np.full(8, 0.4)}, {}, "0.4 of a specimen of 0.089 MPa says that it is not known"),
+        ({}, {"free": ("common_gain",)}, "common_gain is told where gain and lever_mm are fixed"),
+        ({"stated_sd": np.ones(8)}, {"free": ("gain.g1",)}, "gain.g1 is told by readings alone, and the log has S_d"),
         ({"indentation_mm": None}, {"free": ("touch_down_mm",)}, "touch_down_mm is told by indentations alone"),
         ({}, {"free": ("outer_modulus",)}, "'outer_modulus'; did you mean outer_modulus_MPa"),
         ({}, {"free": ("gain.g1",), "fix": {"gain": 1.0}}, "gain.g1 cannot be both free and fixed"),

@@ -84,10 +84,10 @@ def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_pa
         ({"g6": np.ones(10)}, [], "the log has 6 gauges"),
         (
             {f"g{k}": None for k in range(1, 6)} | {"sd_microstrain": np.full(10, 500.0)},
-            [],
-            "S_d alone tells no gauge's gain, lever or zero: add the readings that it was computed from",
+            ["--free", "gain"],
+            "gain.g1 is told by readings alone, and the log has S_d: common_gain is told by it",
         ),
-        ({"x_mm": np.ones(10)}, [], "a finger is identified at the apex alone"),
+        ({"x_mm": 9 * np.ones(10)}, [], "x_mm is 9 in press 1: contacts are known within 5 mm of the apex"),
         ({"g2": np.full(10, np.nan)}, [], "expected a finite number, got nan"),
         ({}, ["--fix", "gain"], "--fix takes NAME=VALUE, got 'gain'"),
         ({}, ["--fix", "gain=many"], "--fix gain must be a number, got 'many'"),
@@ -127,3 +127,33 @@ def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
 
 def test_compare_takes_no_other_option(refused, bench):
     assert "--fix does not go with --compare" in refused("identify", bench(), "--compare", "f.toml", "--fix", "gain=1")
+
+
+@pytest.mark.slow
+def test_s_d_alone_and_a_specimen_in_each_row(papilla, bench, tmp_path):
+    """The page and the finger of a log whose gauges were not kept, as of one on a bench that is not the design's."""
+    log = bench()
+    table = np.loadtxt(log, delimiter=",", skiprows=1)
+    sd = (table[:, 2:7] - [5, -10, 15, 0, -20]).std(axis=1)
+    lines = ["force_N,modulus_MPa,sd_microstrain,indentation_mm,specimen,thickness_mm,modulus_sigma_MPa"]
+    lines += [f"{row[0]},{row[1]},{one},{row[7]},block,10,0.002" for row, one in zip(table, sd, strict=True)]
+    log.write_text("\n".join(lines) + "\n")
+    out, report = tmp_path / "f.toml", tmp_path / "r.html"
+    answer = papilla("identify", log, "--out", out, "--report", report)
+    assert answer.code == 0, answer.err
+    assert "common_gain" in answer.out and "specimen_modulus.0.089" in answer.out and "Held where they" in answer.out
+    finger = Finger.load(out)
+    assert finger.gauges[0].membrane_gain == finger.identified.values[finger.identified.parameters.index("gain.g1")]
+    assert "S_d" in report.read_text()
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--places", "0,0"], "--places goes with --suggest"),
+        (["--suggest", "2", "--places", "3"], "--places must be pairs x,y in mm with spaces between, got '3'"),
+    ],
+)
+def test_places_that_cannot_be_pressed_are_refused(papilla, bench, arguments, said):
+    answer = papilla("identify", bench(), "--out", "f.toml", *arguments)
+    assert answer.code == 2 and said in answer.err

@@ -152,3 +152,20 @@ def test_a_gauge_off_the_interface_is_refused():
     small = surfaces_of(dataclasses.replace(FINGER, gauges=(Gauge("g", x_mm=0.0),)))["bone"]
     with pytest.raises(InputError, match="gauge far lies outside the interface: nothing at x 12, y 0 mm"):
         gauge_site(FINGER, Gauge("far", x_mm=12.0), small)
+
+
+def test_a_gauge_that_was_moved_lies_as_far_along_the_interface():
+    """Arc lengths of a dense polygon through the section; moved there and back it is where it was."""
+    gauge = Gauge("g", angle_deg=20.0, y_mm=2.0)
+    start = gauge_site(FINGER, gauge, INTERFACE)
+    along = gauge_site(FINGER, dataclasses.replace(gauge, moved_mm=(1.5, 0.0)), INTERFACE)
+    assert along[1] == 2.0 and along[0] > start[0]
+    x = np.linspace(start[0], along[0], 500)
+    z = INTERFACE.height(np.column_stack([x, np.full(500, 2.0)]))
+    assert np.hypot(np.diff(x), np.diff(z)).sum() == pytest.approx(1.5, rel=1e-3)
+    across = gauge_site(FINGER, dataclasses.replace(gauge, moved_mm=(0.0, -1.5)), INTERFACE)
+    assert across[0] == start[0] and across[1] < 2.0 and np.linalg.norm(across - start) == pytest.approx(1.5, rel=1e-3)
+    back = Gauge("g", x_mm=float(along[0]), y_mm=2.0, moved_mm=(-1.5, 0.0))
+    assert gauge_site(FINGER, back, INTERFACE) == pytest.approx(start, abs=1e-3)
+    with pytest.raises(InputError, match="gauge g was moved off the interface"):
+        gauge_site(FINGER, dataclasses.replace(gauge, moved_mm=(90.0, 0.0)), INTERFACE)

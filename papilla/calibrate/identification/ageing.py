@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from papilla.calibrate.identification.fit import family_of, shapes_of
+from papilla.calibrate.identification.fit import shapes_of, unmoved
 from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import names_of, scaled, start_of
+from papilla.calibrate.identification.parameters import MOVES, kind, names_of, scaled, start_of
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -91,11 +91,10 @@ def compare(
     refuse(log, finger)
     stated = noise or Noise(readings_microstrain=told.noise_microstrain, force=told.force_error)
     values = dict(zip(told.parameters, told.values, strict=True))
-    relatives = family_of(finger, size_mm=size_mm, progress=progress)
-    touched = finger.bench.specimen(1.0)
-    shapes = shapes_of(log, touched, relatives, False, finger.bench.friction, progress)
-    held = start_of(finger, finger.bench.thickness) | {"touch_down_mm": told.touch_down_mm} | values
-    problem = Problem(log, finger, shapes, held, told.parameters, stated)
+    touched, design = finger.bench.specimen(1.0), unmoved(finger, values)
+    shapes = shapes_of(log, touched, design, (), values, finger.bench.friction, size_mm, progress)
+    held = start_of(design, finger.bench.thickness) | {"touch_down_mm": told.touch_down_mm} | values
+    problem = Problem(log, design, shapes, held, told.parameters, stated)
     refuse_beyond(problem)
     return _against(problem, np.array([scaled(name, values[name]) for name in told.parameters]), told.covariance)
 
@@ -129,5 +128,5 @@ def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
 def _may_move(problem: Problem) -> tuple[str, ...]:
     """Parameters that a change may be told by."""
     depths = problem.log.indentation_mm is not None
-    out = {"thickness_mm"} if depths else {"thickness_mm", "touch_down_mm"}
-    return tuple(name for name in names_of(problem.finger) if name not in out)
+    out = {"thickness_mm", *MOVES, "common_gain", "common_lever_mm", *(() if depths else ("touch_down_mm",))}
+    return tuple(name for name in names_of(problem.finger) if kind(name) not in out)

@@ -26,6 +26,9 @@ INFLUENTIAL = 1.0
 SWAPPED = 0.3
 """Share of chi-square that is left with two gauges swapped, from which they are taken to be."""
 
+IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
+"""What is recorded as each gauge's gain and lever."""
+
 
 @dataclass(frozen=True, eq=False)
 class Confession:
@@ -66,29 +69,52 @@ def confess(found: Identification) -> Confession:
 
 
 def record(found: Identification, told: Confession, specimen: str) -> Identified:
-    """The `[identified]` table of an identification."""
-    names, problem = found.names, found.problem
-    response = problem.shapes[0].responses[0]
-    friction = friction_words(response.friction)
+    """The `[identified]` table of an identification: what it told of the finger, and the tilt that it was pressed at.
+
+    Specimens' moduli leave their covariance to the others; what all gauges have in common stands as each one's.
+    """
+    problem = found.problem
+    friction = friction_words(problem.shapes[0].responses[0].friction)
+    names, values, by_free = _recorded(found)
+    covariance = by_free @ ((found.covariance + found.covariance.T) / 2) @ by_free.T
+    half = NORMAL * np.sqrt(np.diag(covariance))
+    intervals = dict(zip(names, zip(values - half, values + half, strict=True), strict=True)) | told.intervals
     return Identified(
         status=told.status,
         presses=len(problem.log),
         specimen=specimen,
         friction=friction,
-        zeros_microstrain=tuple(found.values[f"zero_microstrain.{gauge.name}"] for gauge in problem.finger.gauges),
+        zeros_microstrain=tuple(found.values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges),
         touch_down_mm=found.values["touch_down_mm"],
         parameters=names,
         logarithmic=tuple(PARAMETERS[kind(name)].logarithmic for name in names),
-        values=tuple(found.values[name] for name in names),
-        lower=tuple(told.intervals[name][0] for name in names),
-        upper=tuple(told.intervals[name][1] for name in names),
-        covariance=tuple(map(tuple, ((found.covariance + found.covariance.T) / 2).tolist())),
+        values=tuple(values.tolist()),
+        lower=tuple(float(intervals[name][0]) for name in names),
+        upper=tuple(float(intervals[name][1]) for name in names),
+        covariance=tuple(map(tuple, ((covariance + covariance.T) / 2).tolist())),
         chi_square=found.chi_square,
         freedom=found.freedom,
         force_error=problem.noise.force,
         noise_microstrain=problem.noise.readings_microstrain,
         notes=told.doubts,
     )
+
+
+def _recorded(found: Identification) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    """Names and values (p,) of what is recorded, and its derivatives (p, f) by the free parameters."""
+    every = dict(zip(found.names, np.eye(len(found.names)), strict=True))
+    rows = {name: row for name, row in every.items() if kind(name) not in ("specimen_modulus", *IN_EACH_GAUGE)}
+    values = {name: found.values[name] for name in rows}
+    none = np.zeros(len(found.names))
+    if any(name in every for name in IN_EACH_GAUGE):
+        for gauge in found.finger.gauges:
+            for name, value, by_lever in (
+                (f"gain.{gauge.name}", gauge.membrane_gain, 0.0),
+                (f"lever_mm.{gauge.name}", gauge.lever_mm, gauge.membrane_gain),
+            ):
+                values[name] = value
+                rows[name] = value * every.get("common_gain", none) + by_lever * every.get("common_lever_mm", none)
+    return tuple(rows), np.array([values[name] for name in rows]), np.array(list(rows.values()))
 
 
 def influence(found: Identification) -> np.ndarray:
@@ -134,7 +160,7 @@ def _of_the_presses(found: Identification) -> list[str]:
         said.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
     outside = np.zeros(len(log), bool)
     for shape in problem.shapes:
-        loads = log.force_N[shape.rows], log.modulus_MPa[shape.rows]
+        loads = log.force_N[shape.rows], problem.moduli(found.values)[shape.rows]
         outside[shape.rows] = ~shape.responses[0].inside(*loads, outer, inner)
     if outside.any():
         said.append(f"{int(outside.sum())} of {len(log)} presses lie outside of what the model covers for this finger")
@@ -155,8 +181,8 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
     if beyond := problem.beyond(found.vector):
         said.append(f"the ratio of the moduli is {100 * abs(beyond):.1g} % outside of 1 to 16, where fingers are known")
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
-        told = any(one.name == name and one.verdict != "bounded" for one in profiles)
-        if not (linear or told) and sigma > TOLD * PARAMETERS[kind(name)].sigma:
+        told = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
+        if not (linear or told) and sigma > TOLD * problem.prior_sigma(name):
             said.append(f"the presses do not tell {name}: its prior decides")
     outside = np.flatnonzero(~problem.linear)
     for one, other in combinations(outside.tolist(), 2):
@@ -175,9 +201,8 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
 
 def _swaps(found: Identification) -> list[str]:
     """Pairs of gauges that fit far better with their readings swapped."""
-    problem, said = found.problem, []
-    names = [gauge.name for gauge in problem.finger.gauges]
-    for one, other in combinations(range(len(names)), 2):
+    problem, names, said = found.problem, found.problem.gauges, []
+    for one, other in combinations(range(problem.reading_count), 2):
         order = np.arange(len(names))
         order[[one, other]] = other, one
         turned = replace(problem, log=replace(problem.log, readings=problem.log.readings[:, order])).weighted()
@@ -190,7 +215,10 @@ def _swaps(found: Identification) -> list[str]:
 
 
 def _of_gauges(found: Identification) -> list[str]:
-    said, problem = [], found.problem
+    said: list[str] = []
+    problem = found.problem
+    if problem.log.stated_sd is not None:
+        return said
     moved = np.ptp(problem.log.readings, axis=0)
     for number, gauge in enumerate(problem.finger.gauges):
         lever = f"lever_mm.{gauge.name}"

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import (
+    MOVES,
     PARAMETERS,
     checked_values,
     expanded,
@@ -18,14 +19,16 @@ from papilla.calibrate.identification.parameters import (
     physical,
     start_of,
 )
-from papilla.calibrate.identification.problem import Problem, Shape
+from papilla.calibrate.identification.presses import Known, Shape, needs_places, refuse_far
+from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
+from papilla.fem.pressing.beside import Room, beside
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.finger import Bench, Finger
 from papilla.identified import Identified
 from papilla.logs import PressLog
-from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen
+from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_words
 
 SIZE_MM = 1.0
 """Element size at the contact for identifications: S_d is within 0.6 % of that on meshes half as fine."""
@@ -41,6 +44,9 @@ OUTLYING = 4.0
 
 KEPT = 3
 """Best of the first fits that are followed to the end."""
+
+MOST_UNKNOWN = 0.3
+"""Relative standard deviation of a specimen's modulus above which it is refused."""
 
 THICKER = 1.2
 """Factor between the thicknesses that the response is made for, where the thickness is free."""
@@ -91,17 +97,17 @@ class Identification:
 
     @cached_property
     def finger(self) -> Finger:
-        """The design with what was identified: moduli, gains and levers."""
-        found = with_moduli(self.problem.finger, self.values["outer_modulus_MPa"], self.values["inner_modulus_MPa"])
-        gauges = tuple(
-            replace(
-                gauge,
-                membrane_gain=self.values[f"gain.{gauge.name}"],
-                lever_mm=self.values[f"lever_mm.{gauge.name}"],
-            )
-            for gauge in found.gauges
-        )
-        return replace(found, gauges=gauges)
+        """The design with what was identified: moduli, gains and levers, and where the gauges are."""
+        values = self.values
+        found = with_moduli(self.problem.finger, values["outer_modulus_MPa"], values["inner_modulus_MPa"])
+        gauges = []
+        for gauge in found.gauges:
+            gain = values["common_gain"] * values[f"gain.{gauge.name}"]
+            lever = values["common_gain"] * values[f"lever_mm.{gauge.name}"] + gain * values["common_lever_mm"]
+            along, across = moved_by(values, gauge.name)
+            moved = gauge.moved_mm[0] + along, gauge.moved_mm[1] + across
+            gauges.append(replace(gauge, membrane_gain=gain, lever_mm=lever, moved_mm=moved))
+        return replace(found, gauges=tuple(gauges))
 
     def with_record(self, told: Identified) -> Finger:
         """The identified finger that carries what was told of it, and its bench."""
@@ -114,13 +120,12 @@ class Identification:
 
     def other_presses(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> Problem:
         """The problem of other presses (n,) on the first shape of specimen: what they measure, and its derivatives."""
-        n = len(force_N)
-        deep = None if self.problem.log.indentation_mm is None else np.ones(n)
-        log = PressLog(
-            force_N, modulus_MPa, np.zeros((n, self.problem.gauge_count)), self.problem.log.gauge_names, deep
-        )
-        shape = replace(self.problem.shapes[0], rows=np.arange(n))
-        return replace(self.problem, log=log, shapes=(shape,), weights=None, robust=None)
+        problem, n = self.problem, len(force_N)
+        deep = None if problem.log.indentation_mm is None else np.ones(n)
+        log = PressLog(force_N, modulus_MPa, np.zeros((n, problem.gauge_count)), problem.gauges, deep)
+        shape = replace(problem.shapes[0], rows=np.arange(n))
+        nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in problem.specimens.items()}
+        return replace(problem, log=log, shapes=(shape,), specimens=nobody, weights=None, robust=None)
 
     @cached_property
     def residuals(self) -> np.ndarray:
@@ -147,10 +152,11 @@ def identify(
     finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
     free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
         are indentations. fix : values (in their units) at which parameters are held.
-    specimen : what was pressed; its modulus does not count. noise : of the presses. friction : as for
-        `papilla.fem.press`. Where they are None, those of the finger's `bench`. size_mm : elements at the contact.
+    specimen : what was pressed where the log does not say; its modulus does not count. noise : of the presses.
+        friction : as for `papilla.fem.press`. Where they are None, those of the finger's `bench`.
+    size_mm : elements at the contact.
 
-    Raises `InputError` for a log of another finger, of presses beside the apex, unknown names, or fewer measurements
+    Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
     than a fit needs, and what `papilla.fem.reduction.family.family` raises.
     """
     return solve(problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress), progress)
@@ -170,17 +176,63 @@ def problem_of(
     """The problem that `identify` solves, not yet weighted; arguments as there."""
     refuse(log, finger)
     held = checked_values(fix or {}, finger)
-    wanted = free_parameters(log, finger, free, held)
-    relatives = family_of(finger, size_mm=size_mm or SIZE_MM, progress=progress)
     touched = finger.bench.specimen(1.0) if specimen is None else specimen
+    if log.on is not None:
+        touched = log.specimens[int(np.bincount(log.on).argmax())]
     if isinstance(touched, Block) and "thickness_mm" in held:
         touched = replace(touched, thickness=held["thickness_mm"])
+    specimens = specimens_of(log)
+    wanted = (*free_parameters(log, finger, free, held), *specimens)
+    wanted = tuple(sorted(wanted, key=lambda name: PARAMETERS[kind(name)].linear))
     friction = finger.bench.friction if friction is None else friction
-    shapes = shapes_of(log, touched, relatives, "thickness_mm" in wanted, friction, progress)
+    shapes = shapes_of(log, touched, finger, wanted, held, friction, size_mm, progress)
     start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held
-    problem = Problem(log, finger, shapes, start, wanted, noise or Noise())
+    start |= {name: float(log.modulus_MPa[known.rows[0]]) for name, known in specimens.items()}
+    problem = Problem(log, finger, shapes, start, wanted, noise or Noise(), specimens=specimens)
     refuse_beyond(problem)
     return problem
+
+
+def specimens_of(log: PressLog) -> dict[str, Known]:
+    """The specimens of whose moduli a log says how well they are known, as parameters by name."""
+    if log.modulus_sigma_MPa is None:
+        return {}
+    on = np.zeros(len(log)) if log.on is None else log.on
+    each, which = np.unique(np.column_stack([log.modulus_MPa, on]), axis=0, return_inverse=True)
+    found: dict[str, Known] = {}
+    for number, (modulus, _) in enumerate(each.tolist()):
+        rows = np.flatnonzero(which == number)
+        sigma = log.modulus_sigma_MPa[rows]
+        if np.ptp(sigma) > 0:
+            raise InputError(
+                f"modulus_sigma_MPa of the specimen of {modulus:g} MPa must be one number, got {sigma.min():g} to "
+                f"{sigma.max():g}: it is what is not known of the specimen, the same in all presses on it"
+            )
+        if sigma[0] > MOST_UNKNOWN * modulus:
+            raise InputError(
+                f"modulus_sigma_MPa {sigma[0]:g} of a specimen of {modulus:g} MPa says that it is not known at all"
+            )
+        if sigma[0] > 0:
+            name = f"specimen_modulus.{modulus:g}"
+            name = name if name not in found else f"{name}#{number + 1}"
+            found[name] = Known(float(sigma[0]) / modulus, rows)
+    return found
+
+
+def moved_by(values: Mapping[str, float], gauge: str) -> tuple[float, float]:
+    """How far (mm) parameter values move a gauge from its design's place, along and across the interface."""
+    return values.get("row_along_mm", 0.0) + values.get(f"place_mm.{gauge}", 0.0), values.get("row_across_mm", 0.0)
+
+
+def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
+    """The design of a finger whose gauges parameter values have moved: from there they count."""
+    gauges = []
+    for gauge in finger.gauges:
+        back = [
+            float(np.round(at - by, 9)) for at, by in zip(gauge.moved_mm, moved_by(values, gauge.name), strict=True)
+        ]
+        gauges.append(replace(gauge, moved_mm=(back[0], back[1])))
+    return replace(finger, gauges=tuple(gauges))
 
 
 def family_of(
@@ -196,8 +248,18 @@ def family_of(
 
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
     """The parameters that a fit varies, in the order of the table; raises `InputError` for what no press can tell."""
-    usual = ["outer_modulus_MPa", "inner_modulus_MPa", "gain", "lever_mm", "zero_microstrain"]
+    usual = ["outer_modulus_MPa", "inner_modulus_MPa"]
+    if log.stated_sd is None:
+        usual += ["gain", "lever_mm", "zero_microstrain"]
+    else:
+        usual += ["common_gain", "common_lever_mm"]
     asked = expanded(free, finger)
+    for name in asked if log.stated_sd is not None else ():
+        if kind(name) in ("gain", "lever_mm", "zero_microstrain", "place_mm"):
+            raise InputError(f"{name} is told by readings alone, and the log has S_d: common_gain is told by it")
+    for name in asked if log.stated_sd is None else ():
+        if kind(name) in ("common_gain", "common_lever_mm") and not {"gain", "lever_mm"} <= {kind(one) for one in held}:
+            raise InputError(f"{name} is told where gain and lever_mm are fixed: it is in each of them otherwise")
     if log.indentation_mm is not None:
         usual.append("touch_down_mm")
     elif "touch_down_mm" in asked:
@@ -214,21 +276,42 @@ def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Ma
 def shapes_of(
     log: PressLog,
     touched: Specimen,
-    relatives: FingerFamily,
-    thickness_free: bool,
+    finger: Finger,
+    free: tuple[str, ...],
+    held: Mapping[str, float],
     friction: Friction | None,
+    size_mm: float | None,
     progress: Callable[[str], None] | None,
 ) -> tuple[Shape, ...]:
-    """The specimens' shapes of a log with the family's responses to them."""
-    if thickness_free and not isinstance(touched, Block):
+    """The specimens' shapes of a log with the responses to them of a finger's family.
+
+    touched : what was pressed where the log does not say.
+    """
+    if "thickness_mm" in free and not isinstance(touched, Block):
         raise InputError(f"thickness_mm is that of a block, and the presses are on a {touched.words}")
-    made: tuple[Specimen, ...] = (touched,)
-    thicknesses: tuple[float, ...] = ()
-    if thickness_free and isinstance(touched, Block):
-        thicknesses = tuple(touched.thickness * THICKER**k for k in (-1, 0, 1))
-        made = tuple(replace(touched, thickness=one) for one in thicknesses)
-    responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
-    return (Shape(np.arange(len(log)), responses, thicknesses),)
+    if "thickness_mm" in free and len(log.specimens) > 1:
+        raise InputError(f"thickness_mm is that of one block, and the presses are on {len(log.specimens)} specimens")
+    relatives = family_of(finger, size_mm=size_mm, progress=progress)
+    moving = needs_places(log, free, held)
+    if moving:
+        refuse_far(log, Room.of(relatives), free)
+    shapes = []
+    for number, kept in enumerate(log.specimens or (touched,)):
+        made: tuple[Specimen, ...] = (kept,)
+        thicknesses: tuple[float, ...] = ()
+        if isinstance(kept, Block) and "thickness_mm" in free:
+            thicknesses = tuple(touched.thickness * THICKER**k for k in (-1, 0, 1))  # type: ignore[attr-defined]
+            made = tuple(replace(kept, thickness=one) for one in thicknesses)
+        if any(kind(name).startswith("tilt") for name in free) and kept.curvature != (0.0, 0.0):
+            raise InputError(
+                f"a tilt moves the contact with a {kept.words} by what it turns about: only flat ones tell it"
+            )
+        responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
+        rubbing = friction_words(responses[0].friction)
+        aside = beside(relatives, made[len(made) // 2], rubbing, progress=progress) if moving else None
+        rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)
+        shapes.append(Shape(rows, kept, responses, thicknesses, aside))
+    return tuple(sorted(shapes, key=lambda one: -len(one.rows)))
 
 
 def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Identification:
@@ -251,7 +334,9 @@ def _starts(problem: Problem) -> list[np.ndarray]:
     outside = ~problem.linear
     middle = problem.start[outside]
     names = [name for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
+    # What is known well, or moves little, starts where it is
     widths = np.diag([PARAMETERS[kind(name)].sigma for name in names])
+    widths = widths[[kind(name) not in (*MOVES, "specimen_modulus", "common_gain") for name in names]]
     return [middle, *(middle + widths), *(middle - widths)]
 
 

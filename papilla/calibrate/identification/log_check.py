@@ -1,4 +1,4 @@
-"""What a log of presses must be for a finger to be identified from it: its gauges, its units, at the apex."""
+"""What a log of presses must be for a finger to be identified from it: its gauges and its units."""
 
 import numpy as np
 
@@ -18,31 +18,29 @@ EITHER_WAY = 2.0
 
 
 def refuse(log: PressLog, finger: Finger) -> None:
-    """Raise `InputError` for a log of another finger, of presses beside the apex, or in other units."""
+    """Raise `InputError` for a log of another finger, or in other units."""
     names = tuple(gauge.name for gauge in finger.gauges)
-    if len(log.gauge_names) != len(names):
+    if log.stated_sd is not None:
+        if len(names) < 2:
+            raise InputError(f"the finger {finger.name!r} has one gauge, and S_d is that of several")
+    elif len(log.gauge_names) != len(names):
         raise InputError(
             f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
             f"the finger {finger.name!r} has {len(names)}"
         )
-    if log.gauge_names != names:
+    if log.stated_sd is None and log.gauge_names != names:
         raise InputError(
             f"the log has the gauges {', '.join(log.gauge_names)}, the finger {finger.name!r} {', '.join(names)}"
         )
     if not len(log):
         raise InputError("the log has no press: at least one is needed")
-    for axis in ("x_mm", "y_mm"):
-        place = getattr(log, axis)
-        if place is not None and np.any(place != 0):
-            row = int(np.argmax(place != 0))
-            raise InputError(f"{axis} is {place[row]:g} in press {row + 1}: a finger is identified at the apex alone")
     softest, hardest = log.modulus_MPa.min(), log.modulus_MPa.max()
     if softest > SOFT_MPA or hardest > RUBBER_MPA:
         raise InputError(
             f"modulus_MPa goes from {softest:g} to {hardest:g} MPa, which is no softness: is it in kPa? "
             f"Specimens are of {RUBBER_MPA:g} MPa at most, the softest below {SOFT_MPA:g}"
         )
-    largest = float(np.abs(log.readings).max())
+    largest = float(np.abs(log.readings if log.stated_sd is None else log.stated_sd).max())
     if largest < LEAST_MICROSTRAIN:
         what = "all gauges read 0" if largest == 0 else f"no gauge reads more than {largest:.3g}"
         raise InputError(f"{what}: readings are expected in microstrain, are these strains?")

@@ -34,6 +34,8 @@ class Parameter:
 _BATCHES = (
     "batches of one silicone, and labs, differ by a factor of two (FACTS of the sensor: tensile and phantom data)"
 )
+_BY_HAND = "where a careful hand glues it: 1 mm"
+_BY_EYE = "where it is set by eye: 1.5 degrees; a flat contact rolls along the skin by it"
 PARAMETERS: dict[str, Parameter] = {
     "outer_modulus_MPa": Parameter("MPa", 0.7, -1.6, 1.6, _BATCHES, logarithmic=True),
     "inner_modulus_MPa": Parameter("MPa", 0.7, -1.6, 1.6, _BATCHES, logarithmic=True),
@@ -42,19 +44,35 @@ PARAMETERS: dict[str, Parameter] = {
     "lever_mm": Parameter("mm", 0.87, -20, 20, "lever / gain from -2 to 1 mm", each_gauge=True, linear=True),
     "zero_microstrain": Parameter("µε", 1e3, -1e5, 1e5, "an amplifier's zero", each_gauge=True, linear=True),
     "touch_down_mm": Parameter("mm", 0.5, -2.0, 2.0, "0.155 mm in the published press", linear=True),
+    "row_along_mm": Parameter("mm", 1.0, -1.5, 1.5, f"all gauges towards greater x, {_BY_HAND}"),
+    "row_across_mm": Parameter("mm", 1.0, -1.5, 1.5, f"all gauges towards greater y, {_BY_HAND}"),
+    "place_mm": Parameter("mm", 1.0, -1.5, 1.5, f"one gauge towards greater x, {_BY_HAND}", each_gauge=True),
+    "tilt_x_deg": Parameter("deg", 1.5, -3.0, 3.0, f"of the finger about x, {_BY_EYE}"),
+    "tilt_y_deg": Parameter("deg", 1.5, -3.0, 3.0, f"of the finger about y, {_BY_EYE}"),
+    "common_gain": Parameter("", 3.0, -9.2, 9.2, "all gains and levers over the design's", logarithmic=True),
+    "common_lever_mm": Parameter("mm", 0.87, -2.0, 1.0, "all levers over gains, besides the design's"),
+    "specimen_modulus": Parameter("MPa", 0.1, -0.5, 0.5, "what modulus_sigma_MPa of the log says", logarithmic=True),
 }
-"""All parameters. Gains have next to no prior; that of a lever is its ratio to the gain, whatever the gain is."""
+"""All parameters. Gains have next to no prior; that of a lever is its ratio to the gain, whatever the gain is. There is
+a modulus for each specimen of which the log says how well it is known."""
+
+MOVES = ("row_along_mm", "row_across_mm", "place_mm", "tilt_x_deg", "tilt_y_deg")
+"""What moves contacts and gauges against each other: 0 unless freed or fixed."""
+
+OF_THE_BENCH = ("tilt_x_deg", "tilt_y_deg", "specimen_modulus")
+"""What is no part of the finger: another bench has another."""
 
 LEVER_PER_GAIN_MM = -0.5
 """Middle of the prior of lever over gain; `PARAMETERS` has its standard deviation, that of -2 to 1 mm, all alike."""
 
 
 def names_of(finger: Finger) -> tuple[str, ...]:
-    """The names of all parameters of a finger, gauge by gauge where there is one for each."""
+    """The names of all parameters of a finger and its bench, gauge by gauge where there is one for each."""
     gauges = [gauge.name for gauge in finger.gauges]
     return tuple(
         name
         for key, one in PARAMETERS.items()
+        if key != "specimen_modulus"
         for name in ([f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key])
     )
 
@@ -71,12 +89,13 @@ def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, fl
         "inner_modulus_MPa": finger.inner.modulus,
         "thickness_mm": thickness_mm,
         "touch_down_mm": finger.bench.touch_down,
+        "common_gain": 1.0,
     }
     for gauge in finger.gauges:
         found[f"gain.{gauge.name}"] = gauge.membrane_gain
         found[f"lever_mm.{gauge.name}"] = gauge.lever_mm
         found[f"zero_microstrain.{gauge.name}"] = 0.0
-    return {name: found[name] for name in names_of(finger)}
+    return {name: found.get(name, 0.0) for name in names_of(finger)}
 
 
 def expanded(asked: Sequence[str], finger: Finger) -> list[str]:

@@ -6,14 +6,16 @@ doi:10.1007/BF01932995). An error of force moves all that a press measures toget
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS, kind, physical, scaled
-from papilla.fem.pressing.response import RATIO_LIMITS, Response
+from papilla.calibrate.identification.presses import FeltBy, Known, Shape, felt_by, places
+from papilla.fem.pressing.beside import UNSURE
+from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.units import MICROSTRAIN
@@ -37,18 +39,17 @@ CANCELLING = 0.2
 """Share of the largest of these readings below which strain and curvature are not taken to cancel."""
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """The presses (rows of the log) on one shape of specimen, and the responses to it at rising thicknesses (mm)."""
+MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM}
+"""Where priors are about another value than 0, or for a logarithmic parameter, than where it starts."""
 
-    rows: np.ndarray
-    responses: tuple[Response, ...]
-    thicknesses: tuple[float, ...] = ()
+ASIDE_PER_MM2 = 3e-4
+"""Relative one sigma of an indentation a mm beside the apex, which is taken to be that at the apex; with its square."""
 
 
 @dataclass(frozen=True, eq=False)
 class Modelled:
-    """What presses of a parameter vector measure: n presses, c channels (gauges in microstrain, indentation in mm).
+    """What presses of a parameter vector measure: n presses, c channels (gauges, or S_d alone, in microstrain, and
+    indentation in mm).
 
     values : (n, c). by_free : (n, c, f) derivatives by the free parameters in the scale of the fit. by_ln_force (n, c).
     by_ln_modulus : (n, c), by the specimen's. unsure : (n, c) standard deviations of what the model is off by.
@@ -66,7 +67,8 @@ class Problem:
     """Presses of a log on a finger of one geometry; n presses, g gauges, f free parameters.
 
     held : every parameter's value in its unit, those of the free ones where they start. free : names, those that
-    readings do not follow linearly first. weights : (n, c, c) whiten what a press measures, robust (n, c) weigh it.
+    readings do not follow linearly first. specimens : those whose moduli are parameters, by
+    their names. weights : (n, c, c) whiten what a press measures, robust (n, c) weigh it.
     gains : (g,) about as large as the gauges', for the prior of the levers.
     """
 
@@ -79,6 +81,7 @@ class Problem:
     weights: np.ndarray | None = None
     robust: np.ndarray | None = None
     gains: np.ndarray | None = None
+    specimens: Mapping[str, Known] = field(default_factory=dict)
 
     # ---- parameters
 
@@ -100,6 +103,22 @@ class Problem:
         )
         return self.start + low, self.start + high
 
+    def prior_sigma(self, name: str) -> float:
+        """Standard deviation of a parameter's prior, in the scale of the fit; of a lever, in its gain."""
+        return self.specimens[name].sigma if name in self.specimens else PARAMETERS[kind(name)].sigma
+
+    def prior_middle(self, name: str) -> float:
+        """Middle of a parameter's prior, in the scale of the fit: where a logarithmic one starts."""
+        started = PARAMETERS[kind(name)].logarithmic
+        return scaled(name, self.held[name]) if started else MIDDLES.get(kind(name), 0.0)
+
+    def moduli(self, values: Mapping[str, float]) -> np.ndarray:
+        """(n,) moduli in MPa of what was pressed."""
+        found = self.log.modulus_MPa.astype(float)
+        for name, known in self.specimens.items():
+            found[known.rows] = values[name]
+        return found
+
     def values(self, vector: np.ndarray) -> dict[str, float]:
         """All parameters in their units, the free ones from a vector (f,) in the scale of the fit."""
         found = zip(self.free, vector.tolist(), strict=True)
@@ -110,73 +129,99 @@ class Problem:
     @cached_property
     def measured(self) -> np.ndarray:
         """(n, c) readings in microstrain, then indentations in mm where there are any; NaN where there is none."""
-        if self.log.indentation_mm is None:
-            return self.log.readings
-        return np.column_stack([self.log.readings, self.log.indentation_mm])
+        read = self.log.readings if self.log.stated_sd is None else self.log.stated_sd[:, None]
+        return read if self.log.indentation_mm is None else np.column_stack([read, self.log.indentation_mm])
+
+    @cached_property
+    def gauges(self) -> tuple[str, ...]:
+        """Names of the gauges."""
+        return tuple(gauge.name for gauge in self.finger.gauges)
+
+    @property
+    def reading_names(self) -> tuple[str, ...]:
+        """The channels that are readings: the gauges, or S_d alone."""
+        return self.gauges if self.log.stated_sd is None else ("S_d",)
+
+    @property
+    def reading_count(self) -> int:
+        """How many of them there are."""
+        return len(self.reading_names)
+
+    @property
+    def reading_noise(self) -> float:
+        """Standard deviation of one of them, in microstrain."""
+        one = self.noise.readings_microstrain
+        return one if self.log.stated_sd is None else one / self.gauge_count**0.5
 
     @property
     def gauge_count(self) -> int:
         """Number of gauges."""
-        return self.log.readings.shape[1]
+        return len(self.finger.gauges)
 
     def modelled(self, vector: np.ndarray) -> Modelled:
         """What presses of a parameter vector (f,) in the scale of the fit measure."""
         values = self.values(vector)
-        felt, depth, slopes, depth_slopes = self._felt(values)
-        gauges = [gauge.name for gauge in self.finger.gauges]
-        mix = np.array([[values[f"{name}.{one}"] for one in gauges] for name in ("gain", "lever_mm")]) / MICROSTRAIN
-        zeros = np.array([values[f"zero_microstrain.{one}"] for one in gauges])
+        felt, g = self.felt(values), self.gauge_count
+        mix = self._mix(values)
+        zeros = np.array([values[f"zero_microstrain.{one}"] for one in self.gauges])
 
         def channels(parts: np.ndarray, deep: np.ndarray) -> np.ndarray:
-            read = np.einsum("nqg,qg->ng", parts, mix)
-            return read if self.log.indentation_mm is None else np.column_stack([read, deep])
+            return np.column_stack([np.einsum("nqg,qg->ng", parts, mix), deep])
 
-        found = channels(felt, depth + values["touch_down_mm"])
-        found[:, : len(gauges)] += zeros
-        by = {name: channels(slopes[name], depth_slopes[name]) for name in slopes}
+        found = channels(felt.values, felt.depth + values["touch_down_mm"])
+        found[:, :g] += zeros
+        by = {name: channels(felt.slopes[name], felt.depth_slopes[name]) for name in felt.slopes}
+        for name, known in self.specimens.items():
+            by[name] = by["modulus"] * np.isin(np.arange(len(self.log)), known.rows)[:, None]
         columns = np.zeros((*found.shape, len(self.free)))
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
-            if which in by:
-                columns[:, :, place] = by[which]
+            if name in by:
+                columns[:, :, place] = by[name]
             elif which == "touch_down_mm":
-                columns[:, len(gauges) :, place] = 1.0
+                columns[:, g:, place] = 1.0
+            elif which in ("common_gain", "common_lever_mm"):
+                columns[:, :g, place] = np.einsum("nqg,qg->ng", felt.values, self._mix_slope(values, which))
             else:
-                k = gauges.index(gauge)
-                parts = {"gain": felt[:, 0, k] / MICROSTRAIN, "lever_mm": felt[:, 1, k] / MICROSTRAIN}
+                k = self.gauges.index(gauge)
+                factor = values["common_gain"] / MICROSTRAIN
+                gain = felt.values[:, 0, k] + values["common_lever_mm"] * felt.values[:, 1, k]
+                parts = {"gain": factor * gain, "lever_mm": factor * felt.values[:, 1, k]}
                 columns[:, k, place] = parts.get(which, 1.0)
         errors = self._model_errors(values["inner_modulus_MPa"])
-        size = np.sqrt((felt**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.shape)
-        unsure = np.sqrt(((size * mix) ** 2).sum(axis=1))
-        if self.log.indentation_mm is not None:
-            unsure = np.column_stack([unsure, errors[:, 0] * depth])
-        return Modelled(found, columns, by["force"], by["modulus"], unsure)
+        size = np.sqrt((felt.values**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.values.shape)
+        size = np.hypot(size, UNSURE * np.sqrt((felt.changed**2).mean(axis=2, keepdims=True)))
+        aside = (places(self.log) ** 2).sum(axis=1) * ASIDE_PER_MM2
+        unsure = np.column_stack([np.sqrt(((size * mix) ** 2).sum(axis=1)), np.hypot(errors[:, 0], aside) * felt.depth])
+        return self._measurable(Modelled(found, columns, by["force"], by["modulus"], unsure))
 
-    def _felt(self, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, dict, dict]:
-        """What gauges feel (n, q, g), indentations (n,), and derivatives of both by what the finger and bench vary."""
-        inner, outer = values["inner_modulus_MPa"], values["outer_modulus_MPa"]
-        ratio = float(np.clip(outer / inner, *RATIO_LIMITS))
-        n, g = self.log.readings.shape
-        felt, depth = np.zeros((n, 2, g)), np.zeros(n)
-        names = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm")
-        slopes, depth_slopes = ({name: np.zeros_like(kept) for name in names} for kept in (felt, depth))
-        for shape in self.shapes:
-            rows = shape.rows
-            loads = self.log.force_N[rows], self.log.modulus_MPa[rows], ratio * inner, inner
-            told = [one.felt(*loads) for one in shape.responses]
-            weight, steep = _between(shape.thicknesses, values["thickness_mm"])
-            parts = (
-                (felt, slopes, [one.values for one in told], [one.slope_values for one in told]),
-                (depth, depth_slopes, [one.indentation for one in told], [one.slope_indentation for one in told]),
-            )
-            for value, slope, of_all, slopes_of_all in parts:
-                value[rows] = np.tensordot(weight, of_all, 1)
-                force, modulus, by_ratio = np.tensordot(weight, slopes_of_all, 1)
-                slope["force"][rows], slope["modulus"][rows] = force, modulus
-                slope["outer_modulus_MPa"][rows] = by_ratio
-                slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
-                slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
-        return felt, depth, slopes, depth_slopes
+    def felt(self, values: Mapping[str, float]) -> FeltBy:
+        """What gauges feel of the presses, how deep they go, and its derivatives, by parameter values."""
+        return felt_by(self.shapes, self.log, self.moduli(values), values, self.gauges)
+
+    def _mix(self, values: Mapping[str, float]) -> np.ndarray:
+        """(q, g) of what gauges feel in readings in microstrain."""
+        gain, lever = (np.array([values[f"{name}.{one}"] for one in self.gauges]) for name in ("gain", "lever_mm"))
+        return np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
+
+    def _mix_slope(self, values: Mapping[str, float], which: str) -> np.ndarray:
+        mix = self._mix(values)
+        return mix if which == "common_gain" else np.array([0 * mix[0], mix[0]])
+
+    def _measurable(self, every: Modelled) -> Modelled:
+        """Of all gauges and the indentation what the log has: S_d for the gauges, or no indentation."""
+        g, log = self.gauge_count, self.log
+        parts = [every.values, every.by_free, every.by_ln_force, every.by_ln_modulus, every.unsure]
+        if log.stated_sd is not None:
+            about = every.values[:, :g] - every.values[:, :g].mean(axis=1, keepdims=True)
+            sd = np.sqrt((about**2).mean(axis=1, keepdims=True))
+            share = about / np.maximum(g * sd, np.finfo(float).tiny)
+            slopes = [np.einsum("ng,ng...->n...", share, one[:, :g])[:, None] for one in parts[1:4]]
+            read = [sd, *slopes, np.sqrt(((share * every.unsure[:, :g]) ** 2).sum(axis=1, keepdims=True))]
+            parts = [np.concatenate([one, whole[:, g:]], axis=1) for one, whole in zip(read, parts, strict=True)]
+        if log.indentation_mm is None:
+            parts = [one[:, : self.reading_count] for one in parts]
+        return Modelled(*parts)
 
     # ---- residuals
 
@@ -221,10 +266,9 @@ class Problem:
         gauges = [gauge.name for gauge in self.finger.gauges]
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
-            sigma = PARAMETERS[which].sigma
+            sigma = self.prior_sigma(name)
             if which != "lever_mm":
-                start = self.start[place] if PARAMETERS[which].logarithmic else 0.0
-                rows[place, place], target[place] = 1 / sigma, start / sigma
+                rows[place, place], target[place] = 1 / sigma, self.prior_middle(name) / sigma
                 continue
             gain = self._gain_sizes[gauges.index(gauge)]
             rows[place, place] = 1 / (sigma * gain)
@@ -266,14 +310,16 @@ class Problem:
             slope = FIRST_EXPONENT * np.nan_to_num(self.measured)
             weights = self._whitener(slope, self.noise.model * np.abs(np.nan_to_num(self.measured)))
             held, robust = dict(self.held), np.ones(self.measured.shape)
-            return replace(self, weights=weights, robust=robust, gains=self._most_gain(self._felt(held)[0]))
+            return replace(self, weights=weights, robust=robust, gains=self._most_gain(self.felt(held).values))
         told, values = self.modelled(vector), self.values(vector)
         gains = np.abs([values[f"gain.{gauge.name}"] for gauge in self.finger.gauges])
-        gains = np.maximum(gains, self._most_gain(self._felt(values)[0]))
+        gains = np.maximum(gains, self._most_gain(self.felt(values).values))
         return replace(self, weights=self._whitener(told.by_ln_force, told.unsure), gains=gains)
 
     def _most_gain(self, felt: np.ndarray) -> np.ndarray:
         """(g,) largest gains that readings of this size may come from, over the levers of the prior."""
+        if self.log.stated_sd is not None:
+            return np.ones(self.gauge_count)
         moved = self.log.readings - self.log.readings.mean(axis=0)
         parts = (felt - felt.mean(axis=0)) / MICROSTRAIN
         sizes = [np.sqrt(((parts[:, 0] + lever * parts[:, 1]) ** 2).mean(axis=0)) for lever in LEVERS_PER_GAIN_MM]
@@ -283,9 +329,9 @@ class Problem:
 
     def _whitener(self, slope: np.ndarray, unsure: np.ndarray) -> np.ndarray:
         """(n, c, c) what makes each press's errors independent and of one; slope : (n, c) by ln force."""
-        noise, g = self.noise, self.gauge_count
-        spread = np.full(self.measured.shape, noise.readings_microstrain**2)
-        spread[:, g:] = noise.indentation_mm**2
+        noise = self.noise
+        spread = np.full(self.measured.shape, self.reading_noise**2)
+        spread[:, self.reading_count :] = noise.indentation_mm**2
         spread += unsure**2
         spread[np.isnan(self.measured)] *= MISSING**2
         covariance = noise.force**2 * slope[:, :, None] * slope[:, None, :]
@@ -311,14 +357,3 @@ class Problem:
         assert self.weights is not None
         whitened = (self.weights @ self._differences(vector))[:, :, 0]
         return replace(self, robust=1 / np.sqrt(1 + (whitened / outlying) ** 2))
-
-
-def _between(thicknesses: tuple[float, ...], thickness: float) -> tuple[np.ndarray, np.ndarray]:
-    """Weights of the responses at their thicknesses, and their derivatives by the thickness's logarithm (Lagrange)."""
-    if len(thicknesses) < 2:
-        return np.ones(1), np.zeros(1)
-    nodes, at = np.log(thicknesses), np.log(thickness)
-    powers = np.vander(nodes, increasing=True)
-    degree = np.arange(len(nodes))
-    steep = degree * np.concatenate([[0.0], at ** degree[:-1]])
-    return np.linalg.solve(powers.T, at**degree), np.linalg.solve(powers.T, steep)

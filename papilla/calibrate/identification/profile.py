@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from papilla.calibrate.identification.fit import MISFIT, Identification, descend
-from papilla.calibrate.identification.parameters import PARAMETERS, kind, physical
+from papilla.calibrate.identification.parameters import physical
 from papilla.calibrate.identification.problem import Problem
 
 NORMAL = 1.959964
@@ -88,7 +88,7 @@ class _Curve:
     """Least chi-square with one parameter held at a value in the scale of the fit; what was found is kept."""
 
     def __init__(self, found: Identification, name: str):
-        self._problem, self._name, self._parameter = found.problem, name, PARAMETERS[kind(name)]
+        self._problem, self._name = found.problem, name
         self._place = found.names.index(name)
         self.others = np.delete(found.vector, self._place)
         self.without_prior: dict[float, float] = {}
@@ -102,7 +102,7 @@ class _Curve:
             rest = replace(self._problem, free=free, held=held)
             self.without_prior[value], self.others = descend(rest, self.others[~rest.linear])
             self.at_bounds[value] = at_bounds(rest, self.others)
-        prior = (value - self._problem.start[self._place]) / self._parameter.sigma
+        prior = (value - self._problem.prior_middle(self._name)) / self._problem.prior_sigma(self._name)
         return self.without_prior[value] + prior**2
 
 

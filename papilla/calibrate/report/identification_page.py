@@ -9,6 +9,7 @@ import numpy as np
 from papilla import view
 from papilla.calibrate.identification import PARAMETERS, Confession, Identification
 from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.identification.presses import places
 from papilla.files import write_text
 from papilla.specimen import friction_words
 from papilla.view.page import data_uri, environment, number, plain
@@ -32,7 +33,7 @@ def parts(found: Identification, told: Confession) -> dict[str, Any]:
     return {
         "told": told,
         "friction": friction_words(response.friction),
-        "specimen": response.specimen,
+        "specimen": " and ".join(shape.specimen.words for shape in found.problem.shapes),
         "parameters": _parameters(found, told),
         "gauges": _gauges(found),
         "influential": _influential(found, told),
@@ -46,8 +47,8 @@ def weighted_residuals(found: Identification) -> np.ndarray:
     """(n, c) residuals in the standard deviations that noise gives each reading, force error apart."""
     noise = found.problem.noise
     unsure = found.problem.modelled(found.vector).unsure
-    own = np.full(unsure.shape, noise.readings_microstrain)
-    own[:, found.problem.gauge_count :] = noise.indentation_mm
+    own = np.full(unsure.shape, found.problem.reading_noise)
+    own[:, found.problem.reading_count :] = noise.indentation_mm
     slope = noise.force * found.problem.modelled(found.vector).by_ln_force
     return found.residuals / np.sqrt(own**2 + unsure**2 + slope**2)
 
@@ -65,11 +66,11 @@ def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
     """Of each gauge: rms residual, the same weighted, and how often its sign changes with rising force."""
     problem, order = found.problem, np.lexsort((found.problem.log.force_N, found.problem.log.modulus_MPa))
     weighted, rows = weighted_residuals(found), []
-    for k, gauge in enumerate(problem.finger.gauges):
+    for k, name in enumerate(problem.reading_names):
         residual = found.residuals[:, k]
         changes = int((np.diff(np.sign(residual[order])) != 0).sum())
         size, told = (float(np.sqrt(np.mean(values**2))) for values in (residual, weighted[:, k]))
-        rows.append((gauge.name, f"{number(size)} µε", number(told), f"{changes} of {len(residual) - 1}"))
+        rows.append((name, f"{number(size)} µε", number(told), f"{changes} of {len(residual) - 1}"))
     return rows
 
 
@@ -101,13 +102,17 @@ def _curves(found: Identification):
     moduli = np.unique(log.modulus_MPa)
     shown = moduli if len(moduli) <= MOST_NAMED else moduli[np.linspace(0, len(moduli) - 1, MOST_NAMED).astype(int)]
     curves = np.array([found.at(forces, np.full(len(forces), modulus))[:, :g].std(axis=1) for modulus in shown]).T
-    zeros = np.array([found.values[f"zero_microstrain.{gauge.name}"] for gauge in problem.finger.gauges])
-    sd = (log.readings - zeros).std(axis=1)
+    zeros = np.array([found.values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges])
+    sd = log.sd_microstrain if log.stated_sd is not None else (log.readings - zeros).std(axis=1)
     bars = problem.noise.readings_microstrain / np.sqrt(g) + problem.noise.force * sd
-    return view.plots.sd_of_presses(forces, shown.tolist(), curves, (log.force_N, log.modulus_MPa, sd, bars))
+    # The curves are of the first shape of specimen, at the apex
+    kept = problem.shapes[0].rows
+    kept = apex if (apex := kept[~places(log)[kept].any(axis=1)]).size else kept
+    points = tuple(one[kept] for one in (log.force_N, log.modulus_MPa, sd, bars))
+    return view.plots.sd_of_presses(forces, shown.tolist(), curves, points)
 
 
 def _residuals(found: Identification):
-    names = [gauge.name for gauge in found.problem.finger.gauges]
+    names = found.problem.reading_names
     weighted = weighted_residuals(found)[:, : len(names)]
     return view.plots.residuals_against_force(found.problem.log.force_N, names, weighted)

@@ -12,12 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebder, chebvander
 
 from papilla import cache
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of, with_large_strain
+from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
@@ -89,7 +89,8 @@ class Response:
         """
         x = np.asarray(force_N, float) / inner
         places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
-        table, slopes = self._polynomial(places)
+        table, *by = POLYNOMIAL.terms(places) @ self.coefficients
+        slopes = np.array(by)
         scale = np.concatenate([x[:, None] ** (2 / 3), np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1)
         powers = np.concatenate([[2 / 3], np.ones(table.shape[1] - 1)])
         slopes[0] += powers * table
@@ -105,22 +106,8 @@ class Response:
         within = (x >= FORCES[0]) & (e >= MODULI[0]) & (e <= MODULI[-1])
         return within & (x <= np.interp(np.log(e), np.log(row[0]), row[2]))
 
-    def _polynomial(self, places: tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """Values (n, c) and derivatives (3, n, c) by the logarithms of the places."""
-        at, beyond = zip(*(_scaled(values, limits) for values, limits in zip(places, LIMITS, strict=True)), strict=True)
-        bases = [chebvander(one, degree) for one, degree in zip(at, DEGREES, strict=True)]
-        steeper = [basis @ _derivative(degree) for basis, degree in zip(bases, DEGREES, strict=True)]
-        value = _terms(bases) @ self.coefficients
-        slopes = []
-        for axis, limits in enumerate(LIMITS):
-            mixed = [steeper[k] if k == axis else bases[k] for k in range(3)]
-            slopes.append(_terms(mixed) @ self.coefficients * (2 / math.log(limits[1] / limits[0])))
-        for over, slope in zip(beyond, slopes, strict=True):
-            value = value + over[:, None] * slope
-        return value, np.array(slopes)
 
-
-LIMITS = ((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIO_LIMITS)
+POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIO_LIMITS), DEGREES, TOTAL)
 
 
 def response(
@@ -198,16 +185,12 @@ def _measures(found: Press) -> np.ndarray:
 
 
 def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
-    if len(rows) < 2 * len(INDICES):
+    if len(rows) < 2 * len(POLYNOMIAL.powers):
         raise InputError(f"only {len(rows)} of {len(FORCES) * len(MODULI) * 7} presses of the family can be made")
     x, places, known = rows[:, 0], rows[:, :3], rows[:, 4] > 0
     scale = np.column_stack([x ** (2 / 3), np.repeat(x[:, None], rows.shape[1] - 6, axis=1)])
     values = rows[:, 5:] / scale
-    bases = [
-        chebvander(_scaled(column, limits)[0], degree)
-        for column, limits, degree in zip(places.T, LIMITS, DEGREES, strict=True)
-    ]
-    terms, weight = _terms(bases), np.where(rows[:, 3] > 0, 1.0, UNRESOLVED)[:, None]
+    terms, weight = POLYNOMIAL.terms(tuple(places.T))[0], np.where(rows[:, 3] > 0, 1.0, UNRESOLVED)[:, None]
 
     def solve(kept: np.ndarray) -> np.ndarray:
         return np.linalg.lstsq((weight * terms)[kept], (weight * values)[kept])[0]
@@ -233,37 +216,6 @@ def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
         "strained": np.array(strained),
         "error": error,
     }
-
-
-INDICES = [
-    (i, j, k)
-    for i in range(DEGREES[0] + 1)
-    for j in range(DEGREES[1] + 1)
-    for k in range(DEGREES[2] + 1)
-    if i / DEGREES[0] + j / DEGREES[1] + k / DEGREES[2] <= TOTAL
-]
-_FIRST, _SECOND, _THIRD = np.array(INDICES).T
-
-
-def _terms(bases: list[np.ndarray]) -> np.ndarray:
-    """(n, terms) products of one column of each basis."""
-    return bases[0][:, _FIRST] * bases[1][:, _SECOND] * bases[2][:, _THIRD]
-
-
-def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Places (n,) from -1 to 1 of values between the limits, and how far their logarithms lie beyond."""
-    low, high = math.log(limits[0]), math.log(limits[1])
-    at = np.log(values)
-    held = np.clip(at, low, high)
-    return 2 * (held - low) / (high - low) - 1, at - held
-
-
-def _derivative(degree: int) -> np.ndarray:
-    """(degree + 1, degree + 1) matrix that makes the Chebyshev basis its derivative."""
-    found = np.zeros((degree + 1, degree + 1))
-    for k in range(1, degree + 1):
-        found[:k, k] = chebder(np.eye(degree + 1)[k])[:k]
-    return found
 
 
 def _at(specimen: Specimen, modulus: float) -> Specimen:

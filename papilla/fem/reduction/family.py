@@ -41,6 +41,7 @@ class FingerFamily:
     of 1 MPa. error : the largest relative difference from a finger reduced by itself, at ratios between the nodes.
     tangential_source : makes, when friction asks for it, what tangential tractions add (`ReducedFinger.tangential`) at
     each ratio: (k, 3n, 2n) and (k, q, g, 2n), for an inner layer of 1 MPa.
+    model : makes the member of a ratio on the mesh, its inner layer as stiff as the design's.
     """
 
     finger: Finger
@@ -50,6 +51,7 @@ class FingerFamily:
     rows: np.ndarray
     error: float
     tangential_source: Callable[[], tuple[np.ndarray, np.ndarray]]
+    model: Callable[[float], FingerModel]
 
     def __repr__(self) -> str:
         low, high = self.ratios.min(), self.ratios.max()
@@ -126,14 +128,18 @@ def family(
         mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
     nodes = np.exp(_chebyshev(float(np.log(RATIOS[0])), float(np.log(RATIOS[1])), NODES))
 
-    model = FingerModel(unit, mesh)
+    first = FingerModel(unit, mesh)
+
+    def model(ratio: float) -> FingerModel:
+        member = FingerModel(with_moduli(finger, ratio * inner, inner), mesh)
+        member.space = first.space  # what was assembled holds for all
+        return member
 
     def members(ratios, tangential: bool) -> Iterator:
         for number, ratio in enumerate(ratios, start=1):
             if progress is not None:
                 progress(f"family: modulus ratio {ratio:.3g} ({number} of {len(ratios)})")
-            member = FingerModel(with_moduli(finger, ratio * inner, inner), mesh)
-            member.space = model.space  # what was assembled holds for all
+            member = model(ratio)
             yield member.reduce_tangential(at) if tangential else member.reduce(at)
 
     def make() -> dict[str, np.ndarray]:
@@ -161,7 +167,8 @@ def family(
 
     own = {name: arrays[name] for name in TOLD_BY_RATIO}
     member = ReducedFinger.from_arrays(shared)
-    return FingerFamily(finger, member, nodes, **own, error=float(arrays["error"]), tangential_source=tangential)
+    error = float(arrays["error"])
+    return FingerFamily(finger, member, nodes, **own, error=error, tangential_source=tangential, model=model)
 
 
 def with_moduli(finger: Finger, outer: float, inner: float) -> Finger:

@@ -139,13 +139,24 @@ class FingerModel:
 
     def _adjoints(self, weights: np.ndarray, parities: list[tuple[int, int]]) -> dict:
         """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge in weights (q, g)."""
-        functionals = gauge_functionals(self.finger, self.surfaces["interface"])
         mixing = sp.hstack([sp.diags(row) for row in weights])
-        loads = {parity: (mixing @ self.rows(functionals, parity)).T.toarray() for parity in parities}
-        share = len(self._all_parities())
-        return {
-            parity: self._solve(parity, load / share).reshape(len(load) // 3, 3, -1) for parity, load in loads.items()
-        }
+        return self.adjoints(gauge_functionals(self.finger, self.surfaces["interface"]), parities, mixing)
+
+    def adjoints(
+        self,
+        functionals: list[PointFunctional],
+        parities: list[tuple[int, int]] | None = None,
+        mixing: sp.spmatrix | None = None,
+    ) -> dict:
+        """As `gauge_adjoints`, of k functionals of the displacement, or of what rows `mixing` (k, functionals) make of
+        them; all parities, unless told."""
+        every = self._all_parities()
+        found = {}
+        for parity in every if parities is None else parities:
+            rows = self.rows(functionals, parity)
+            load = (rows if mixing is None else mixing @ rows).T.toarray()
+            found[parity] = self._solve(parity, load / len(every)).reshape(len(load) // 3, 3, -1)
+        return found
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
         """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""

@@ -1,17 +1,19 @@
-"""Readings of presses beside the apex, by moving the tractions of presses at the apex along the skin.
+"""Presses beside the apex, by moving the tractions of presses at the apex along the skin.
 
-A short way along x the skin is bent, and gives way, nearly as at the apex: what changes is where the gauges see the
+A short way from the apex the skin is bent, and gives way, nearly as there: what changes is where the gauges see the
 contact. So the tractions keep their shape in the contact plane, the plane goes with the skin, and a gauge's adjoint
-field weighs what arrives (reciprocity): two factorisations and one solve a gauge answer all presses at all places.
+field weighs what arrives (reciprocity): a factorisation a parity and a solve a gauge answer all presses at all places.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.fem.discrete.elements import evaluated
+from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.patch import Frame, Patch, gap_of
@@ -35,33 +37,61 @@ def transported_readings(
     if traction.ndim != 3 or traction.shape[1:] != (3, len(patch.xy)):
         raise InputError(f"tractions must be (m, 3, {len(patch.xy)}), a row a press, got shape {traction.shape}")
     places = [checks.finite("place x (mm)", place) for place in places_mm]
-    adjoints = model.reading_adjoints()
-    points, weights, hats = quadrature(patch)
-    load = (hats @ traction.reshape(-1, len(patch.xy)).T).reshape(len(points), len(traction), 3)
-    pressed = load.any(axis=(1, 2))
-    points, load = points[pressed], (load * weights[:, None, None])[pressed]
-    # Mirror images in y = 0 do the same work: half of them stand for all.
-    images = [image for image in patch.images if "y" not in model.mesh.mirrors or image[1] > 0]
-    share = len(patch.images) / len(images)
-    readings = [
-        sum(
-            np.einsum(
-                "qmc,c,qcg->mg", load, (share, *share * image), _influence(model, adjoints, place, points * image)
-            )
-            for image in images
-        )
-        for place in places
-    ]
-    return to_microstrain(np.array(readings))
+    adjoints = on_each_side(model.reading_adjoints())
+    pressed = np.any(traction, axis=(0, 1))
+    rows = [MovedContact.at(model, patch, (place, 0.0), pressed).rows(adjoints) for place in places]
+    return to_microstrain(np.einsum("kgcn,mcn->kmg", np.array(rows), traction))
 
 
-def _influence(model: FingerModel, adjoints: dict, place: float, points: np.ndarray) -> np.ndarray:
-    """Readings (q, 3, g), as strain, per newton into the contact plane at `place` and along its axes, at points (q, 2)
-    of that plane."""
-    skin = model.surfaces["skin"]
-    frame = Frame.at(skin, place, 0.0)
-    normal = frame.axes[2]
-    on_skin = frame.origin + points @ frame.axes[:2]
-    on_skin = on_skin - gap_of(skin, frame, on_skin)[:, None] * normal
-    directions = np.vstack([-normal, frame.axes[:2]])
-    return np.einsum("ci,qig->qcg", directions, evaluated(model.space, model.mesh.mirrors, adjoints, on_skin))
+@dataclass(frozen=True, eq=False)
+class MovedContact:
+    """The contact of the apex moved to another place of the skin; n nodes of its patch.
+
+    directions : (3, 3) of pressure and the tangential tractions. pieces : for each image of the patch, and each image
+    of the cell that it comes to lie on, the signs of both and (nodes of the cell, n) integrals of shape function times
+    hat function.
+    """
+
+    directions: np.ndarray
+    pieces: tuple[tuple[np.ndarray, tuple[int, int], sp.csr_matrix], ...]
+
+    @classmethod
+    def at(
+        cls, model: FingerModel, patch: Patch, place_mm: tuple[float, float], pressed: np.ndarray | None = None
+    ) -> "MovedContact":
+        """That at (x, y) in mm of `model`, its skin's; pressed : (n,) nodes that may press, so that the patch's rim may
+        leave the skin. Raises `InputError` where the contact would leave it."""
+        skin = model.surfaces["skin"]
+        frame = Frame.at(skin, *place_mm)
+        points, weights, hats = quadrature(patch)
+        kept = np.ones(len(points), bool) if pressed is None else (hats @ pressed.astype(float)) > 0
+        points, loads = points[kept], sp.diags(weights[kept]) @ hats[kept]
+        pieces = []
+        for image in patch.images:
+            on_skin = frame.origin + (points * image) @ frame.axes[:2]
+            on_skin = on_skin - gap_of(skin, frame, on_skin)[:, None] * frame.axes[2]
+            folded, sides = fold(on_skin, model.mesh.mirrors)
+            values = interpolation(model.space, folded)
+            for sx, sy in np.unique(sides, axis=0).tolist():
+                there = (sides == (sx, sy)).all(axis=1)
+                pieces.append((image, (sx, sy), (values[there].T @ loads[there]).tocsr()))
+        return cls(np.vstack([-frame.axes[2], frame.axes[:2]]), tuple(pieces))
+
+    def rows(self, fields: Mapping[tuple[int, int], np.ndarray]) -> np.ndarray:
+        """What fields on each image of the cell (nodes of the cell, 3, k), such as gauges' adjoints `on_each_side`,
+        weigh unit nodal pressures and tangential tractions with: (k, 3, n)."""
+        found = 0.0
+        for image, side, coupling in self.pieces:
+            field = fields[side]
+            there = (coupling.T @ field.reshape(len(field), -1)).reshape(-1, *field.shape[1:])
+            found = found + np.einsum("nik,ci->kcn", there, self.directions * np.array([1, *image])[:, None])
+        return np.asarray(found)
+
+
+def on_each_side(fields: Mapping[tuple[int, int], np.ndarray]) -> dict[tuple[int, int], np.ndarray]:
+    """Fields by parity (nodes of the cell, 3, k) as displacements of the cell's images, by the signs of these."""
+    sides = [(sx, sy) for sx in (1, -1) for sy in (1, -1)]
+    return {
+        side: np.sum([field * parity_signs(parity, side)[:, None] for parity, field in fields.items()], axis=0)
+        for side in sides
+    }

@@ -1,6 +1,7 @@
 """A flat body in the finger's place: what contact mechanics has exact answers for, on the machinery of the finger."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -55,9 +56,9 @@ class FlatModel(FingerModel):
         size = 10 * float(np.abs(mesh.points).max())
         shape = Dome((size,) * 3, (size / 2,) * 3, (size / 4,) * 3)
         # Closed forms are asked for one line of the grid
-        sizes = {"length_mm": gauge_length, "width_mm": 1e-6 * gauge_length}
-        backing = (2 * gauge_length, gauge_length)
-        gauges = tuple(Gauge(f"g{k}", x_mm=x, backing_mm=backing, **sizes) for k, x in enumerate(gauge_sites))
+        sizes: dict[str, Any] = {"length_mm": gauge_length, "width_mm": 1e-6 * gauge_length}
+        sizes["backing_mm"] = 2 * gauge_length, gauge_length
+        gauges = tuple(Gauge(f"g{k}", x_mm=x, **sizes) for k, x in enumerate(gauge_sites))
         super().__init__(Finger("flat body", shape, outer, inner, gauges, patch_radius=patch_radius), mesh)
         bottom = float(mesh.points[:, 2].min())
         self.surfaces = {"skin": Flat(0.0), "interface": Flat(-interface), "bone": Flat(bottom)}

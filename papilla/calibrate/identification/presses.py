@@ -1,0 +1,176 @@
+"""What presses do to the gauges of a finger: the responses of its family, mixed as a vector of parameters says."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from papilla.calibrate.identification.parameters import MOVES, PARAMETERS
+from papilla.errors import InputError
+from papilla.fem.pressing.beside import Beside, Room
+from papilla.fem.pressing.response import RATIO_LIMITS, Response
+from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.logs import PressLog
+from papilla.specimen import Specimen
+
+LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm")
+"""What every press depends on, all by the logarithm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The presses (rows of the log) on one shape of specimen, and the responses to it at rising thicknesses (mm).
+
+    beside : what contacts beside the apex and moved gauges change, where there are any.
+    """
+
+    rows: np.ndarray
+    specimen: Specimen
+    responses: tuple[Response, ...]
+    thicknesses: tuple[float, ...] = ()
+    beside: Beside | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """A specimen whose modulus is known to `sigma` (relative), and the rows of the log on it."""
+
+    sigma: float
+    rows: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class FeltBy:
+    """What n presses do to g gauges (n, q, g) and how deep they go (n,) in mm, with derivatives of both by name.
+
+    changed : (n, q, g) how much of it is that contacts are beside the apex and gauges moved.
+    """
+
+    values: np.ndarray
+    depth: np.ndarray
+    changed: np.ndarray
+    slopes: dict[str, np.ndarray] = field(default_factory=dict)
+    depth_slopes: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def felt_by(
+    shapes: tuple[Shape, ...], log: PressLog, moduli: np.ndarray, values: Mapping[str, float], gauges: tuple[str, ...]
+) -> FeltBy:
+    """Presses of a log on specimens of moduli (n,) by a finger and bench of these parameter values."""
+    inner, outer = values["inner_modulus_MPa"], values["outer_modulus_MPa"]
+    ratio = float(np.clip(outer / inner, *RATIO_LIMITS))
+    shape_of = (len(log), len(QUANTITIES), len(gauges))
+    felt, depth = np.zeros(shape_of), np.zeros(len(log))
+    found = FeltBy(felt, depth, np.zeros(shape_of))
+    for name in LOADS:
+        found.slopes[name], found.depth_slopes[name] = np.zeros(shape_of), np.zeros(len(log))
+    for shape in shapes:
+        rows = shape.rows
+        loads = log.force_N[rows], moduli[rows], ratio * inner, inner
+        told = [one.felt(*loads) for one in shape.responses]
+        weight, steep = _between(shape.thicknesses, values["thickness_mm"])
+        parts = (
+            (felt, found.slopes, [one.values for one in told], [one.slope_values for one in told]),
+            (depth, found.depth_slopes, [one.indentation for one in told], [one.slope_indentation for one in told]),
+        )
+        for value, slope, of_all, slopes_of_all in parts:
+            value[rows] = np.tensordot(weight, of_all, 1)
+            force, modulus, by_ratio = np.tensordot(weight, slopes_of_all, 1)
+            slope["force"][rows], slope["modulus"][rows] = force, modulus
+            slope["outer_modulus_MPa"][rows] = by_ratio
+            slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
+            slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
+        if shape.beside is not None:
+            _move(found, shape, loads, log, values, gauges)
+    return found
+
+
+def places(log: PressLog) -> np.ndarray:
+    """(n, 2) touch-down points in mm; the apex where the log does not say."""
+    at = [getattr(log, axis) for axis in ("x_mm", "y_mm")]
+    return np.column_stack([np.zeros(len(log)) if one is None else one for one in at])
+
+
+def rolled(room: Room, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """How far (2,) in mm the tilt of the finger moves the contact along x and y, and by a degree about y and x.
+
+    A finger that is turned about y (from z to x) is touched where its skin faces the specimen: at smaller x.
+    """
+    per_degree = np.radians(1.0) * np.array([-1.0, 1.0]) * room.rolling
+    tilt = np.array([values["tilt_y_deg"], values["tilt_x_deg"]])
+    return np.where(tilt == 0, 0.0, tilt * np.where(tilt == 0, 0.0, per_degree)), per_degree
+
+
+def _move(
+    found: FeltBy,
+    shape: Shape,
+    loads: tuple[np.ndarray, np.ndarray, float, float],
+    log: PressLog,
+    values: Mapping[str, float],
+    gauges: tuple[str, ...],
+) -> None:
+    """Add what a shape's contacts beside the apex and moved gauges change."""
+    beside, rows = shape.beside, shape.rows
+    assert beside is not None
+    offset, per_degree = rolled(beside.room, values)
+    shift = np.array(
+        [
+            [values["row_along_mm"] + values[f"place_mm.{gauge}"] for gauge in gauges],
+            [values["row_across_mm"]] * len(gauges),
+        ]
+    )
+    changed = beside.changed(*loads, places(log)[rows] + offset, shift)
+    found.values[rows] += changed.values
+    found.changed[rows] = changed.values
+    by = changed.slopes
+    for name, slope in {
+        "force": by["force"],
+        "modulus": by["modulus"],
+        "outer_modulus_MPa": by["ratio"],
+        "inner_modulus_MPa": -by["force"] - by["modulus"] - by["ratio"],
+    }.items():
+        found.slopes[name][rows] += slope
+    steep = np.where(np.isfinite(per_degree), per_degree, 0.0)
+    moves = {
+        "row_along_mm": by["along"],
+        "row_across_mm": by["across"],
+        "tilt_y_deg": steep[0] * by["x"],
+        "tilt_x_deg": steep[1] * by["y"],
+    }
+    moves |= {f"place_mm.{gauge}": by["along"] * (np.arange(len(gauges)) == k) for k, gauge in enumerate(gauges)}
+    for name, slope in moves.items():
+        found.slopes.setdefault(name, np.zeros_like(found.values))[rows] = slope
+        found.depth_slopes.setdefault(name, np.zeros_like(found.depth))
+
+
+def needs_places(log: PressLog, free: tuple[str, ...], held: Mapping[str, float]) -> bool:
+    """Whether contacts and gauges have to be moved for a log and its parameters."""
+    moved = any(value != 0 for name, value in held.items() if name.split(".")[0] in MOVES)
+    return moved or bool(places(log).any()) or any(name.split(".")[0] in MOVES for name in free)
+
+
+def refuse_far(log: PressLog, room: Room, free: tuple[str, ...]) -> None:
+    """Raise `InputError` for contacts that are too far from the apex, or a tilt that no press could tell."""
+    left = np.full(2, room.reach)
+    for axis, name in enumerate(("tilt_y_deg", "tilt_x_deg")):
+        if name in free:
+            if not np.isfinite(room.rolling[axis]):
+                raise InputError(f"{name} cannot be free: the skin is straight along {'xy'[axis]}")
+            left[axis] -= np.radians(PARAMETERS[name].high) * room.rolling[axis]
+    if (far := np.abs(places(log)) > left + 1e-9).any():
+        row, axis = (int(one) for one in np.argwhere(far)[0])
+        raise InputError(
+            f"{'xy'[axis]}_mm is {places(log)[row, axis]:g} in press {row + 1}: contacts are known within "
+            f"{max(left[axis], 0.0):.3g} mm of the apex{', tilt included' if left[axis] < room.reach else ''}"
+        )
+
+
+def _between(thicknesses: tuple[float, ...], thickness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of the responses at their thicknesses, and their derivatives by the thickness's logarithm (Lagrange)."""
+    if len(thicknesses) < 2:
+        return np.ones(1), np.zeros(1)
+    nodes, at = np.log(thicknesses), np.log(thickness)
+    powers = np.vander(nodes, increasing=True)
+    degree = np.arange(len(nodes))
+    steep = degree * np.concatenate([[0.0], at ** degree[:-1]])
+    return np.linalg.solve(powers.T, at**degree), np.linalg.solve(powers.T, steep)

@@ -1,0 +1,293 @@
+"""`Beside`: what changes where the contact is beside the apex or gauges are moved, for all fingers of one geometry.
+
+Tractions of presses at the apex move with the skin, and the adjoint fields of gauges at several places of the interface
+weigh them (`papilla.fem.reduction.transported`). What that adds to the gauges' values is a polynomial in the place of
+the contact (x, y) and the shift of each gauge (along, across), times one in the logarithms of F / E_inner, E / E_inner
+and E_outer / E_inner, as the `Response` that it belongs to. Large strain is in the latter alone.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+
+from papilla import cache
+from papilla.errors import ContactRangeError, InputError, SolverError
+from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.log_polynomial import LogPolynomial
+from papilla.fem.pressing.response import FORCES, MODULI, USUAL, _at
+from papilla.fem.reduction.family import RATIOS, FingerFamily
+from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
+from papilla.fem.reduction.transported import MovedContact, on_each_side
+from papilla.finger import Finger
+from papilla.specimen import Friction, Specimen
+
+REACH_MM = 5.0
+"""Farthest |x| and |y| of a contact, on a finger of `WIDTH_MM`; with the finger's width for others."""
+
+SHIFT_MM = 3.0
+"""Farthest shift of a gauge along and across the interface, the same way."""
+
+WIDTH_MM = 48.0
+
+PLACES, SHIFTS = (7, 5), (5, 3)
+"""Chebyshev points along x and y, and of shifts along and across; an odd number, so that 0 is one."""
+
+POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (6, 5, 4), 1.5)
+MIDDLE = tuple(count // 2 for count in (*PLACES, *SHIFTS))
+_AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE)
+GRID, RATIO_NODES = (12, 10), 5
+"""Forces, moduli and ratios of the presses that are moved."""
+
+PROBE, PROBES = 2.9, ((0.3, 0.4), (-0.8, 0.55), (0.6, -0.9))
+"""Ratio between the nodes, and shares of the farthest place and shift between theirs, at which the error is taken."""
+
+STRAIGHT = 1e-3
+"""Turn of the skin's normal (rad) on the farthest place's way below which it counts as straight."""
+
+UNSURE = 0.08
+"""One sigma of a gauge's change, of the root mean square of all gauges' changes: presses solved beside the apex differ
+by 2 to 10 % of it from those that were moved, and these at finite strain by 4 % from linear ones (docs/adr/0009)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """Changes (n, q, g) of what n presses do to g gauges, and their derivatives.
+
+    slopes : (n, q, g) by ln "force", ln "modulus" of the specimen and ln "ratio" as of `Felt`, by the place "x" and "y"
+    of the contact (1/mm), and by each gauge's shift "along" and "across"."""
+
+    values: np.ndarray
+    slopes: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """How far (mm) contacts and gauges of a finger are moved.
+
+    reach, shift : farthest |x| and |y| of a contact, and shift of a gauge. rolling : (2,) mm along x and y by which a
+    flat specimen's contact moves for a radian of tilt: radii of the skin at the apex, infinite where it is straight.
+    """
+
+    reach: float
+    shift: float
+    rolling: np.ndarray
+
+    @classmethod
+    def of(cls, relatives: FingerFamily) -> "Room":
+        """That of a family's geometry: more on a wider finger."""
+        model = relatives.model(float(relatives.ratios[0]))
+        share = float(np.ptp(model.mesh.points[:, 0])) / WIDTH_MM
+        return cls(REACH_MM * share, SHIFT_MM * share, _rolling(model, REACH_MM * share))
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """Changes of gauges' values for all fingers of one geometry; q quantities, g gauges.
+
+    coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes.
+    error : root mean square of what changes between the nodes are off by, in that of what the gauges feel.
+    """
+
+    coefficients: np.ndarray
+    room: Room
+    error: float
+
+    def __repr__(self) -> str:
+        most = f"contacts within {self.room.reach:g} mm, gauges within {self.room.shift:g} mm"
+        return f"Beside({most}, to {100 * self.error:.2g} %)"
+
+    def changed(
+        self, force_N, modulus_MPa, outer: float, inner: float, place_mm: np.ndarray, shift_mm: np.ndarray
+    ) -> Changed:
+        """Presses by forces (n,) on specimens of moduli (n,) at places (n, 2) of the finger with these Young's moduli
+        (MPa), its gauges shifted by (2, g) along and across. Raises `InputError` beyond `room`."""
+        for what, given, most in (("contacts", place_mm, self.room.reach), ("shifts", shift_mm, self.room.shift)):
+            if np.abs(given).max(initial=0.0) > most * (1 + 1e-9):
+                far = float(np.abs(given).max())
+                raise InputError(f"{what} are known within {most:g} mm along x and y, got {far:.3g} mm")
+        x = np.asarray(force_N, float) / inner
+        terms = POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
+        spots, which = np.unique(place_mm, axis=0, return_inverse=True)
+        places = _products(PLACES, spots.T, self.room.reach)
+        shifts = _products(SHIFTS, shift_mm, self.room.shift)
+        # (g, 3, x y t q): the gauges' own shifts and their two slopes, then (3, x y, t q g)
+        shifted = np.swapaxes(shifts, 0, 1) @ self._by_gauge
+        shifted = np.moveaxis(shifted, 0, -1).reshape(3, len(places[0][0]), -1)
+
+        def at(factors: np.ndarray, place: int, shift: int) -> np.ndarray:
+            table = (places[place] @ shifted[shift]).reshape(len(spots), len(self.coefficients), -1)[which]
+            found = np.matmul(np.moveaxis(factors, 0, 1), table) * x[:, None, None]
+            return np.moveaxis(found, 1, 0).reshape(len(factors), len(x), *self.coefficients.shape[-2:])
+
+        value, *by = at(terms, 0, 0)
+        slopes = dict(zip(("force", "modulus", "ratio"), by, strict=True))
+        slopes["force"] = slopes["force"] + value
+        for name, which_slope in {"x": (1, 0), "y": (2, 0), "along": (0, 1), "across": (0, 2)}.items():
+            slopes[name] = at(terms[:1], *which_slope)[0]
+        return Changed(value, slopes)
+
+    @cached_property
+    def _by_gauge(self) -> np.ndarray:
+        """(g, along across, x y t q) coefficients."""
+        t, x, y, a, c, q, g = self.coefficients.shape
+        return np.ascontiguousarray(self.coefficients.transpose(6, 3, 4, 1, 2, 0, 5)).reshape(g, a * c, x * y * t * q)
+
+
+def beside(
+    family: FingerFamily,
+    specimen: Specimen,
+    friction: Friction,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> Beside:
+    """What moved contacts and gauges change in a family's presses on a specimen's shape; kept in the cache.
+
+    Raises `InputError` where the farthest contact would leave the skin, or a gauge the interface.
+    """
+    parts = (family.compliance, family.rows, family.reduced.to_arrays(), family.finger.sha256)
+    design = (PLACES, SHIFTS, GRID, RATIO_NODES, PROBE, PROBES, REACH_MM, SHIFT_MM)
+    key = cache.key(__name__, *parts, repr(_at(specimen, 1.0)), str(friction), *design)
+    found = cache.fetch("beside", key, lambda: _made(family, specimen, friction, progress))
+    return Beside(found["coefficients"], Room.of(family), float(found["error"]))
+
+
+def _made(
+    family: FingerFamily, specimen: Specimen, friction: Friction, progress: Callable[[str], None] | None
+) -> dict[str, np.ndarray]:
+    first = family.model(float(family.ratios[0]))
+    room = Room.of(family)
+    reach, shift = room.reach, room.shift
+    nodes = [_points(count) for count in PLACES]
+    places = [(reach * x, reach * y) for x in nodes[0] for y in nodes[1]] + [(reach * x, reach * y) for x, y in PROBES]
+    if progress is not None:
+        progress("contacts beside the apex")
+    contacts = [MovedContact.at(first, family.reduced.patch, place) for place in places]
+    ratios = np.exp(_points(RATIO_NODES) * np.log(RATIOS[1]) / 2) * RATIOS[1] ** 0.5
+    loads, values = [], []
+    for number, ratio in enumerate((*ratios.tolist(), PROBE), start=1):
+        if progress is not None:
+            progress(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES + 1})")
+        rows = _Rows(family.model(ratio), shift, contacts)
+        pressed, traction = _presses(family, ratio, specimen, friction)
+        if ratio == PROBE:
+            break
+        loads.append(pressed)
+        felt = rows.nodes(traction)
+        base = felt[_AT_APEX][:, None, None, None, None]
+        values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * 6))
+    terms = POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
+    flat = np.concatenate(values)
+    coefficients = np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
+    made = Beside(coefficients, room, 0.0)
+    return {
+        "coefficients": coefficients,
+        "error": np.array(_missed(made, rows, pressed, traction, family.finger.inner.modulus)),
+    }
+
+
+class _Rows:
+    """What gauges of one member, moved by the stencil's shifts and by those of the probes, feel of moved contacts."""
+
+    def __init__(self, model: FingerModel, shift: float, contacts: list[MovedContact]):
+        self.gauges = len(model.finger.gauges)
+        self.shift, self.contacts = shift, contacts
+        moved = [shift * np.array(one) for one in (*_stencil(), *PROBES)]
+        designs = [_shifted(model.finger, one) for one in moved]
+        functionals = [one for design in designs for one in gauge_functionals(design, model.surfaces["interface"])]
+        self.count = len(moved)
+        self.fields = on_each_side(model.adjoints(functionals))
+
+    def felt(self, contact: MovedContact, traction: np.ndarray) -> np.ndarray:
+        """(m, shifts, q, g) of presses with tractions (m, 3, n)."""
+        rows = contact.rows(self.fields)
+        felt = np.einsum("kcn,mcn->mk", rows, traction, optimize=True)
+        return felt.reshape(len(traction), self.count, len(QUANTITIES), self.gauges)
+
+    def nodes(self, traction: np.ndarray) -> np.ndarray:
+        """(m, x, y, along, across, q, g) at all nodes."""
+        every = [self.felt(one, traction)[:, : -len(PROBES)] for one in self.contacts[: -len(PROBES)]]
+        return np.stack(every, axis=1).reshape(len(traction), *PLACES, *SHIFTS, *every[0].shape[2:])
+
+
+def _missed(made: Beside, rows: _Rows, pressed: np.ndarray, traction: np.ndarray, inner: float) -> float:
+    """Root mean square of what changes at the probes are off by, in that of what gauges feel of usual presses."""
+    usual = np.all([(low <= one) & (one <= high) for one, (low, high) in zip(pressed.T, USUAL, strict=False)], axis=0)
+    pressed, traction = (one[usual] if usual.any() else one for one in (pressed, traction))
+    base = rows.nodes(traction)[_AT_APEX]
+    size = np.sqrt((base**2).mean(axis=2, keepdims=True))
+    off = []
+    for number, probe in enumerate(PROBES):
+        felt = rows.felt(rows.contacts[number - len(PROBES)], traction)[:, number - len(PROBES)] - base
+        place = np.tile(made.room.reach * np.array(probe), (len(pressed), 1))
+        shift = np.tile(made.room.shift * np.array(probe)[:, None], (1, rows.gauges))
+        told = made.changed(pressed[:, 0] * inner, pressed[:, 1] * inner, PROBE * inner, inner, place, shift).values
+        off.append((told - felt) / size)
+    return float(np.sqrt(np.mean(np.square(off))))
+
+
+def _presses(
+    family: FingerFamily, ratio: float, specimen: Specimen, friction: Friction
+) -> tuple[np.ndarray, np.ndarray]:
+    """Presses at the apex of a member: (m, 3) F / E_inner, E / E_inner and the ratio, and tractions (m, 3, n)."""
+    inner = family.finger.inner.modulus
+    member = family.at(ratio * inner, inner)
+    rows, tractions = [], []
+    for modulus in np.geomspace(MODULI[0], MODULI[-1], GRID[1]).tolist():
+        for force in np.geomspace(FORCES[0], FORCES[-1], GRID[0]).tolist():
+            touched = replace(specimen, modulus=modulus * inner)
+            try:
+                with np.errstate(over="ignore"):
+                    found = press(member, touched, force=force * inner, fidelity="contact", friction=friction)
+            except (ContactRangeError, SolverError):
+                continue
+            rows.append((force, modulus, ratio))
+            tractions.append(found.traction)
+    if len(rows) < GRID[0]:
+        raise InputError(f"only {len(rows)} presses of the finger at a modulus ratio of {ratio:.3g} can be made")
+    return np.array(rows), np.array(tractions)
+
+
+def _rolling(model: FingerModel, reach: float) -> np.ndarray:
+    """Radii (2,) of the skin at the apex along x and y, in mm."""
+    skin, steps = model.surfaces["skin"], reach / 5 * np.array([1.0, -1.0])
+    found = []
+    for axis in (0, 1):
+        spots = steps[:, None] * np.eye(2)[axis]
+        normals = skin.normal(np.column_stack([spots, skin.height(spots)]))
+        slope = float(np.diff(normals[:, axis] / normals[:, 2])[0] / np.diff(steps)[0])
+        found.append(1 / slope if slope * reach > STRAIGHT else np.inf)
+    return np.array(found)
+
+
+def _shifted(finger: Finger, shift: np.ndarray) -> Finger:
+    """The design with all gauges moved along and across by a shift (2,)."""
+    gauges = (replace(g, moved_mm=(g.moved_mm[0] + shift[0], g.moved_mm[1] + shift[1])) for g in finger.gauges)
+    return replace(finger, gauges=tuple(gauges))
+
+
+def _points(count: int) -> np.ndarray:
+    """Chebyshev's points of the second kind from -1 to 1, rising; the middle one is exactly 0."""
+    points = -np.cos(np.pi * np.arange(count) / (count - 1))
+    points[count // 2] = 0.0
+    return points
+
+
+def _stencil() -> list[tuple[float, float]]:
+    """Shifts (along, across), of the farthest one, of the gauges at all nodes."""
+    along, across = (_points(count).tolist() for count in SHIFTS)
+    return [(one, other) for one in along for other in across]
+
+
+def _products(counts: tuple[int, int], at: np.ndarray, farthest: float) -> np.ndarray:
+    """(3, n, nodes) weights of a grid's nodes at places (2, n) in mm, and their derivatives along either axis."""
+    values, slopes = [], []
+    for count, one in zip(counts, at, strict=True):
+        basis = BarycentricInterpolator(_points(count), np.eye(count))
+        values.append(basis(one / farthest))
+        slopes.append(basis.derivative(one / farthest) / farthest)
+    pairs = (values[0], values[1]), (slopes[0], values[1]), (values[0], slopes[1])
+    return np.array([np.einsum("na,nc->nac", *pair).reshape(len(pair[0]), -1) for pair in pairs])

@@ -1,0 +1,109 @@
+"""Moved contacts and gauges: against contacts solved there, gauges of another design, and their own differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.fem import press
+from papilla.fem.pressing.beside import Room, beside
+from papilla.fem.reduction.family import family
+from papilla.finger import Finger, Slab
+from papilla.specimen import Block
+
+SIZE_MM = 2.8
+BLOCK = Block(1.0, 10.0)
+CASES = [(0.4, 0.3), (0.7, 0.3), (0.9, 0.6), (0.9, 0.15)]
+"""Presses of many elements: lighter ones on this mesh grow in steps, which the polynomial averages over."""
+
+
+@pytest.fixture(scope="module")
+def relatives():
+    return family(Finger.default(), size_mm=SIZE_MM)
+
+
+@pytest.fixture(scope="module")
+def moved(relatives):
+    return beside(relatives, BLOCK, 0.0)
+
+
+def changed(moved, outer, inner, place=(0.0, 0.0), shift=(0.0, 0.0)):
+    force, modulus = np.array(CASES).T
+    places = np.tile(np.array(place), (len(CASES), 1))
+    return moved.changed(force, modulus, outer, inner, places, np.tile(np.array(shift)[:, None], (1, 5)))
+
+
+def off(told, before, after):
+    """Root mean square, in that of what the gauges feel, of a told change."""
+    size = np.sqrt((before**2).mean(axis=2, keepdims=True))
+    return np.sqrt(np.mean(((told - (after - before)) / size) ** 2)), np.sqrt(np.mean(((after - before) / size) ** 2))
+
+
+def presses(member):
+    return np.array([press(member, Block(e, 10.0), force=f, fidelity="contact").values for f, e in CASES])
+
+
+@pytest.mark.slow
+def test_it_is_the_real_contact_beside_the_apex(relatives, moved):
+    outer, inner = 0.136, relatives.finger.inner.modulus
+    apex = presses(relatives.at(outer, inner))
+    for place in ((3.0, 0.0), (2.0, -2.0)):
+        there = presses(relatives.model(outer / inner).reduce(place))
+        missed, size = off(changed(moved, outer, inner, place).values, apex, there)
+        assert missed < 0.1 and size > 4 * missed, place
+    assert moved.error < 0.2
+
+
+@pytest.mark.slow
+def test_it_is_the_gauge_that_was_moved(relatives, moved):
+    outer, inner, shift = 0.17, relatives.finger.inner.modulus, (1.2, -0.8)
+    finger = relatives.finger
+    design = replace(finger, gauges=tuple(replace(gauge, moved_mm=shift) for gauge in finger.gauges))
+    model = relatives.model(outer / inner)
+    elsewhere = type(model)(replace(design, outer=model.finger.outer, inner=model.finger.inner), model.mesh)
+    before, after = (presses(one.reduce()) for one in (model, elsewhere))
+    missed, size = off(changed(moved, outer, inner, shift=shift).values, before, after)
+    assert missed < 0.05 and size > 3 * missed
+
+
+@pytest.mark.slow
+def test_its_slopes_are_derivatives_and_at_the_apex_nothing_changes(moved):
+    outer, inner, place, shift, step = 0.15, 0.04, np.array([1.0, -2.0]), np.array([0.5, 0.3]), 1e-5
+    assert np.abs(changed(moved, outer, inner).values).max() < 1e-12
+    told = changed(moved, outer, inner, place, shift)
+
+    def two_sided(make):
+        return (make(step).values - make(-step).values) / (2 * step)
+
+    x, y = np.eye(2)
+    differences = {
+        "ratio": two_sided(lambda h: changed(moved, outer * np.exp(h), inner, place, shift)),
+        "x": two_sided(lambda h: changed(moved, outer, inner, place + h * x, shift)),
+        "y": two_sided(lambda h: changed(moved, outer, inner, place + h * y, shift)),
+        "along": two_sided(lambda h: changed(moved, outer, inner, place, shift + h * x)),
+        "across": two_sided(lambda h: changed(moved, outer, inner, place, shift + h * y)),
+    }
+    for name, slope in differences.items():
+        assert told.slopes[name] == pytest.approx(slope, abs=1e-6 * np.abs(slope).max()), name
+    scaled = changed(moved, outer * np.exp(step), inner * np.exp(step), place, shift).values - told.values
+    homogeneous = -sum(told.slopes[name] for name in ("force", "modulus"))
+    assert scaled / step == pytest.approx(homogeneous, abs=1e-3 * np.abs(homogeneous).max())
+
+
+@pytest.mark.slow
+def test_what_is_too_far_is_refused(moved):
+    with pytest.raises(InputError, match="contacts are known within 5 mm along x and y, got 6 mm"):
+        changed(moved, 0.136, 0.034, place=(6.0, 0.0))
+    with pytest.raises(InputError, match="shifts are known within 3 mm along x and y, got 4 mm"):
+        changed(moved, 0.136, 0.034, shift=(0.0, 4.0))
+    assert "contacts within 5 mm, gauges within 3 mm" in repr(moved)
+
+
+@pytest.mark.slow
+def test_a_skin_rolls_by_its_radius(relatives):
+    room = Room.of(relatives)
+    a, b, c = relatives.finger.shape.outer
+    assert room.rolling == pytest.approx([a**2 / c, b**2 / c], rel=0.01)
+    straight = family(replace(Finger.default(), shape=Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 20.0)), size_mm=2.8)
+    assert np.isinf(Room.of(straight).rolling[1])
