@@ -12,6 +12,8 @@ COINCIDENCE, LOUD, FAINTLY = 0.02, 0.3, 0.001
 strongest line's amplitude, as there are more of the faint ones that nobody knows."""
 PLAINER = 0.1
 """Chance of a lower fundamental beside that of a higher one, from which it is believed."""
+NEAR = 3.0
+"""Times its reach within which a line may still be a harmonic: the skin shifts lines from stroke to stroke."""
 IN_STEP = 0.25
 """Ridge orders by which a wavenumber may differ from a whole number and be felt by all ridges in step."""
 HEARD_IN_STEP, HEARD = 0.125, 0.25
@@ -21,28 +23,34 @@ SEEN = 25.0
 """Power over the background from which hardly any line is missed."""
 
 
-def fundamental_of(chosen: Line, others: list[Line], reach: float, own: Callable[[Line], bool]) -> tuple[float, bool]:
+def fundamental_of(
+    chosen: Line, others: list[Line], reach: float, own: Callable[[Line], bool], ridged: bool
+) -> tuple[float, bool]:
     """The wavenumber (1/mm) of which the chosen line and the others are harmonics, the chosen's where there is no sign
     of one; and whether that is sure.
 
     others : lines that are no multiples of the chosen one; reach : how far (1/mm) a line may lie off its place; own :
-    whether a line may be the surface's.
+    whether a line may be the surface's; ridged : the finger's ridges may feel a harmonic louder than the fundamental,
+    so that a line near the place of one is a doubt, and faint ones alone are no proof.
     """
-    k, sure, best, fundamental = chosen.wavenumber, True, 1.0, chosen.wavenumber
+    k, sure, proven, best, fundamental = chosen.wavenumber, True, True, 1.0, chosen.wavenumber
     for divisor in range(2, SUBHARMONICS + 1):
         base = k / divisor
         slack = min(reach, 0.1 * base)
-        fits = [line for line in others if abs(line.wavenumber - round(line.wavenumber / base) * base) < slack]
-        fits = [line for line in fits if own(line)]
+        off = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) / slack for line in others]
+        near = [(by, line) for by, line in zip(off, others, strict=True) if by < (NEAR if ridged else 1) and own(line)]
+        fits = [line.amplitude for by, line in near if by < 1]
+        sure = sure and not (ridged and near)
         if not fits:
             continue
         # How often lines of another texture would fit by chance.
         chance = (2 * slack / base * len(others)) ** len(fits)
-        loud = max(line.amplitude for line in fits) > LOUD * chosen.amplitude
+        loud = max(fits) > LOUD * chosen.amplitude
         if chance < min(COINCIDENCE if loud else FAINTLY, PLAINER * best):
             best, fundamental = chance, base
+            proven = not ridged or max(fits) > HEARD_IN_STEP * chosen.amplitude
         sure = sure and not loud and chance > COINCIDENCE
-    return fundamental, sure or fundamental < k
+    return fundamental, proven if fundamental < k else sure
 
 
 def lone(line: Line, ridge_pitch_mm: float) -> bool:

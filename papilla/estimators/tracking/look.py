@@ -291,7 +291,7 @@ class Look:
                 return self._origin(line) != Verdict.TIME_LOCKED
             return not (humming and self._near_hum(line))
 
-        fundamental, sure = fundamental_of(chosen, others, reach, own)
+        fundamental, sure = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
         if fundamental == k:
             hinted = not humming and any(self._hinted(k, divisor) for divisor in range(2, SUBHARMONICS + 1))
             sure = sure and not hinted and not lone(chosen, self._task.ridge_pitch_mm)
