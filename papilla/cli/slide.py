@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from papilla.cli.options import keep_inputs, surface_files
+from papilla.cli.options import FingerOption, keep_inputs, surface_files
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -36,10 +36,13 @@ def slide(
     dynamics: Annotated[
         Literal["auto", "quasi-static", "modal"], typer.Option(help="Inertia: where the scene is fast, never, always.")
     ] = "auto",
+    loss_factor: Annotated[
+        float | None, typer.Option(help="Of the section's modes; the finger's identified relaxation, or 0.1.")
+    ] = None,
     noise_microstrain: Annotated[float, typer.Option(help="White noise of a gauge, standard deviation.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
     ridges: Annotated[bool, typer.Option(help="Whether the finger's ridges stand on its skin.")] = True,
-    finger: Annotated[Path | None, typer.Option(help="Design file (TOML) instead of the default finger.")] = None,
+    finger: FingerOption = None,
     movie: Annotated[Path | None, typer.Option(help="Moving picture of the section to write as well (GIF).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -68,7 +71,7 @@ def slide(
     with progress() as shown:
         found = fem.slide(
             design, texture, moved, force=force, depth=press_depth, friction=friction, dynamics=dynamics,
-            progress=shown.line,
+            loss_factor=loss_factor, progress=shown.line,
         )  # fmt: skip
     facts = _facts(found, texture, friction) | {
         "noise_microstrain": noise,
@@ -156,6 +159,8 @@ def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
         "share_fully_sliding": float(slides.mean()),
         "dynamics": found.dynamics,
         "why": found.why,
+        "loss_factor": found.loss_factor,
+        "loss_from": found.loss_from,
         "first_mode_Hz": found.first_mode_Hz,
         "highest_Hz": found.highest_Hz,
         "mean_microstrain": found.amplified.mean(axis=0).tolist(),
@@ -205,4 +210,6 @@ def _print(facts: dict) -> None:
     tell(f"{facts['samples']} samples at {facts['rate_Hz']:g} Hz in {facts['log']}; truth in {facts['truth']}")
     print_table(rows)
     tell(f"{facts['dynamics']}: {facts['why']}")
+    if facts["dynamics"] == "modal":
+        tell(f"loss factor {facts['loss_factor']:.2g}, {facts['loss_from']}")
     tell(facts["status"])

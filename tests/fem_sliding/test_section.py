@@ -192,7 +192,7 @@ def test_modes_follow_a_force_in_time_as_the_whole_does(model):
     load = np.zeros(2 * n)
     load[n // 2], load[n + n // 2] = 0.3, 1.0
     knock = np.sin(np.pi * np.minimum(np.arange(count + 1) / 40, 1.0)) ** 2
-    moving = Modal(modes, compliance, readings, 1e6 * modes.gauges[0], step, 0.0, 0.0 * load)
+    moving = Modal(modes, compliance, readings, 1e6 * modes.gauges[0], step, 0.0 * modes.omega, 0.0 * load)
     found = []
     for size in knock[1:]:
         moving.accept(size * load)

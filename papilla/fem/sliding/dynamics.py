@@ -12,6 +12,14 @@ import numpy as np
 from scipy.linalg import expm
 
 from papilla.fem.sliding.section_model import Modes
+from papilla.identified import Identified
+from papilla.references import Prony
+
+LOSS_FACTOR = 0.1
+"""Of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
+
+SLOWEST = 10.0
+"""Time of a relaxation over that of a mode, 1 / omega, from which a tenth at most of its share is loss there."""
 
 
 class Inertia(Protocol):
@@ -52,15 +60,32 @@ class AtRest:
         return self.rows[:, loaded] @ force[loaded]
 
 
+def loss_factors(stated: float | None, identified: Identified | None, omega: np.ndarray) -> tuple[np.ndarray, str]:
+    """Loss factors (k,) of modes (k,) in rad/s, and where they are from: stated, of a finger's identified Prony terms
+    where these are fast enough to tell anything of the modes, or `LOSS_FACTOR`."""
+    if stated is not None:
+        return np.full(len(omega), stated), "as stated"
+    times = identified.relaxation_times_s if identified is not None else ()
+    assumed, none = np.full(len(omega), LOSS_FACTOR), "assumed, as of silicone at 10 to 100 Hz"
+    if identified is None or not times:
+        return assumed, f"{none}: the finger has no identified relaxation"
+    if (turns := min(times) * omega[0]) > SLOWEST:
+        return assumed, (
+            f"{none}: the identified relaxation of {min(times):.3g} s is {turns:.0f} times slower than the first mode, "
+            "and tells nothing of its loss"
+        )
+    return Prony(identified.relaxation_shares, times).loss_factor(omega), "of the finger's identified relaxation"
+
+
 class Modal:
-    """Modes with inertia, and the loss factor eta as the damping ratio eta / 2 of each; starts at rest under a force.
+    """Modes with inertia, and loss factors eta (k,) as damping ratios eta / 2; starts at rest under a force.
 
     step : s. rows : (g, 2n) readings per force; mode_rows : (g, k) readings per unit of a mode.
     """
 
     def __init__(
-        self, modes: Modes, compliance: np.ndarray, rows: np.ndarray, mode_rows: np.ndarray, step: float, loss: float,
-        force: np.ndarray,
+        self, modes: Modes, compliance: np.ndarray, rows: np.ndarray, mode_rows: np.ndarray, step: float,
+        loss: np.ndarray, force: np.ndarray,
     ):  # fmt: skip
         self._modes, self._patch = modes, modes.patch
         square = modes.omega**2

@@ -16,7 +16,7 @@ from scipy.signal import firwin
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
-from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal
+from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
@@ -28,9 +28,6 @@ DYNAMICS = ("auto", "quasi-static", "modal")
 
 SLOW = 0.3
 """Highest frequency of a scene over the first mode's from which inertia counts: it changes the response by a tenth."""
-
-LOSS_FACTOR = 0.1
-"""Of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
 
 LONGEST_STEP_MM, LONGEST_STEP_S = 0.05, 2.6e-4
 """Path of a step, and with inertia its time; a sample takes as many as it needs."""
@@ -67,9 +64,10 @@ class Slide:
     right). depth_mm : (m,) how far the texture's top lies below the finger's. pressing, rubbing : (m, n) nodal forces
     inward and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the left.
     carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y, turns N/mm into N. dynamics,
-    why : what was taken, and why. ridge_pitch_mm : of the finger, 0 for smooth skin. first_mode_Hz, highest_Hz : of
-    the section, of the scene. relaxed, unresolved : steps that Newton's method left to the relaxation, and those
-    whose laws are violated. energy_error : imbalance over the energy that was turned over, NaN without inertia.
+    why : what was taken, and why. ridge_pitch_mm : of the finger, 0 for smooth skin. loss_factor, loss_from : of the
+    first mode (NaN without inertia), and where it is from. first_mode_Hz, highest_Hz : of the section, of the scene.
+    relaxed, unresolved : steps that Newton's method left to the relaxation, and those whose laws are violated.
+    energy_error : imbalance over the energy that was turned over, NaN without inertia.
     in_groove_mm : how far skin stood in grooves. seconds : of computing, the reduction not counted. status : a
     sentence, "ok" where nothing is to be doubted.
     """
@@ -90,6 +88,8 @@ class Slide:
     dynamics: str
     why: str
     ridge_pitch_mm: float
+    loss_factor: float
+    loss_from: str
     first_mode_Hz: float
     highest_Hz: float
     relaxed: int
@@ -117,7 +117,7 @@ def slide(
     depth: float | None = None,
     friction: float = 0.0,
     dynamics: str = DYNAMICS[0],
-    loss_factor: float = LOSS_FACTOR,
+    loss_factor: float | None = None,
     section: ReducedSection | None = None,
     length_mm: float | None = None,
     progress: Callable[[str], None] = lambda line: None,
@@ -129,7 +129,8 @@ def slide(
     motion : of the finger; its x is the texture's under the finger's apex.
     force, depth : one of the two: pressing force in N, or how far the finger's top is pressed beyond the texture's, mm.
     friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`.
-    dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency. loss_factor : of the modes.
+    dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency.
+    loss_factor : of the modes; None takes the finger's identified relaxation, else `dynamics.LOSS_FACTOR`.
     section : from `prepare_section` (with options of its own). length_mm : in place of `section_length`'s.
 
     Raises `InputError`, `ContactRangeError` (the contact leaves its patch or the texture), `SolverError`.
@@ -140,7 +141,8 @@ def slide(
     if depth is not None:
         pressed = {"indentation": checks.within("depth (mm)", depth, 0.0, 1e3)}
     checks.within("friction", friction, 0.0, LARGEST_FRICTION)
-    checks.within("loss factor", loss_factor, 0.0, 2.0)
+    if loss_factor is not None:
+        checks.within("loss factor", loss_factor, 0.0, 2.0)
     if dynamics not in DYNAMICS:
         raise InputError(f"dynamics must be one of {', '.join(DYNAMICS)}, got {dynamics!r}")
     body = section or prepare_section(finger, progress=progress)
@@ -148,7 +150,8 @@ def slide(
         length_mm = 1.0  # Nothing is touched
     length = checks.positive("length_mm", length_mm or section_length(finger, **pressed, progress=progress))
     names = tuple(gauge.name for gauge in finger.gauges)
-    run = _Run(body, texture, motion, force and force / length, depth, friction, dynamics, loss_factor)
+    loss = loss_factors(loss_factor, finger.identified, body.modes.omega)
+    run = _Run(body, texture, motion, force and force / length, depth, friction, dynamics, loss)
     return run.whole(names, length, progress)
 
 
@@ -156,7 +159,8 @@ class _Run:
     """A scene in work: the state of the body, and what is written down of it."""
 
     def __init__(self, body, texture, motion, load, depth, friction, dynamics, loss):  # noqa: PLR0913
-        self.body, self.texture, self.motion, self.friction, self.loss = body, texture, motion, friction, loss
+        self.body, self.texture, self.motion, self.friction = body, texture, motion, friction
+        self.loss, self.loss_from = loss
         self.load, self.depth = load, depth
         self.n = len(body.x)
         beside = 2 * body.half_width  # The contact's place, and how far friction may carry it
@@ -200,8 +204,9 @@ class _Run:
             fine.append(inertia.readings(rubbed.force))
             if sample % 500 == 0:
                 progress(f"sliding, {motion.t_s[sample]:.1f} of {motion.t_s[-1]:.1f} s")
-        energy = math.nan
+        energy, lost = math.nan, (math.nan, "no inertia")
         if isinstance(inertia, Modal):
+            lost = float(self.loss[0]), self.loss_from
             missing = self.work - (inertia.energy(rubbed.force) - start) - inertia.lost
             energy = abs(missing) / max(self.turnover, 1e-300)
         every = np.array(fine)
@@ -209,7 +214,7 @@ class _Run:
         return Slide(
             motion, self.body.x, names, readings, amplified,
             pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
-            pressing, rubbing, state, carried, length, self.dynamics, self.why, self.body.ridge_pitch,
+            pressing, rubbing, state, carried, length, self.dynamics, self.why, self.body.ridge_pitch, *lost,
             self.first_Hz, self.highest_Hz,
             self.relaxed, self.unresolved, energy, self.in_groove, perf_counter() - began,
             self._status(bool((pressing > 0).any()), float(depth.max())),
