@@ -44,7 +44,7 @@ WANDER = 0.1, 10.0
 """Least and greatest kink of the offset at a knot, as a part of the first harmonic over the window."""
 WANDERING, FIRM = 10.0, 10.0
 """How the stiffness wanders (1/s^2) in a second, and how firmly it is held while jumps could stand for it."""
-DOUBTED, LOST = 2.0, 6.0
+DOUBTED, LOST = 1.4, 6.0
 """Residual over the noise from which a fit is not believed, and from which it is given up."""
 PROVED = 3.0
 """Periods that a fit must have followed."""
