@@ -13,7 +13,6 @@ from .published.roughness import Okamoto as Okamoto
 from .published.roughness import RoughnessEstimate as RoughnessEstimate
 from .published.roughness import ShortTimeSpectrum as ShortTimeSpectrum
 from .published.roughness import ZeroCrossing as ZeroCrossing
-from .published.roughness.reciprocal import ReciprocalCounter as ReciprocalCounter
 from .published.softness import PrintedSoftness as PrintedSoftness
 from .published.wavelet import CrossRidge as CrossRidge
 from .softness import Doubts as Doubts

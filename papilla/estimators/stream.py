@@ -8,12 +8,14 @@ import numpy as np
 
 from papilla.errors import InputError
 
+WHOLE = ("status", "gauges", "left_out", "channels")
+"""Which values of an estimate are whole numbers."""
+
 
 class Stream(ABC):
     """Base of estimators that remember one object, `_memory`; they define `columns`, `answer`, `_fresh` and `_take`.
 
-    columns : names of the values of a sample. answer : the NamedTuple of an estimate; its `status` is whole, all else
-    are floats.
+    columns : names of the values of a sample. answer : the NamedTuple of an estimate; all but `WHOLE` are floats.
     """
 
     columns: tuple[str, ...]
@@ -60,6 +62,6 @@ class Stream(ABC):
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x {len(self.columns)} ({', '.join(self.columns)}), got {shape}")
         answers = [self._take(tuple(row)) for row in rows.tolist()]
-        kinds = [int if name in ("status", "gauges") else float for name in self.answer._fields]
+        kinds = [int if name in WHOLE else float for name in self.answer._fields]
         columns = zip(*answers, strict=True) if answers else [()] * len(kinds)
         return self.answer._make(np.array(column, kind) for column, kind in zip(columns, kinds, strict=True))

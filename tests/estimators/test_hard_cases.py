@@ -18,13 +18,12 @@ from papilla.estimators.published.roughness import (
     ShortTimeSpectrum,
     ZeroCrossing,
 )
-from papilla.estimators.published.roughness.reciprocal import ReciprocalCounter
 from papilla.estimators.tracking import SpaceTracker, TrackingStatus
 from papilla.studies.estimator_bench.scenes import scene
 
 PUBLISHED = (ImpulseDensity, ImpulseInterval, ShortTimeSpectrum, ZeroCrossing, Okamoto)
 SPECTRA = (ShortTimeSpectrum, Okamoto)
-TRACKERS = {"reciprocal": ReciprocalCounter, "space tracker": SpaceTracker}
+TRACKERS = {"space tracker": SpaceTracker}
 MAKERS = {f"{kind.__name__} {variant}": partial(kind, variant=variant) for kind in PUBLISHED for variant in
           ("as_printed", "corrected")} | TRACKERS  # fmt: skip
 EXACT = {
@@ -179,12 +178,10 @@ def test_a_saturated_stretch(name):
     """At the rail for 300 ms: each such sample says so, and half a second later the wavelength is known again."""
     made = grating(seconds=2.4)
     block = made.block()
-    # The small trackers have no limit of their own: their readings are infinite beyond it.
-    limit = {} if name == "reciprocal" else {"saturation": 3.0}
-    block[1000:1300, 0] = 4.0 if limit else math.inf
-    found = run(name, block, **limit)
+    block[1000:1300, 0] = 4.0
+    found = run(name, block, saturation=3.0)
     wanted = TrackingStatus.MISSING if name in TRACKERS else RoughnessStatus.SATURATED
-    assert set(found.status[1000:1300]) == {int(wanted if limit else TrackingStatus.MISSING)}
+    assert set(found.status[1000:1300]) == {int(wanted)}
     if name in EXACT:
         bounds = {"tracker": 0.005, "spectrum": 0.01, "counter": 0.12}
         assert error_of(found, 1.2, slice(1800, None)) < bounds[EXACT[name]]

@@ -182,9 +182,9 @@ def test_a_stuck_gauge_is_found_and_recovers(calibration, touch):
     estimator = exact(calibration, gauge_sigma=20, force_sigma_N=0.002, stuck_samples=30)
     status = estimator.process(samples[:110]).status
     assert (status[:80] == SoftnessStatus.OK).all()
-    assert (status[80:] == SoftnessStatus.BAD_GAUGE).all() and estimator.stuck_gauges == (1,)
+    assert (status[80:] == SoftnessStatus.BAD_GAUGE).all()
     status = estimator.process(samples[110:]).status
-    assert (status[10:] == SoftnessStatus.OK).all() and estimator.stuck_gauges == ()
+    assert (status[10:] == SoftnessStatus.OK).all()
 
 
 def test_a_finger_at_rest_is_not_stuck(calibration, touch):
@@ -273,9 +273,9 @@ def test_unusable_options_are_refused(calibration, options, message):
 
 def test_samples_of_another_width_are_refused(calibration):
     estimator = exact(calibration, gauge_sigma=20, force_sigma_N=0.002)
-    with pytest.raises(InputError, match="5 readings and force_N, got 4 values"):
+    with pytest.raises(InputError, match="must be g1, g2, g3, g4, g5, force_N, got 4 values"):
         estimator.update([1, 2, 3, 0.5])
-    with pytest.raises(InputError, match="n x 6 \\(gauges, then force_N\\), got 3 x 5"):
+    with pytest.raises(InputError, match="n x 6 \\(g1, g2, g3, g4, g5, force_N\\), got 3 x 5"):
         estimator.process(np.zeros((3, 5)))
     assert estimator.process(np.zeros((0, 6))).modulus_MPa.shape == (0,)
 

@@ -19,7 +19,9 @@ from papilla.calibration.published import (
 from papilla.calibration.record import quadratic
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState
+from papilla.estimators.softness.faults import numbered
 from papilla.estimators.softness.sd import SoftnessEstimate
+from papilla.estimators.stream import Stream
 from papilla.units import newton_to_gf
 
 Form = Literal["printed", "exact", "quadratic"]
@@ -34,7 +36,7 @@ class PrintedState:
     health: HealthState
 
 
-class PrintedSoftness:
+class PrintedSoftness(Stream):
     """Streaming modulus by the published form; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
     E = sqrt(k0 S_d + k1 f^2 + k2 f + k3) - shift (2006, eq. (10)), f in gf, each sample by itself. Form "printed" has
@@ -85,6 +87,7 @@ class PrintedSoftness:
         self._force_sigma = float(newton_to_gf(checks.within("force_sigma_N", force_sigma_N, 0, math.inf)))
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(self._gauges, saturation, stuck_samples)
+        self._clean, self.columns = PrintedState(self._health.state), (*numbered(self._gauges), "force_N")
         if form == "quadratic" and calibration is not None:
             self._take_refitted(calibration)
         else:
@@ -128,30 +131,16 @@ class PrintedSoftness:
 
     @state.setter
     def state(self, state: PrintedState) -> None:
-        self._health.state = state.health
+        self._remember(state)
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self._health.reset()
+    def _remember(self, memory: PrintedState) -> None:
+        self._health.state = memory.health
 
-    def process(self, block) -> SoftnessEstimate:
-        """Estimates after each row of a block (n, g + 1); bit for bit what `update` gives row by row.
+    def _fresh(self) -> PrintedState:
+        return self._clean
 
-        Raises `InputError` for a block of another shape.
-        """
-        rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != self._gauges + 1:
-            shape = " x ".join(map(str, rows.shape))
-            raise InputError(f"a block must be n x {self._gauges + 1} (gauges, then force_N), got {shape}")
-        answers = [self.update(row) for row in rows.tolist()]
-        modulus, sigma, status = zip(*answers, strict=True) if answers else ((), (), ())
-        return SoftnessEstimate(np.array(modulus, float), np.array(sigma, float), np.array(status, int))
-
-    def update(self, sample) -> SoftnessEstimate:
-        """The estimate of one sample (g1, ..., gg, force_N); raises `InputError` for a sample of another length."""
-        *readings, force_N = map(float, sample)
-        if len(readings) != self._gauges:
-            raise InputError(f"a sample must be {self._gauges} readings and force_N, got {len(readings) + 1} values")
+    def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
+        *readings, force_N = sample
         faults = self._health.look(tuple(readings))
         if not math.isfinite(force_N):
             return _nothing(SoftnessStatus.BAD_INPUT)

@@ -56,7 +56,7 @@ class GaugeEstimate(NamedTuple):
     force_N: float | np.ndarray
     status: int | np.ndarray
     left_out: int | np.ndarray
-    channels: int
+    channels: int | np.ndarray
     position_mm: float | np.ndarray = math.nan
     position_sigma_mm: float | np.ndarray = math.nan
 
@@ -64,13 +64,9 @@ class GaugeEstimate(NamedTuple):
     def sentence(self):
         """The status in words, and which channels were left out why: a string, or a list of them."""
         if isinstance(self.status, np.ndarray):
-            return list(map(self._words, self.status.tolist(), np.asarray(self.left_out).tolist()))
-        return self._words(self.status, int(self.left_out))
-
-    def _words(self, status: int, left_out: int) -> str:
-        faults = in_words(left_out, numbered(self.channels - 1))
-        sentence = SoftnessStatus(status).sentence
-        return f"{sentence}; {faults}" if faults else sentence
+            columns = (self.status, self.left_out, self.channels)
+            return [_words(*map(int, row)) for row in zip(*columns, strict=True)]  # type: ignore[arg-type]
+        return _words(self.status, int(self.left_out), int(self.channels))
 
 
 class GaugeSoftness(Touch):
@@ -95,6 +91,8 @@ class GaugeSoftness(Touch):
 
     Raises `InputError` for unusable values, and for gauges whose surfaces are cut differently.
     """
+
+    answer = GaugeEstimate
 
     def __init__(
         self,
@@ -125,24 +123,8 @@ class GaugeSoftness(Touch):
         self._used: dict[tuple[int, ...], np.ndarray] = {}
         super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
 
-    def process(self, block) -> GaugeEstimate:
-        """Estimates after each row of a block (n, g + 1); bit for bit what `update` gives row by row.
-
-        Raises `InputError` for a block of another shape.
-        """
-        answers = [self.update(row) for row in self._rows(block).tolist()]
-        kinds = (float, float, float, int, int, int, float, float)
-        columns = zip(*answers, strict=True) if answers else ((),) * len(kinds)
-        arrays: list = [np.array(column, kind) for column, kind in zip(columns, kinds, strict=True)]
-        return GaugeEstimate._make([*arrays[:5], self._gauges + 1, *arrays[6:]])
-
-    def update(self, sample) -> GaugeEstimate:
-        """The estimate after one more sample (g1, ..., gg, force_N).
-
-        A sample without an answer (status says why) leaves what was learnt untouched, except that lost contact ends it.
-        Raises `InputError` for a sample of another length.
-        """
-        readings, force = self._split(sample)
+    def _take(self, sample: tuple[float, ...]) -> GaugeEstimate:
+        *readings, force = sample
         faults = self._watched(readings, force)
         rows = self._of(faults)
         # A noisy force alone does not end a touch: the gauges have to agree.
@@ -175,15 +157,15 @@ class GaugeSoftness(Touch):
         rows = self._of(faults)
         if not self._trusted(1):
             return self._refused(SoftnessStatus.MISFIT, faults)
-        contrast, belief = self._start(y, rows, self._fresh())
+        contrast, belief = self._start(y, rows, self._unknown())
         if contrast.misfit > LIMIT:
             if outside := self._beyond(y, belief):
                 return self._refused(outside, faults)
-            blame = self._blamed(rows, self._start.without(y, rows, self._fresh()))
+            blame = self._blamed(rows, self._start.without(y, rows, self._unknown()))
             if blame is None:
                 self._state = self._state._replace(contradicted=1.0)
                 return self._refused(SoftnessStatus.MISFIT, faults)
-            contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._fresh())
+            contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._unknown())
             faults, rows = self._left_out(y, faults, blame, belief)
         return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
 
@@ -192,7 +174,7 @@ class GaugeSoftness(Touch):
     ) -> GaugeEstimate:
         """A sample that what was learnt does not explain: a bad channel, another specimen, or nothing that is known."""
         if self._trusted():
-            anew, begun = self._start(y, rows, self._fresh())
+            anew, begun = self._start(y, rows, self._unknown())
             if outside := self._beyond(y, begun):
                 return self._refused(outside, faults)
             blame = self._blamed(rows, contrast.without, single=anew.misfit < LIMIT)
@@ -281,7 +263,7 @@ class GaugeSoftness(Touch):
             self._watch_returning(y, rows, belief, alone)
         if outside := self._outside(alone):
             return self._refused(outside, faults)
-        fit = self._take(y, rows, belief, alone)
+        fit = self._learnt(y, rows, belief, alone)
         if fit.first.misfit > LIMIT and belief.samples:
             self._state, self._told = self._state._replace(belief=belief), None
             return self._contradict(y, rows, faults, belief, fit.first)
@@ -355,3 +337,9 @@ class GaugeSoftness(Touch):
 def _there(belief: Belief) -> Alone:
     """The contact of the last sample, for one that may be spoilt."""
     return Alone(0.0, 0.0, 0.0, 0.0, 0, belief.ln_force, belief.place_mm)
+
+
+def _words(status: int, left_out: int, channels: int) -> str:
+    faults = in_words(left_out, numbered(channels - 1))
+    sentence = SoftnessStatus(status).sentence
+    return f"{sentence}; {faults}" if faults else sentence

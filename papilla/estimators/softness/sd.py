@@ -57,6 +57,8 @@ class Softness(Touch):
     Raises `InputError` for unusable values, and for a calibration whose S_d nowhere rises with the modulus.
     """
 
+    answer = SoftnessEstimate
+
     def __init__(
         self,
         calibration: Calibration,
@@ -82,22 +84,8 @@ class Softness(Touch):
         fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, known, None)
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 
-    def process(self, block) -> SoftnessEstimate:
-        """Estimates after each row of a block (n, g + 1); bit for bit what `update` gives row by row.
-
-        Raises `InputError` for a block of another shape.
-        """
-        answers = [self.update(row) for row in self._rows(block).tolist()]
-        modulus, sigma, status = zip(*answers, strict=True) if answers else ((), (), ())
-        return SoftnessEstimate(np.array(modulus, float), np.array(sigma, float), np.array(status, int))
-
-    def update(self, sample) -> SoftnessEstimate:
-        """The estimate after one more sample (g1, ..., gg, force_N).
-
-        A sample without an answer (status says why) leaves what was learnt untouched, except that lost contact ends it.
-        Raises `InputError` for a sample of another length.
-        """
-        readings, force = self._split(sample)
+    def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
+        *readings, force = sample
         healthy = not self._health.look(tuple(readings))
         if force - force != 0.0:
             return _nothing(SoftnessStatus.BAD_INPUT)
@@ -122,7 +110,7 @@ class Softness(Touch):
         return _BOTH
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        return self._follow(y, faults, self._start(y, _BOTH, self._fresh())[1], 1)
+        return self._follow(y, faults, self._start(y, _BOTH, self._unknown())[1], 1)
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int) -> SoftnessEstimate:
         fitter = self._fitter
@@ -132,7 +120,7 @@ class Softness(Touch):
         softest, hardest = self._surface.usable(alone.ln_force)
         if not softest <= fitter.ln_modulus(fitter.sharp(belief))[0] <= hardest:
             return _nothing(SoftnessStatus.NOT_IDENTIFIABLE)
-        self._take(y, _BOTH, belief, alone, self._keep)
+        self._learnt(y, _BOTH, belief, alone, self._keep)
         return self._answer(alone.ln_force, alone.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:

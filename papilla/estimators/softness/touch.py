@@ -1,7 +1,7 @@
 """What both estimators of softness share: the gauges' health, contact, zeros in the air, and the answer of a fit."""
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +11,10 @@ from papilla.calibration import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import GaugeHealth, HealthState
 from papilla.estimators.softness.belief import Alone, Belief, Fit
+from papilla.estimators.softness.faults import numbered
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.start import Start
+from papilla.estimators.stream import Stream
 
 DOUBT_LIMIT = 60.0
 """Squared length of the nuisances from which none of them, and no modulus, is believed."""
@@ -62,11 +64,15 @@ class TouchState(NamedTuple):
         return self.belief.information if self.belief else 0.0
 
 
-class Touch(ABC):
-    """Base of the estimators; `gauges` readings and a force make a sample."""
+class Touch(Stream):
+    """Base of the estimators; `gauges` readings and a force make a sample.
+
+    A sample without an answer (status says why) leaves what was learnt untouched, except that lost contact ends it.
+    """
 
     def __init__(self, fitter: Fitter, gauges: int, contact_force_N: float, saturation: float, stuck_samples: int):
         self._fitter, self._start, self._gauges = fitter, Start(fitter), gauges
+        self.columns = (*numbered(gauges), "force_N")
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(gauges, saturation, stuck_samples)
         low = fitter.surfaces.force_N[0]
@@ -75,6 +81,9 @@ class Touch(ABC):
         self._new = TouchState(self._health.state, (0.0,) * gauges, faults=self._clean, returning=self._clean)
         self.reset()
 
+    def _fresh(self) -> TouchState:
+        return self._new
+
     @property
     def state(self) -> TouchState:
         """All that the estimator remembers, to be kept or to be set again."""
@@ -82,38 +91,19 @@ class Touch(ABC):
 
     @state.setter
     def state(self, state: TouchState) -> None:
-        if len(state.zeros) != self._gauges:
-            raise InputError(f"the state is of {len(state.zeros)} gauges, the calibration has {self._gauges}")
-        self._health.state, self._state, self._light = state.health, state, state.light
-        self._slot = state.slot
-        self._told: tuple[float, float, SoftnessStatus] | None = None
+        self._remember(state)
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self.state = self._new
+    def _remember(self, memory: TouchState) -> None:
+        if len(memory.zeros) != self._gauges:
+            raise InputError(f"the state is of {len(memory.zeros)} gauges, the calibration has {self._gauges}")
+        self._health.state, self._state, self._light = memory.health, memory, memory.light
+        self._slot = memory.slot
+        self._told: tuple[float, float, SoftnessStatus] | None = None
 
     @property
     def dominant(self) -> str:
         """Which doubt makes most of the modulus' sigma in the last touch, in words; empty before it."""
         return self._fitter.dominant(self._state.belief) if self._state.belief else self._state.dominant
-
-    @property
-    def stuck_gauges(self) -> tuple[int, ...]:
-        """Numbers (from 0) of the gauges that are stuck now."""
-        return self._health.stuck
-
-    def _rows(self, block) -> np.ndarray:
-        rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != self._gauges + 1:
-            shape = " x ".join(map(str, rows.shape))
-            raise InputError(f"a block must be n x {self._gauges + 1} (gauges, then force_N), got {shape}")
-        return rows
-
-    def _split(self, sample) -> tuple[list[float], float]:
-        *readings, force = map(float, sample)
-        if len(readings) != self._gauges:
-            raise InputError(f"a sample must be {self._gauges} readings and force_N, got {len(readings) + 1} values")
-        return readings, force
 
     def _is_away(self, moved: np.ndarray, least: np.ndarray, force: float) -> bool:
         """Whether a finger whose force is below that of contact is in the air: readings (less their zeros) are below
@@ -144,7 +134,7 @@ class Touch(ABC):
         doubted, noise = self._fitter.doubts.zero_microstrain, float(self._fitter.noise[0])
         return doubted**2 / (doubted**2 * samples + noise**2)
 
-    def _fresh(self) -> Belief:
+    def _unknown(self) -> Belief:
         """What is known at the begin of a touch."""
         return self._fitter.fresh(AIR_SHARE if self._state.airborne >= AIR_SAMPLES / 2 else 1.0)
 
@@ -198,7 +188,7 @@ class Touch(ABC):
         self._slot = None
         return self._follow(slot.total / slot.samples, slot.faults, belief, slot.samples)
 
-    def _take(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit:
+    def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit:
         """Learn a mean of samples; what the filter made of it."""
         fit = self._fitter.fit(y, rows, belief, alone)
         self._state, self._told = self._state._replace(belief=self._fitter.learnt(fit, alone, keep)), None
