@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from papilla.calibrate.fitting import provenance
+from papilla.calibrate.identification.log_check import LEAST_MICROSTRAIN, RUBBER_MPA, SOFT_MPA
 from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import (
     CELLS_PER_VALUE,
@@ -43,8 +44,8 @@ ROUNDING = 1e-9
 NEXT_DEGREE = 0.25
 """What a further degree in ln modulus would change, in what the last one did: 0.04 to 0.46 on the default finger."""
 FORM_CELLS = Resolution(12)
-SOFT_MPA, RUBBER_MPA = 5.0, 100.0
-"""Where all specimens are harder than the first, or one is harder than the second, the moduli are not in MPa."""
+LIGHT_N, HEAVY_N = 5.0, 50.0
+"""Where all presses are heavier than the first, or one is heavier than the second, the forces are not in N."""
 
 
 def fit_bench(log: PressLog, finger: dict | None = None) -> Calibration:
@@ -83,6 +84,11 @@ def fit_bench(log: PressLog, finger: dict | None = None) -> Calibration:
         notes=(
             *(note for _, note in outliers),
             *forward.notes,
+            *(
+                ["indentation_mm is not used: a free form is of S_d and gauges alone"]
+                if log.indentation_mm is not None
+                else []
+            ),
             *_doubts(solver, data.quantities[0], len(np.unique(data.modulus_MPa)), int((~near).sum()), usable),
         ),
     )
@@ -162,14 +168,20 @@ class _Presses:
         return forms
 
     def best(self) -> SurfaceFit:
-        """Of the surfaces that are borne, that of the least expected error of a new press, over all quantities."""
+        """Of the surfaces that are borne, that of the least expected error of a new press, over all quantities.
+
+        One that is straight in ln modulus is taken where no curved one is borne: S_d saturates, and what noise hides of
+        that at the moduli is more between them.
+        """
 
         def expected(solver: SurfaceFit) -> float:
             squares = [float((solver.surface(values).residual ** 2).sum()) for values in self.quantities]
             floors = [float((values**2).sum()) * ROUNDING**2 for values in self.quantities]
             return float(np.log(np.maximum(squares, floors)).mean()) - 2 * np.log(solver.freedom)
 
-        return min(self.borne(), key=expected)
+        borne = self.borne()
+        curved = [one for one in borne if one.along[1].degree != 1]
+        return min(curved or borne, key=expected)
 
 
 def _without_outliers(data: _Presses) -> tuple[_Presses, list[tuple[int, str]]]:
@@ -265,11 +277,21 @@ def _refuse(log: PressLog) -> None:
             f"modulus_MPa goes from {moduli[0]:g} to {moduli[-1]:g} MPa, which is no softness: is it in kPa? "
             f"A calibration takes specimens of {RUBBER_MPA:g} MPa at most, the softest below {SOFT_MPA:g}"
         )
+    lightest, heaviest = log.force_N.min(), log.force_N.max()
+    if lightest > LIGHT_N or heaviest > HEAVY_N:
+        raise InputError(
+            f"force_N goes from {lightest:g} to {heaviest:g} N, which no soft finger takes: is it in gf? "
+            f"The lightest press must be below {LIGHT_N:g} N, the heaviest below {HEAVY_N:g}"
+        )
     if len(moduli) < 3:
         raise InputError(f"a calibration needs specimens of three moduli at least, got {len(moduli)}")
     if (log.sd_microstrain <= 0).any():
         row = int(np.argmax(log.sd_microstrain <= 0))
         raise InputError(f"press {row + 1} has the same reading on all gauges, so S_d is 0")
+    if (largest := float(np.abs(log.readings).max())) < LEAST_MICROSTRAIN:
+        raise InputError(
+            f"no gauge reads more than {largest:.3g}: readings are expected in microstrain, are these strains?"
+        )
 
 
 def _shared_forces(log: PressLog) -> tuple[float, float]:

@@ -226,6 +226,28 @@ def test_logs_that_cannot_be_fitted_are_refused(truth, change, message):
         fit_bench(log_of(truth, **change))
 
 
+@pytest.mark.parametrize(
+    "column, factor, message",
+    [
+        ("force_N", 102.0, "force_N goes from 8.16 to 102 N, which no soft finger takes: is it in gf"),
+        ("readings", 1e-6, "readings are expected in microstrain, are these strains"),
+    ],
+)
+def test_logs_in_other_units_are_refused(truth, column, factor, message):
+    log = log_of(truth)
+    with pytest.raises(InputError, match=message):
+        fit_bench(replace(log, **{column: factor * getattr(log, column)}))
+
+
+def test_a_depth_is_not_used_and_a_curve_is_taken_through_three_moduli(truth):
+    """1 % noise hides the curve in ln modulus from a fit of 15 presses, and it is there all the same."""
+    for seed in range(6):
+        log = few_presses(truth, seed, force_noise=0.03)
+        notes = fit_bench(replace(log, indentation_mm=np.ones(len(log)))).notes
+        assert any("indentation_mm is not used" in note for note in notes)
+        assert any("polynomial of degree 2 in ln modulus" in note for note in notes)
+
+
 def test_equal_readings_and_unshared_forces_are_refused(truth):
     log = log_of(truth)
     log.readings[3] = 7.0
