@@ -1,6 +1,7 @@
 """`papilla telepresence sensor | display`: the two ends of the real link, as processes."""
 
 import gc
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -268,7 +269,10 @@ def _told_ms(times: "Spread") -> dict[str, float]:
 
 
 def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_json: bool) -> int:
-    """Run until the time is over or Ctrl-C, and say how it went; the exit code."""
+    """Run until the time is over, Ctrl-C or a polite kill, and say how it went; the exit code.
+
+    Both signals are heard also where a script that started this in the background has them ignored.
+    """
     from dataclasses import asdict
 
     from papilla.cli.main import INTERRUPTED
@@ -278,6 +282,8 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
     # What is loaded by now is never looked through again: a full collection of it takes 0.1 s, a hundred periods.
     gc.collect()
     gc.freeze()
+    for stop in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(stop, signal.default_int_handler)
     try:
         work(period)
     except KeyboardInterrupt:

@@ -123,6 +123,7 @@ def run_display(
 
 
 def _softness(told: Parameters | None) -> str:
-    """Modulus and contact area of a message, where it has them."""
+    """Modulus and contact area of a message, where it has them, with their standard deviations."""
     parts = [] if told is None else [(told.modulus, "MPa"), (told.area, "mm²")]
-    return "".join(f"{one.value:.3g} {unit}, " for one, unit in parts if one is not None and one.value is not None)
+    known = [(one.value, one.sigma, unit) for one, unit in parts if one is not None and one.value is not None]
+    return "".join(f"{value:.3g} ± {sigma or math.nan:.1g} {unit}, " for value, sigma, unit in known)

@@ -119,7 +119,7 @@ def test_a_peer_that_sleeps_silences_the_display_which_comes_back_without_a_step
     sensor.wait_for("no display")
     display.process.send_signal(signal.SIGCONT)
     display.wait_for("ok")
-    display.end()
+    assert display.end(signal.SIGTERM)[0] == 130, "a polite kill keeps the table"
     shown = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True, dtype=None, encoding=None)
     gain, since = shown["gain"], np.diff(shown["t_s"])
     assert (gain[shown["t_s"] > 1] == 0).any() and gain[-1] > 0
