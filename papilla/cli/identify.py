@@ -145,6 +145,7 @@ def summary_of(found: "Identification", told: "Confession") -> dict:
         "chi_square": found.chi_square,
         "freedom": found.freedom,
         "condition": told.condition,
+        "noise": vars(found.problem.noise) | {"words": found.problem.noise.words},
         "friction": friction_words(found.problem.shapes[0].responses[0].friction),
         "profiles": [vars(one) for one in told.profiles],
         "influence": told.influence.tolist(),
@@ -171,6 +172,7 @@ def _print(summary: dict) -> None:
     print_table(rows)
     if still:
         tell(f"Held where they start: {', '.join(dict.fromkeys(still))}.")
+    tell(f"Noise: {summary['noise']['words']}.")
     tell(f"Status: {summary['status']}.")
     for doubt in summary["doubts"]:
         tell(f"Doubt: {doubt}.")

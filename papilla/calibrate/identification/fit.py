@@ -21,6 +21,7 @@ from papilla.calibrate.identification.parameters import (
 )
 from papilla.calibrate.identification.presses import Known, Shape, needs_places, refuse_far
 from papilla.calibrate.identification.problem import Problem
+from papilla.calibrate.identification.repeats import noise_told
 from papilla.errors import InputError
 from papilla.fem.pressing.beside import Room, beside
 from papilla.fem.pressing.response import response
@@ -320,6 +321,7 @@ def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Id
         progress("identifying")
     first = problem.weighted()
     found = sorted((descend(first, start) for start in _starts(first)), key=lambda one: one[0])
+    first = replace(first, noise=noise_told(first, found[0][1]))
     ends: list[tuple[float, Problem, np.ndarray]] = []
     for _, vector in _distinct(found)[:KEPT]:
         ends.append(_followed(first, vector))

@@ -11,7 +11,8 @@ class Noise:
 
     readings_microstrain : of a gauge. force : relative, and all gauges of a press share it. indentation_mm : of the
     stage. model : relative to what gauges feel, what two meshes differ by; the response's own error is added. beyond :
-    added to it where a press strains the finger more than was measured at finite strain.
+    added to it where a press strains the finger more than was measured at finite strain. repeats : degrees of freedom
+    of repeated presses that told the first three; 0 where they are stated.
     """
 
     readings_microstrain: float = 5.0
@@ -19,7 +20,15 @@ class Noise:
     indentation_mm: float = 0.02
     model: float = 0.0015
     beyond: float = 0.02
+    repeats: int = 0
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            checks.positive(f"noise {item.name}", getattr(self, item.name))
+            if item.name != "repeats":
+                checks.positive(f"noise {item.name}", getattr(self, item.name))
+
+    @property
+    def words(self) -> str:
+        """In words, and where it is from."""
+        parts = f"readings {self.readings_microstrain:.3g} µε, force {100 * self.force:.2g} %"
+        return f"{parts}, {f'told from {self.repeats} repeats' if self.repeats else 'as stated'}"

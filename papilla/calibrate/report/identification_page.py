@@ -32,6 +32,7 @@ def parts(found: Identification, told: Confession) -> dict[str, Any]:
     response = found.problem.shapes[0].responses[0]
     return {
         "told": told,
+        "noise": found.problem.noise.words,
         "friction": friction_words(response.friction),
         "specimen": " and ".join(shape.specimen.words for shape in found.problem.shapes),
         "parameters": _parameters(found, told),

@@ -1,0 +1,82 @@
+"""Noise of a bench, told from presses that were repeated.
+
+What repeated presses differ by is noise alone: what the model is off by is the same in all of them. It is estimated by
+restricted maximum likelihood (Patterson and Thompson 1971, doi:10.1093/biomet/58.3.545), for an error of force moves
+all channels of a press together; what was stated counts as `STATED_FREEDOM` repeats.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import helmert
+from scipy.optimize import minimize
+
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.presses import places
+from papilla.calibrate.identification.problem import Modelled, Problem
+
+SAME_FORCE = 1.02
+"""Factor between the forces of presses that repeat one another; their own forces are in what the model says of each."""
+
+STATED_FREEDOM = 4.0
+
+
+def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
+    """The noise of a problem's presses, told from those that repeat one another at a fitted vector (f,); where none do,
+    or rows are samples of touches (`t_s`) that share their error of force, it is what was stated."""
+    groups = _groups(problem) if problem.log.t_s is None else []
+    if not groups:
+        return problem.noise
+    stated = np.array([problem.reading_noise, problem.noise.force, problem.noise.indentation_mm])
+    deep = problem.measured.shape[1] > problem.reading_count
+    stated = stated if deep else stated[:2]
+    told = problem.modelled(vector)
+    parts = [_contrasts(problem, told, rows) for rows in groups]
+    freedom = sum(len(contrasts) for contrasts, _ in parts)
+
+    def minus_twice_log_likelihood(ln_variance: np.ndarray) -> float:
+        variance = np.exp(ln_variance)
+        own = np.full(problem.measured.shape[1], variance[0])
+        own[problem.reading_count :] = variance[-1]
+        total = STATED_FREEDOM * float((ln_variance + stated**2 / variance).sum())
+        for contrasts, slope in parts:
+            covariance = np.diag(own) + variance[1] * np.outer(slope, slope)
+            total += len(contrasts) * float(np.linalg.slogdet(covariance)[1])
+            total += float(np.einsum("kc,cd,kd->", contrasts, np.linalg.inv(covariance), contrasts))
+        return total
+
+    # Far from what was stated a bench is another one: 1/1000 to 1000 times
+    start = 2 * np.log(stated)
+    sides = [(one - 2 * np.log(1e3), one + 2 * np.log(1e3)) for one in start]
+    found = np.exp(minimize(minus_twice_log_likelihood, start, method="L-BFGS-B", bounds=sides).x / 2)
+    readings = float(found[0]) * problem.noise.readings_microstrain / problem.reading_noise
+    depth = float(found[2]) if deep else problem.noise.indentation_mm
+    return replace(
+        problem.noise, readings_microstrain=readings, force=float(found[1]), indentation_mm=depth, repeats=freedom
+    )
+
+
+def _groups(problem: Problem) -> list[np.ndarray]:
+    """Rows of presses of one condition, two or more each."""
+    log = problem.log
+    on = np.zeros(len(log)) if log.on is None else log.on
+    keys = np.column_stack([log.modulus_MPa, places(log), on])
+    _, which = np.unique(keys, axis=0, return_inverse=True)
+    found: list[list[int]] = []
+    for key in range(which.max() + 1):
+        rows = np.flatnonzero(which == key)
+        rows = rows[np.argsort(log.force_N[rows], kind="stable")]
+        group = [int(rows[0])]
+        for row in rows[1:].tolist():
+            if log.force_N[row] > SAME_FORCE * log.force_N[group[0]]:
+                found.append(group)
+                group = []
+            group.append(row)
+        found.append(group)
+    return [np.array(group) for group in found if len(group) > 1]
+
+
+def _contrasts(problem: Problem, told: Modelled, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Independent differences (m - 1, c) of m repeated presses, and the mean slope (c,) by ln force."""
+    off = (problem.measured - told.values)[rows]
+    return helmert(len(rows)) @ off, told.by_ln_force[rows].mean(axis=0)
