@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.identification import PARAMETERS, compare, confess, identify, record
-from papilla.calibrate.identification.fit import problem_of, unmoved
-from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.identification.fit import problem_of, solve, unmoved
+from papilla.calibrate.identification.parameters import MOVES, kind
 from papilla.calibrate.suggest import suggest
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -86,7 +86,7 @@ def test_a_row_that_was_glued_beside_its_place_and_a_tilt_come_back(tmp_path):
     assert found["row_along_mm"][1] < 0.5 and found["tilt_y_deg"][1] < 1.0
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         assert abs(pull(found, name, TRUE[name])) < 3.5
-    still = identify(log, Finger.default(), size_mm=SIZE_MM)
+    still = solve(problem_of(log, Finger.default(), size_mm=SIZE_MM))
     assert still.chi_square > 2 * found.chi_square
     stored = found.with_record(record(found, confess(found), "block"))
     stored.save(tmp_path / "finger.toml")
@@ -110,6 +110,21 @@ def test_a_gauge_that_was_glued_beside_its_place_comes_back():
     for name in NAMES:
         assert abs(pull(found, f"place_mm.{name}", 0.9 if name == "g2" else 0.0)) < 3.5
     assert found["place_mm.g2"][1] < 0.6
+
+
+@pytest.mark.slow
+def test_what_presses_ask_for_is_freed_unless_it_is_held():
+    log = measured(presses(AROUND), {"row_along_mm": 1.2}, np.random.default_rng(9))
+    found = identify(log, Finger.default(), size_mm=SIZE_MM)
+    assert "was freed because the presses do not fit otherwise" in found.asked
+    assert found.chi_square < 1.5 * found.freedom
+    # A tilt does nearly the same
+    assert "row_along_mm" in found.asked and {"row_along_mm", "tilt_y_deg"} & {*found.names}
+    told = confess(found)
+    assert told.doubts[0] == found.asked and told.status.startswith("doubtful")
+    every = {name: 0.0 for name in PARAMETERS if name in MOVES}
+    kept = identify(log, Finger.default(), fix=every, size_mm=SIZE_MM)
+    assert not kept.asked and kept.chi_square > 1.5 * kept.freedom
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 from papilla.calibrate.identification.ageing import Comparison, compare
 from papilla.calibrate.identification.confession import Confession, confess, record
-from papilla.calibrate.identification.fit import Identification, identify
+from papilla.calibrate.identification.fit import Identification
+from papilla.calibrate.identification.identifying import identify
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import PARAMETERS
 

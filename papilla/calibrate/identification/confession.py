@@ -56,7 +56,14 @@ def confess(found: Identification) -> Confession:
     }
     intervals |= {one.name: (one.lower, one.upper) for one in profiles}
     moved = influence(found)
-    doubts = (*found.problem.log.notes, *_of_the_presses(found), *_of_the_fit(found, profiles), *_of_gauges(found))
+    asked = (found.asked,) if found.asked else ()
+    doubts = (
+        *asked,
+        *found.problem.log.notes,
+        *_of_the_presses(found),
+        *_of_the_fit(found, profiles),
+        *_of_gauges(found),
+    )
     doubts += tuple(sentence for one in profiles for sentence in one.doubts)
     if moved.size and moved.max() > INFLUENTIAL:
         row = int(moved.argmax())

@@ -1,4 +1,4 @@
-"""`identify`: from measured presses to the parameters of a finger, their covariance, and what to doubt."""
+"""From measured presses to the parameters of a finger and their covariance: the problem, and its best fit."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -62,7 +62,8 @@ class Identification:
 
     problem : presses, model and weights of the last fit. vector : (f,) in the scale of the fit (logarithms, for
     logarithmic parameters), and covariance (f, f) in it. chi_square, freedom : of the presses' weighted residuals.
-    rival : cost of the next best minimum above this one, None where all starts came to the same.
+    rival : cost of the next best minimum above this one, None where all starts came to the same. asked : what was freed
+    because the presses asked for it, in a sentence; empty where nothing was.
     """
 
     problem: Problem
@@ -71,6 +72,7 @@ class Identification:
     chi_square: float
     freedom: float
     rival: float | None = None
+    asked: str = ""
 
     def __repr__(self) -> str:
         told = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
@@ -134,35 +136,6 @@ class Identification:
         return self.problem.measured - self.problem.modelled(self.vector).values
 
 
-def identify(
-    log: PressLog,
-    finger: Finger,
-    *,
-    free: Sequence[str] = (),
-    fix: Mapping[str, float] | None = None,
-    specimen: Specimen | None = None,
-    noise: Noise | None = None,
-    friction: Friction | None = None,
-    size_mm: float | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> Identification:
-    """Identify a finger of known geometry from presses on specimens of known modulus.
-
-    Parameters
-    ----------
-    finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
-    free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
-        are indentations. fix : values (in their units) at which parameters are held.
-    specimen : what was pressed where the log does not say; its modulus does not count. noise : of the presses.
-        friction : as for `papilla.fem.press`. Where they are None, those of the finger's `bench`.
-    size_mm : elements at the contact.
-
-    Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
-    than a fit needs, and what `papilla.fem.reduction.family.family` raises.
-    """
-    return solve(problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress), progress)
-
-
 def problem_of(
     log: PressLog,
     finger: Finger,
@@ -174,7 +147,7 @@ def problem_of(
     size_mm: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Problem:
-    """The problem that `identify` solves, not yet weighted; arguments as there."""
+    """The problem that `identify` poses, not yet weighted; arguments as there."""
     refuse(log, finger)
     held = checked_values(fix or {}, finger)
     touched = finger.bench.specimen(1.0) if specimen is None else specimen
@@ -322,13 +295,17 @@ def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Id
     first = problem.weighted()
     found = sorted((descend(first, start) for start in _starts(first)), key=lambda one: one[0])
     first = replace(first, noise=noise_told(first, found[0][1]))
-    ends: list[tuple[float, Problem, np.ndarray]] = []
-    for _, vector in _distinct(found)[:KEPT]:
-        ends.append(_followed(first, vector))
+    ends = [_followed(first, vector) for _, vector in _distinct(found)[:KEPT]]
     ends.sort(key=lambda one: one[0])
     cost, last, vector = ends[0]
     others = [one[0] - cost for one in ends[1:] if np.abs(one[2] - vector)[~problem.linear].max(initial=0.0) > 0.05]
     return _judged(last, vector, min(others, default=None))
+
+
+def solved_from(problem: Problem, vector: np.ndarray) -> Identification:
+    """The fit of a problem that starts at a vector (f,), followed to its end."""
+    _, last, found = _followed(problem, vector)
+    return _judged(last, found, None)
 
 
 def _starts(problem: Problem) -> list[np.ndarray]:

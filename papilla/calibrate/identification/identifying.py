@@ -1,0 +1,151 @@
+"""`identify`: poses the problem of a log of presses, fits it, and frees what the presses ask for."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from papilla.calibrate.identification.fit import MISFIT, Identification, family_of, problem_of, solve, solved_from
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, checked_values, kind, names_of
+from papilla.calibrate.identification.presses import refuse_far
+from papilla.calibrate.identification.problem import Problem
+from papilla.errors import InputError
+from papilla.fem.pressing.beside import beside
+from papilla.finger import Finger
+from papilla.logs import PressLog
+from papilla.specimen import Friction, Specimen, friction_words
+
+MOST_FREED = 2
+"""Parameters that presses may ask for: with more, a fit would only be bent to what else is wrong."""
+
+LEAST_FALL = 0.3
+"""Share by which each must lower chi-square."""
+
+TRIED = 3
+"""Likely ones of which each is tried."""
+
+ALIKE = 3.84
+"""Chi-square up to which another explains presses as well: 95 % of one degree of freedom."""
+
+
+def identify(
+    log: PressLog,
+    finger: Finger,
+    *,
+    free: Sequence[str] = (),
+    fix: Mapping[str, float] | None = None,
+    specimen: Specimen | None = None,
+    noise: Noise | None = None,
+    friction: Friction | None = None,
+    size_mm: float | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Identification:
+    """Identify a finger of known geometry from presses on specimens of known modulus.
+
+    Places of gauges and a tilt are held, unless freed: or unless the model does not fit the presses otherwise, and does
+    with one or two of them free, which the identification then says (`asked`).
+
+    Parameters
+    ----------
+    finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
+    free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
+        are indentations. fix : values (in their units) at which parameters are held.
+    specimen : what was pressed where the log does not say; its modulus does not count. noise : of the presses.
+        friction : as for `papilla.fem.press`. Where they are None, those of the finger's `bench`.
+    size_mm : elements at the contact.
+
+    Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
+    than a fit needs, and what `papilla.fem.reduction.family.family` raises.
+    """
+    problem = problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress)
+    held = checked_values(fix or {}, finger)
+    return freed(solve(problem, progress), tuple(held), size_mm, progress)
+
+
+def freed(
+    found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Callable[[str], None] | None
+) -> Identification:
+    """An identification with what its presses ask for freed, where the model then fits and did not before.
+
+    held : parameters that stay what they are.
+    """
+    if not _misfit(found) or found.problem.log.stated_sd is not None:
+        return found
+    try:
+        best = replace(found, problem=_moving(found.problem, size_mm, progress))
+    except InputError:
+        return found  # No contact or gauge of this finger can be moved as far
+    names: list[str] = []
+    alike: list[str] = []
+    while _misfit(best) and len(names) < MOST_FREED:
+        gains = {name: _gain(best, name) for name in _candidates(best.problem, held)}
+        likely = sorted(gains, key=lambda name: -gains[name])[:TRIED]
+        if progress is not None:
+            progress(f"the model does not fit: with {', '.join(likely) or 'nothing more'} free")
+        tried = {name: _with_free(best, name) for name in likely}
+        name = min(tried, key=lambda one: tried[one].chi_square, default="")
+        if not name or tried[name].chi_square > (1 - LEAST_FALL) * best.chi_square:
+            break
+        best = tried.pop(name)
+        names.append(name)
+        alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE]
+    if not names or _misfit(best):
+        return found
+    told = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS[kind(name)].unit})" for name in names)
+    fell = f"chi-square fell from {found.chi_square:.3g} to {best.chi_square:.3g}"
+    others = f"; {' or '.join(alike)} instead of {names[-1]} does as well" if alike else ""
+    return replace(best, asked=f"{told} was freed because the presses do not fit otherwise: {fell}{others}")
+
+
+def _with_free(found: Identification, name: str) -> Identification:
+    """The fit with one more parameter free, from where it was."""
+    free = tuple(sorted((*found.names, name), key=lambda one: PARAMETERS[kind(one)].linear))
+    at = dict(zip(found.names, found.vector.tolist(), strict=True))
+    return solved_from(replace(found.problem, free=free), np.array([at.get(one, 0.0) for one in free]))
+
+
+def _misfit(found: Identification) -> bool:
+    return found.freedom > 0 and found.chi_square > MISFIT * found.freedom
+
+
+def _moving(problem: Problem, size_mm: float | None, progress: Callable[[str], None] | None) -> Problem:
+    """The problem with what contacts beside the apex and moved gauges change."""
+    if all(shape.beside is not None for shape in problem.shapes):
+        return problem
+    relatives = family_of(problem.finger, size_mm=size_mm, progress=progress)
+    shapes = []
+    for shape in problem.shapes:
+        friction = friction_words(shape.responses[0].friction)
+        aside = shape.beside or beside(relatives, shape.specimen, friction, progress=progress)
+        shapes.append(replace(shape, beside=aside))
+    return replace(problem, shapes=tuple(shapes))
+
+
+def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
+    """Places and tilts that are neither free nor held and that these presses could tell."""
+    found = []
+    for name in names_of(problem.finger):
+        if kind(name) not in MOVES or name in problem.free or name in held:
+            continue
+        room = problem.shapes[0].beside
+        assert room is not None
+        flat = all(shape.specimen.curvature == (0.0, 0.0) for shape in problem.shapes)
+        try:
+            refuse_far(problem.log, room.room, (*problem.free, name))
+        except InputError:
+            continue
+        if flat or not name.startswith("tilt"):
+            found.append(name)
+    return found
+
+
+def _gain(found: Identification, name: str) -> float:
+    """By how much chi-square and priors would fall with one more parameter free, to first order (Rao's score test)."""
+    problem = replace(found.problem, free=(*found.names, name))
+    vector = np.append(found.vector, 0.0)
+    residuals, jacobian = problem.residuals(vector), problem.jacobian(vector)
+    others = np.linalg.qr(jacobian[:, :-1])[0]
+    column = jacobian[:, -1] - others @ (others.T @ jacobian[:, -1])
+    size = float(column @ column)
+    return float(column @ residuals) ** 2 / size if size > 0 else 0.0
