@@ -293,18 +293,21 @@ class Look:
 
         fundamental, sure = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
         if fundamental == k:
-            hinted = not humming and any(self._hinted(k, divisor) for divisor in range(2, SUBHARMONICS + 1))
+            hinted = not humming and any(self._hinted(chosen, divisor) for divisor in range(2, SUBHARMONICS + 1))
             sure = sure and not hinted and not lone(chosen, self._task.ridge_pitch_mm)
         # What many looks have agreed on is not in doubt for lines that come and go.
         return fundamental, sure or (fundamental == k and abs(k - self._task.proved) < KNOWN * k)
 
-    def _hinted(self, wavenumber: float, divisor: int) -> bool:
+    def _hinted(self, chosen: Line, divisor: int) -> bool:
         """Whether there is more than noise where the fundamental of such a harmonic would be: too little for a line of
         a search, and too much to call the harmonic a wavelength."""
-        base, near = wavenumber / divisor, 2 / self._strokes.extent
+        base, near, spectrum = chosen.wavenumber / divisor, 2 / self._strokes.extent, self._spectrum
         if base < near or any(abs(line.wavenumber - base) < near for line in self._lines):
             return False
-        return self._spectrum.chance(base) < CONFIRMED / (divisor - 1)
+        # What is faint beside the line, if it is more than noise, is no sign.
+        at, half = round(base / spectrum.step), int(spectrum.resolution / 2)
+        heard = spectrum.power[max(at - half, 0) : at + half + 1].max() ** 0.5 > FAINT * chosen.amplitude
+        return bool(heard and spectrum.chance(base) < CONFIRMED / (divisor - 1))
 
     def _unmixed(self) -> Strokes:
         """The strokes without lines of time, and without the lines over the path of another texture."""
