@@ -277,7 +277,7 @@ def _print(found: dict) -> None:
             *((f"sent down, {name}", f"{found['bytes_per_s'][name]:.0f}", "bytes/s") for name in ("local", "direct")),
             *(
                 (f"{what}, {name}", f"{value:.0f}", "ms")
-                for key, what in (("stale_ms", "old texture still displayed for"), ("change_ms", "new one after"))
+                for key, what in (("stale_ms", "old texture stays"), ("change_ms", "new texture after"))
                 for name, value in found[key].items()
                 if value == value
             ),

@@ -38,7 +38,8 @@ class Sensing:
 
     The wavelength of the pipeline is the first line; of the others in its last spectrum over the path as many follow
     as are asked for. Their amplitudes are those of sines fitted together to the last 0.2 s of the gauge that feels the
-    first one most, in microstrain.
+    first one most, in microstrain. Modulus, area and friction have the status OK where their estimator says "ok", and
+    DOUBTED where it answers with a remark.
 
     Parameters
     ----------
