@@ -37,6 +37,8 @@ LOST, SURE = 0.5, 3.0
 """Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
 PLAY_MM, RELAXED_MM = 0.3, 0.5
 """How far the skin may trail the finger (standard deviation), and the path after a turn over which it does so anew."""
+KNOWN_NEAR, SETTLED = 0.1, 0.3
+"""Resolutions within which a wavenumber that was known is gone on from, and sigmas of a step that needs no other."""
 LATE_S = 1e-4
 """Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
 BAND = 0.45
@@ -211,7 +213,9 @@ class Look:
         if not sure:
             verdict = Verdict.AMBIGUOUS
         self._refused, self._hum = bool(hums), self._cleaned or bool(hums)
-        self._wavenumber, self._late = fundamental, task.late_s
+        # What was known is nearer to what the phases will say than the place of a peak is.
+        near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
+        self._wavenumber, self._late = task.before if near else fundamental, task.late_s
         self._strokes = self._unmixed()
         if not 1 / task.high <= fundamental * 1.02:
             self.finding = replace(
@@ -369,6 +373,9 @@ class Look:
         self._wavenumber += float(np.clip(fit.step[0], -limit, limit))
         if task.late_variance > 0:
             self._late += float(np.clip(fit.step[1], -0.004, 0.004))
+        settled = abs(float(fit.step[0])) < SETTLED * float(fit.covariance[0, 0]) ** 0.5
+        if settled and abs(self._late - task.late_s) < LATE_S and self._parts[self.done + 1] == self._refine:
+            del self._parts[self.done + 1]
         self._phases, self._fit = phases, fit
 
     def _play(self) -> np.ndarray:
