@@ -15,6 +15,7 @@ from papilla.fem.sliding.section_model import SectionModel
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, build_section
 from papilla.references import StackLayer, layered_surface_compliance
+from papilla.studies.verify.sliding import depth_of_a_hump
 
 
 def areas(section):
@@ -115,16 +116,12 @@ def test_plane_stress_is_plane_strain_of_another_modulus(finger):
 
 
 @pytest.mark.slow
-def test_compliance_settles_as_elements_shrink(finger):
-    def depth(size):
-        section = prepare_section(finger, size_mm=size, ridges=False)
-        n = len(section.x)
-        load = np.where(np.abs(section.x) < 2, 1.0, 0.0) * section.hats.sum(axis=1)
-        load /= load.sum()
-        return load @ section.compliance[n:, n:] @ load
-
-    found = [depth(size) for size in (1.0, 0.5, 0.25)]
-    assert found[2] == pytest.approx(found[1], rel=0.02)
+def test_compliance_settles_as_elements_shrink_at_second_order(finger):
+    """Straight edges for the curved skin are a second-order error; that of the elements is less."""
+    found = [depth_of_a_hump(prepare_section(finger, size_mm=size, ridges=False)) for size in (1.0, 0.5, 0.25)]
+    coarse, fine = np.abs(np.diff(found))
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.4)
+    assert fine < 0.005 * found[2]
 
 
 @pytest.mark.slow

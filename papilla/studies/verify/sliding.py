@@ -6,19 +6,35 @@ import numpy as np
 
 from papilla.fem import Motion, prepare_section, slide
 from papilla.fem.sliding.coulomb import OPEN, Laws, relax, rub
+from papilla.fem.sliding.reduced_section import ReducedSection
 from papilla.finger import Finger
 from papilla.specimen import Grating
 from papilla.studies.verify.bodies import off
 from papilla.studies.verify.case import Case
 
 COARSE_MM, LENGTH_MM, FORCE_N = 0.3, 5.0, 0.1
+SHRINKING_MM = (1.0, 0.5, 0.25)
+"""Sizes of the skin's elements."""
 E_STAR, PERIOD, HEIGHT, SHARE = 0.1, 1.8, 0.02, 0.4
+
+
+def depth_of_a_hump(section: ReducedSection) -> float:
+    """Mean depth (mm) under a smooth hump of pressure, cos^2 over 8 mm, of 1 N/mm."""
+    n, hump = len(section.x), np.where(np.abs(section.x) < 4, np.cos(np.pi * section.x / 8) ** 2, 0.0)
+    load = hump * section.hats.sum(axis=1)
+    load /= load.sum()
+    return float(load @ section.compliance[n:, n:] @ load)
 
 
 def sliding() -> Iterator[Case]:
     """A wavy indenter, and the default finger's section over gratings."""
     yield _westergaard()
     finger = Finger.default()
+    depths = [depth_of_a_hump(prepare_section(finger, size_mm=size, ridges=False)) for size in SHRINKING_MM]
+    coarse, fine = np.abs(np.diff(depths))
+    order = float(np.log2(coarse / fine))
+    yield Case("refinement in space", "order of the depth under a smooth pressure, against 2", off(order, 2.0), 0.2)
+    yield Case("element size", "change of that depth from 0.5 to 0.25 mm", float(fine / depths[-1]), 0.005)
     section = prepare_section(finger, size_mm=COARSE_MM)
 
     def slid(speed: float, path: float, friction: float, dynamics: str):
