@@ -8,6 +8,7 @@ import typer
 from papilla.cli.options import about, keep_inputs
 from papilla.cli.output import print_json, print_table, progress, say, tell
 from papilla.cli.telepresence_options import (
+    GRATING,
     TOLD,
     TOLD_COLUMNS,
     ActuatorOption,
@@ -30,6 +31,7 @@ from papilla.cli.telepresence_options import (
     WavelengthOption,
     make_model,
     make_soft,
+    refuse_with_log,
     told_row,
     word,
 )
@@ -68,6 +70,7 @@ BandwidthOption = Annotated[
 
 @telepresence.command()
 def simulate(
+    context: typer.Context,
     wavelength: WavelengthOption = 1.2,
     second_wavelength: SecondOption = None,
     log: LogOption = None,
@@ -122,10 +125,11 @@ def simulate(
     _check_files([log, curve, calibration, sweep], [path for path in (out, html) if path is not None])
     disturbed = {"jitter_ms": jitter_ms, "loss": loss, "reordering": reordering, "duplication": duplication}
     up, down = _ways(uplink_share, round_trip_ms, round_trip_sd_ms, bandwidth, disturbed)
+    refuse_with_log(context, log, *GRATING, "calibration")
     motion = Motion(speed, strokes, press_N=force)
     model, shown_by = make_model(components, actuator, stroke_um, rule, curve)
     soft = make_soft(calibration, sweep, modulus, friction, thickness)
-    _check_soft(soft, force, log)
+    _check_soft(soft, force)
     texture, start = _texture(wavelength, second_wavelength, amplitude, log, motion, seconds)
     own = noise if log is None else 0.0
     scene = Set(texture, motion, seconds, up, down, own, components, parameters_rate, seed, start, soft)
@@ -152,13 +156,11 @@ def _check_files(inputs: list[Path | None], outputs: list[Path]) -> None:
         check_writable(path.parent)
 
 
-def _check_soft(soft: "Soft | None", force: float, log: Path | None) -> None:
+def _check_soft(soft: "Soft | None", force: float) -> None:
     from papilla.telepresence.loop import PRESS_SWING
 
     if soft is None:
         return
-    if log is not None:
-        raise InputError("--calibration is for gratings: a recorded texture is of one gauge")
     most = soft.calibration.domain["force_N"][1] / (1 + PRESS_SWING)
     if not force <= most:
         raise InputError(f"--force must be at most {most:.3g}, as it swings within the calibration, got {force:g}")
@@ -188,8 +190,6 @@ def _texture(wavelength, second, amplitude, log, motion, seconds) -> "tuple[Text
     from papilla.telepresence.texture import GratingTexture, RecordedTexture, SideBySide
 
     if log is not None:
-        if second is not None:
-            raise InputError("--second-wavelength is for gratings, not for a --log")
         from papilla.logs import read_time_log
 
         with about(log):

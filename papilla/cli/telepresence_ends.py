@@ -14,6 +14,8 @@ from papilla.cli.options import about, keep_inputs
 from papilla.cli.output import print_json, say, tell
 from papilla.cli.telepresence import telepresence
 from papilla.cli.telepresence_options import (
+    GRATING,
+    SPECIMEN,
     TOLD_COLUMNS,
     ActuatorOption,
     AmplitudeOption,
@@ -35,6 +37,7 @@ from papilla.cli.telepresence_options import (
     WavelengthOption,
     make_model,
     make_soft,
+    refuse_with_log,
     told_row,
 )
 from papilla.errors import InputError
@@ -62,6 +65,7 @@ SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time;
 
 @telepresence.command()
 def sensor(
+    context: typer.Context,
     listen: ListenOption = "127.0.0.1:47001",
     peer: PeerOption = "127.0.0.1:47002",
     key_file: KeyOption = None,
@@ -99,9 +103,8 @@ def sensor(
     from papilla.telepresence.touch import Touch
 
     checks.within("--parameters-rate", parameters_rate, 1, 1000)
+    refuse_with_log(context, log, *GRATING, "seed", *SPECIMEN)
     if log is not None:
-        if ignored := [name for name, own in (("--modulus", modulus), ("--friction", friction)) if own is not None]:
-            raise InputError(f"{', '.join(ignored)} is of the simulated specimen, not of a --log")
         source, sensing = _of_log(log, calibration, sweep, thickness, components)
     else:
         soft = make_soft(calibration, sweep, modulus, friction, thickness)

@@ -86,6 +86,18 @@ CurveOption = Annotated[
 ]
 
 
+GRATING = ("wavelength", "second_wavelength", "amplitude", "noise")
+SPECIMEN = ("modulus", "friction")
+
+
+def refuse_with_log(context: typer.Context, log: Path | None, *names: str) -> None:
+    """Refuse options of a simulated texture that were given beside a recorded one, which would ignore them."""
+    given = [name for name in names if "COMMANDLINE" in str(context.get_parameter_source(name))]
+    if given and log is not None:
+        options = ", ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise InputError(f"{options}: of the simulated texture, a --log has its own")
+
+
 def make_actuator(name: str, stroke_um: float | None) -> "Actuator":
     """The actuator of the options; raises `InputError` for a stroke that is missing or would be ignored."""
     from papilla.telepresence.actuator import PIEZO, icpf

@@ -101,6 +101,7 @@ def test_who_presses_too_hard_feels_nothing(papilla):
         (("--seconds", "0.1"), "seconds"),
         (("--log", "none.csv"), "none.csv"),
         (("--log", "none.csv", "--second-wavelength", "2"), "--second-wavelength"),
+        (("--log", "none.csv", "--noise", "2", "--wavelength", "1.2"), "--wavelength, --noise: of the simulated"),
         (("--log", "same.csv", "--out", "same.csv"), "overwrite"),
         (("--curve", "same.json", "--rule", "g_A", "--out", "same.json"), "overwrite"),
         (("--curve", "some.json"), "--rule g_A"),
@@ -121,3 +122,9 @@ def test_help_explains(papilla):
     words = " ".join(papilla("telepresence", "simulate", "--help").out.replace("│", " ").split())
     assert "The local model is sent the texture's wavelength" in words
     assert "simulate" in papilla("telepresence", "--help").out
+
+
+def test_a_sensor_that_plays_a_log_takes_no_specimen(refused):
+    assert "--modulus, --friction: of the simulated" in refused(
+        "telepresence", "sensor", "--log", "none.csv", "--modulus", "0.3", "--friction", "0.5"
+    )
