@@ -9,6 +9,7 @@ from papilla import cache, fem, units
 from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Confession, Identification, confess, identify, record
+from papilla.calibrate.identification.presses import places
 from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.large_strain import ensure_large_strain
 from papilla.calibrate.measured_presses import fit_bench
@@ -171,8 +172,14 @@ def calibrate_bench(
 ) -> Calibrated:
     """Identify the finger that made presses, calibrate it, and recover the presses' own moduli by it.
 
-    Arguments as of `identify` and `calibrate_finger`; raises what these raise.
+    Arguments as of `identify` and `calibrate_finger`; raises what these raise, and `InputError` for presses beside the
+    apex, which no calibration at the apex recovers.
     """
+    if (beside := places(log).any(axis=1)).any():
+        raise InputError(
+            f"press {int(beside.argmax()) + 1} is beside the apex, where S_d is another: papilla identify takes it, "
+            "and papilla calibrate --finger the finger that it writes"
+        )
     found = identify(log, finger, friction=friction, progress=progress)
     progress("what to doubt")
     told = confess(found)

@@ -151,7 +151,7 @@ def test_an_outlier_hardly_moves_the_finger(smooth):
         ({}, {"free": ("common_gain",)}, "common_gain is told where gain and lever_mm are fixed"),
         ({"stated_sd": np.ones(8)}, {"free": ("gain.g1",)}, "gain.g1 is told by readings alone, and the log has S_d"),
         ({"indentation_mm": None}, {"free": ("touch_down_mm",)}, "touch_down_mm is told by indentations alone"),
-        ({}, {"free": ("outer_modulus",)}, "'outer_modulus'; did you mean outer_modulus_MPa"),
+        ({}, {"free": ("outer_modulus",)}, "'outer_modulus', did you mean outer_modulus_MPa"),
         ({}, {"free": ("gain.g1",), "fix": {"gain": 1.0}}, "gain.g1 cannot be both free and fixed"),
         ({}, {"fix": {"inner_modulus_MPa": -1.0}}, "inner_modulus_MPa must be greater than 0"),
     ],

@@ -155,6 +155,9 @@ def test_specimens_of_their_own_shape_and_doubtful_modulus():
     assert {"specimen_modulus.0.089", "specimen_modulus.0.3", "specimen_modulus.0.51"} < {*found.names}
     for name, value in true.items():
         assert abs(pull(found, name, value)) < 3
+    place = found.names.index("specimen_modulus.0.3")
+    far = replace(found, vector=np.where(np.arange(len(found.names)) == place, np.log(0.3) + 0.25, found.vector))
+    assert any("the specimen of 0.3 MPa came out at 0.385, 2.5 of the" in doubt for doubt in confess(far).doubts)
     exact = identify(replace(log, modulus_sigma_MPa=None), Finger.default(), size_mm=SIZE_MM)
     assert found["outer_modulus_MPa"][1] > exact["outer_modulus_MPa"][1]
     kept = record(found, confess(found), "block and half-space")

@@ -163,6 +163,8 @@ def _of_the_presses(found: Identification) -> list[str]:
         said.append("all presses are one and the same scene: priors decide most of what is told")
     elif np.ptp(log.modulus_MPa) == 0:
         said.append("all presses are on one modulus: another, far from it, tells the finger's moduli apart from gains")
+    if log.stated_sd is not None:
+        said.append("S_d alone: gauges are taken to read as much as one another as the design says, and 0 in the air")
     if hard := int(problem.strained(inner).sum()):
         said.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
     outside = np.zeros(len(log), bool)
@@ -191,6 +193,13 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
         told = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
         if not (linear or told) and sigma > TOLD * problem.prior_sigma(name):
             said.append(f"the presses do not tell {name}: its prior decides")
+    for name, known in problem.specimens.items():
+        off = np.log(found.values[name] / problem.held[name]) / known.sigma
+        if abs(off) > NORMAL:
+            said.append(
+                f"the specimen of {problem.held[name]:g} MPa came out at {found.values[name]:.3g}, {abs(off):.2g} of "
+                "the standard deviations that modulus_sigma_MPa gives it"
+            )
     outside = np.flatnonzero(~problem.linear)
     for one, other in combinations(outside.tolist(), 2):
         together = found.covariance[one, other] / (found.sigma[one] * found.sigma[other])

@@ -175,6 +175,7 @@ def specimens_of(log: PressLog) -> dict[str, Known]:
     each, which = np.unique(np.column_stack([log.modulus_MPa, on]), axis=0, return_inverse=True)
     found: dict[str, Known] = {}
     for number, (modulus, _) in enumerate(each.tolist()):
+        alike = int((each[: number + 1, 0] == modulus).sum())
         rows = np.flatnonzero(which == number)
         sigma = log.modulus_sigma_MPa[rows]
         if np.ptp(sigma) > 0:
@@ -187,8 +188,7 @@ def specimens_of(log: PressLog) -> dict[str, Known]:
                 f"modulus_sigma_MPa {sigma[0]:g} of a specimen of {modulus:g} MPa says that it is not known at all"
             )
         if sigma[0] > 0:
-            name = f"specimen_modulus.{modulus:g}"
-            name = name if name not in found else f"{name}#{number + 1}"
+            name = f"specimen_modulus.{modulus:g}{f'#{alike}' if alike > 1 else ''}"
             found[name] = Known(float(sigma[0]) / modulus, rows)
     return found
 

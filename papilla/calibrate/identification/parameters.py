@@ -104,12 +104,13 @@ def expanded(asked: Sequence[str], finger: Finger) -> list[str]:
     for name in asked:
         if name in known:
             found.append(name)
-        elif name in PARAMETERS:
+        elif name in PARAMETERS and name != "specimen_modulus":
             found += [one for one in known if kind(one) == name]
         else:
-            meant = closest(name, [*PARAMETERS, *known])
-            hint = f"; did you mean {meant}?" if meant else ""
-            raise InputError(f"no parameter is called {name!r}{hint} There are {', '.join(PARAMETERS)}")
+            every = [key for key in PARAMETERS if key != "specimen_modulus"]
+            meant = closest(name, [*every, *known])
+            hint = f", did you mean {meant}?" if meant else "."
+            raise InputError(f"no parameter is called {name!r}{hint} There are {', '.join(every)}")
     return list(dict.fromkeys(found))
 
 
