@@ -285,12 +285,15 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
     # What is loaded by now is never looked through again: a full collection of it takes 0.1 s, a hundred periods.
     gc.collect()
     gc.freeze()
-    for stop in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(stop, signal.default_int_handler)
+    before = {stop: signal.signal(stop, signal.default_int_handler) for stop in (signal.SIGINT, signal.SIGTERM)}
     try:
         work(period)
     except KeyboardInterrupt:
         code = INTERRUPTED
+    finally:
+        gc.unfreeze()
+        for stop, handler in before.items():
+            signal.signal(stop, handler)
     offset, counts = endpoint.gate.offset, endpoint.gate.counts
     found = {
         "periods": period.ticked,
