@@ -165,6 +165,18 @@ def test_a_rough_surface_through_the_skin_has_no_lines(skin_mm):
     assert found <= 2
 
 
+def test_the_spectrum_is_that_of_what_was_searched():
+    position = np.arange(1500) * 0.05
+    reading = np.cos(2 * np.pi * position / 2) + np.random.default_rng(1).normal(0, 0.3, 1500)
+    found = find_lines(position, reading, wavelength_range_mm=(1, 6))
+    k, power = found.wavenumber_per_mm, found.power
+    assert len(k) == len(power) == len(found.background) > 50
+    assert k[0] == pytest.approx(1 / 6, abs=0.01) and k[-1] == pytest.approx(1, abs=0.01)
+    assert found.searched_mm == (1, 6) and (np.diff(k) > 0).all() and k[0] >= 1 / 6 and k[-1] <= 1
+    assert k[power.argmax()] == pytest.approx(0.5, abs=0.005)
+    assert 0.3 < np.median(power / found.background) < 1.5 and power.max() > 100 * np.median(found.background)
+
+
 def test_short_and_reciprocating_logs_are_answered():
     assert find_lines(np.arange(20) * 0.08, np.random.default_rng(163).normal(size=20)).lines == ()
     for seed in range(200):

@@ -41,6 +41,16 @@ def test_the_scale_is_the_unit_of_the_readings():
     assert found.modulus_MPa == pytest.approx(0.51, abs=1e-9)
 
 
+def test_the_scale_and_the_misfit_of_a_calibration_are_those_of_the_best_factor(calibration):
+    force, moduli = np.arange(10, 101, 10), np.array(SPECIMENS_MPA)
+    ours = np.array([calibration.predict(gf_to_newton(force), modulus) for modulus in moduli]).T
+    theirs = published_sd(force[:, None], moduli[None, :])
+    own = PrintedSoftness(calibration, form="exact")
+    left = [np.sqrt(np.mean((factor * own.scale * ours - theirs) ** 2)) for factor in (0.98, 1.0, 1.02)]
+    assert own.misfit == pytest.approx(left[1], rel=1e-6) and 0 < own.misfit < 0.5 * theirs.mean()
+    assert own.misfit < 1.01 * min(left), "no other factor is much closer"
+
+
 def test_sigma_is_what_noise_of_gauges_and_force_scatters():
     rng, noise, force_noise = np.random.default_rng(2), 4.0, gf_to_newton(0.2)
     estimator = one("exact", gauge_sigma=noise, force_sigma_N=force_noise)
