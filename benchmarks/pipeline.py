@@ -16,10 +16,10 @@ def main() -> None:
     parser.add_argument("--calibration", type=Path, help="of five gauges (JSON)")
     parser.add_argument("--seconds", type=float, default=4.0, help="length of the log")
     chosen = parser.parse_args()
-    print(f"{'microseconds':32s}{'block':>10s}{'update':>10s}{'p99.9':>10s}{'of one run':>12s}")
+    print(f"{'microseconds':32s}{'block':>10s}{'update':>10s}{'mean':>10s}{'p99.9':>10s}{'of one run':>12s}")
     for cost in costs(Calibration.load(chosen.calibration) if chosen.calibration else None, chosen.seconds):
-        times = f"{cost.block_us:10.1f}{cost.update_us:10.1f}{cost.update_p999_us:10.1f}{cost.loop_p999_us:12.1f}"
-        print(f"{cost.output:32s}{times}")
+        *times, loop = (cost.block_us, cost.update_us, cost.update_mean_us, cost.update_p999_us, cost.loop_p999_us)
+        print(f"{cost.output:32s}" + "".join(f"{value:10.1f}" for value in times) + f"{loop:12.1f}")
 
 
 if __name__ == "__main__":

@@ -26,8 +26,8 @@ _TOUCH = {
     "x bound": "over_bound",
 }  # fmt: skip
 _COST = {
-    "us a row of a block": "block_us", "an update, median": "update_us", "p99.9": "update_p999_us",
-    "p99.9 of one run": "loop_p999_us",
+    "us a row of a block": "block_us", "an update, median": "update_us", "mean": "update_mean_us",
+    "p99.9": "update_p999_us", "p99.9 of one run": "loop_p999_us",
 }  # fmt: skip
 
 

@@ -217,7 +217,7 @@ def test_the_picture_and_the_tables(small, capsys):
 def test_the_command_in_short(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(runner, "SHORT", SMALL)
     monkeypatch.setattr(command, "WORKERS", 1)
-    monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 3.0, 4.0),))
+    monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
     command.bench_estimators(True, tmp_path, True)
     printed = json.loads(capsys.readouterr().out)
     assert printed["short"] is True and printed["seconds"] > 0 and printed["softness"] == []
