@@ -93,8 +93,8 @@ def sensor(
     force_N, friction tangential_N.
 
     Start `papilla telepresence display` on another machine or in another terminal, in any order; either may be stopped,
-    killed and started again. The grating stands for finger, arm and board: with those, write the same few lines around
-    `papilla.telepresence.Sensing` and `Endpoint`.
+    killed and started again. The grating stands for finger, arm and board: examples/own_ends.py has the few lines with
+    those.
     """
     from papilla import checks
     from papilla.telepresence.processes import run_sensor
@@ -147,8 +147,8 @@ def display(
     """Move a simulated hand, send where it is, and display the texture under it from what the sensor sends back.
 
     The vibration is made here, of the hand's own motion, so it is not late however long the link is. When the link is
-    silent for 0.5 s the output decays to zero within 0.3 s; it comes back within 0.1 s. With an encoder and an
-    actuator, write the same few lines around `papilla.telepresence.LocalModel` and `Endpoint`.
+    silent for 0.5 s the output decays to zero within 0.3 s; it comes back within 0.1 s. examples/own_ends.py
+    has the few lines with an encoder and an actuator.
     """
     from contextlib import ExitStack
 

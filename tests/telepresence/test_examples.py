@@ -1,13 +1,15 @@
-"""The example of a bridge: what it shows of a message, and what it says without its library."""
+"""The examples: what the bridge shows of a message, and ends of one's own that find each other."""
 
 import importlib.util
 import json
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from papilla.telepresence import Component, Trust
+from papilla.studies.telepresence.timing import free_ports
+from papilla.telepresence import Address, Component, Trust
 from papilla.telepresence.messages import (
     Area,
     HandReading,
@@ -20,16 +22,20 @@ from papilla.telepresence.messages import (
     quantity,
 )
 
-SOURCE = Path(__file__).parents[2] / "examples" / "zenoh_bridge.py"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 HEADER = Header(1, 5, 7, 10, 0, 0, 0)
+
+
+def example(name):
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.fixture(scope="module")
 def bridge():
-    spec = importlib.util.spec_from_file_location("zenoh_bridge", SOURCE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return example("zenoh_bridge")
 
 
 def test_parameters_are_shown_with_units_sigma_and_status(bridge):
@@ -53,3 +59,27 @@ def test_without_the_library_one_line_says_so(bridge, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "zenoh", None)
     assert bridge.main(["sensor"]) == 2
     assert capsys.readouterr().err == "zenoh_bridge: the package eclipse-zenoh is missing: pip install eclipse-zenoh\n"
+
+
+class FeltError(Exception):
+    """The actuator is driven."""
+
+
+@pytest.mark.slow
+def test_ends_of_ones_own_find_each_other():
+    here, there = (Address("127.0.0.1", port) for port in free_ports())
+    run = f"import runpy; e = runpy.run_path({str(EXAMPLES / 'own_ends.py')!r}); A = e['Address']; "
+    run += f"e['sensor'](120.0, A(*{tuple(here)}), A(*{tuple(there)}))"
+
+    def feel(volts):
+        assert 0 <= volts <= 150
+        if abs(volts - 75) > 20:
+            raise FeltError
+
+    sensor = subprocess.Popen([sys.executable, "-c", run])
+    try:
+        with pytest.raises(FeltError):
+            example("own_ends").display(60.0, there, here, feel)
+    finally:
+        sensor.kill()
+        sensor.wait()
