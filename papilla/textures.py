@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 COLUMNS = ("x_mm", "height_mm")
 GAP_STEPS = 5.0
 """Steps of x longer than so many median steps are gaps: what lies there is not known."""
-COARSEST_MM, HIGHEST_MM = 2.0, 20.0
-"""Median step of x, and range of heights, beyond which a profile was hardly written in mm or is none of a texture."""
+COARSEST_MM, HIGHEST_MM, SHORTEST_MM = 2.0, 20.0, 1.0
+"""Median step of x and range of heights beyond which, and length below which, a profile was hardly written in mm or is
+none of a texture."""
 
 
 class Texture(Protocol):
@@ -75,6 +76,10 @@ class MeasuredProfile:
             raise InputError(
                 f"a profile with steps of {np.median(steps):g} and heights over {np.ptp(height):g} mm is no texture: "
                 "are x_mm and height_mm in mm?"
+            )
+        if np.ptp(x) < SHORTEST_MM:
+            raise InputError(
+                f"a profile of {np.ptp(x):.3g} mm is shorter than a contact: are x_mm and height_mm in mm?"
             )
         object.__setattr__(self, "x_mm", x)
         object.__setattr__(self, "height_mm", height)

@@ -169,6 +169,7 @@ def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
         "unresolved_steps": found.unresolved,
         "energy_error": found.energy_error,
         "in_groove_mm": found.in_groove_mm,
+        "flank_push_of_force": found.flank_push,
         "seconds": found.seconds,
     }
 

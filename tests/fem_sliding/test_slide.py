@@ -85,6 +85,14 @@ def test_a_held_depth_lets_the_force_follow_the_grating(finger, coarse):
     assert nothing.status.startswith("no contact")
 
 
+def test_the_flanks_push_is_bounded_by_how_deep_skin_stands_in_grooves(finger, coarse):
+    scene = {"section": coarse, "friction": 0.3, **SLOW}
+    shallow, deep = (slide(finger, Grating(0.9, 0.9, depth), steady(36.0, 4.0), **scene) for depth in (0.01, 0.5))
+    assert 0 < shallow.in_groove_mm <= 0.01 * (1 + 1e-9) < deep.in_groove_mm
+    assert deep.flank_push == pytest.approx(deep.in_groove_mm / 1.8)
+    assert slide(finger, Flat(), steady(36.0, 1.0), **scene).flank_push == 0
+
+
 def test_lift_off_and_landing_on_a_step(finger, coarse):
     """A plateau with an edge: the finger leaves it, hangs free at its depth, and lands again."""
     x = np.arange(-20.0, 40.01, 0.1)
@@ -160,7 +168,7 @@ def test_a_profile_that_ends_under_the_finger_is_refused(finger, coarse):
 
 
 def test_a_grating_finer_than_the_elements_is_refused(finger, coarse):
-    with pytest.raises(InputError, match="wavelength 0.2 mm is finer than the skin's elements of 0.15 mm resolve"):
+    with pytest.raises(InputError, match="wavelength 0.2 mm is not resolved by the skin's elements of 0.15 mm"):
         slide(finger, Grating(0.1, 0.1, 0.5), steady(10.0, 0.1), section=coarse, **SLOW)
 
 

@@ -40,10 +40,10 @@ class FeltProfile:
         shapes, kinds = np.unique(hats.round(9), axis=0, return_inverse=True)
         fine, widest = float(hats[hats > 0].min()) / KNOTS, float(hats.max())
         period = texture.wavelength or 0.0
-        if period and period < COARSEST * widest:
+        if period and period < COARSEST * widest * (1 + 1e-6):
             raise InputError(
-                f"wavelength {period:g} mm is finer than the skin's elements of {widest:.2g} mm resolve: "
-                f"{COARSEST * widest:.2g} mm at least"
+                f"wavelength {period:g} mm is not resolved by the skin's elements of {widest:.2g} mm: "
+                f"more than {COARSEST * widest:.4g} mm are"
             )
         if period and period < reach[1] - reach[0]:
             start, length = 0.0, period

@@ -68,7 +68,9 @@ class Slide:
     first mode (NaN without inertia), and where it is from. first_mode_Hz, highest_Hz : of the section, of the scene.
     relaxed, unresolved : steps that Newton's method left to the relaxation, and those whose laws are violated.
     energy_error : imbalance over the energy that was turned over, NaN without inertia.
-    in_groove_mm : how far skin stood in grooves. seconds : of computing, the reduction not counted. status : a
+    in_groove_mm : how far skin stood in grooves. flank_push : of the pressing force, at most, what flanks push sideways
+    there, which is not modelled: the depth of the skin in a groove over the period (or over a contact that is shorter),
+    as if the flanks of one side alone were pressed. seconds : of computing, the reduction not counted. status : a
     sentence, "ok" where nothing is to be doubted.
     """
 
@@ -96,6 +98,7 @@ class Slide:
     unresolved: int
     energy_error: float
     in_groove_mm: float
+    flank_push: float
     seconds: float
     status: str
 
@@ -139,7 +142,7 @@ def slide(
         raise InputError("a sliding scene takes exactly one of force and depth")
     pressed = {"force": checks.positive("force (N)", force)} if force is not None else {}
     if depth is not None:
-        pressed = {"indentation": checks.within("depth (mm)", depth, 0.0, 1e3)}
+        pressed = {"indentation": checks.within("press depth (mm)", depth, 0.0, 1e3)}
     checks.within("friction", friction, 0.0, LARGEST_FRICTION)
     if loss_factor is not None:
         checks.within("loss factor", loss_factor, 0.0, 2.0)
@@ -176,7 +179,7 @@ class _Run:
         self.substeps = math.ceil(max(1.0, fastest / longest, 1 / (motion.rate_Hz * longest_s)) - 1e-6)
         if self.substeps * len(motion.t_s) > MOST_STEPS:
             raise InputError(f"the scene takes more than {MOST_STEPS:,} steps: slide less far, or for less time")
-        self.carried, self.relaxed, self.unresolved, self.in_groove = 0.0, 0, 0, 0.0
+        self.carried, self.relaxed, self.unresolved, self.in_groove, self.flank_push = 0.0, 0, 0, 0.0, 0.0
         self.work, self.turnover = 0.0, 0.0
         self.laws: Laws | None = None
 
@@ -216,7 +219,7 @@ class _Run:
             pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
             pressing, rubbing, state, carried, length, self.dynamics, self.why, self.body.ridge_pitch, *lost,
             self.first_Hz, self.highest_Hz,
-            self.relaxed, self.unresolved, energy, self.in_groove, perf_counter() - began,
+            self.relaxed, self.unresolved, energy, self.in_groove, self.flank_push, perf_counter() - began,
             self._status(bool((pressing > 0).any()), float(depth.max())),
         )  # fmt: skip
 
@@ -279,7 +282,10 @@ class _Run:
         under = slice(touching[0], touching[-1] + 1)
         stands = found.depth - self.rise[under] - found.moved[self.n :][under]
         deep = np.minimum(stands, recess[under])[recess[under] < FAR_MM / 100]
-        self.in_groove = max(self.in_groove, float(deep.max(initial=0.0)))
+        if (deepest := float(deep.max(initial=0.0))) > 0:
+            width = float(place[under][-1] - place[under][0]) + margin
+            self.in_groove = max(self.in_groove, deepest)
+            self.flank_push = max(self.flank_push, deepest / min(self.texture.wavelength or width, width))
 
     def _status(self, touched: bool, deepest: float) -> str:
         tissue = float(self.body.z.max()) - self.body.bone_top
