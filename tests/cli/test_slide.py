@@ -119,6 +119,7 @@ def test_bad_scenes_are_one_line(refused, options, message, monkeypatch):
         ("p", "x_mm,height_mm\n0,0\n0.1,0\n0.2,0\n9,0\n", "the profile has a gap from x_mm 0.2 to 9"),
         ("p", "x_mm,height_mm\n0,0\n0.1,0\n0.1,0\n", "x_mm of a profile must rise"),
         ("p", "x_mm,height_mm\n0,0\n100,50\n200,0\n", "are x_mm and height_mm in mm?"),
+        ("p", "x_mm,height_mm\n0,0\n1e-4,0\n2e-4,0\n", "a profile of 0.0002 mm is shorter than a contact: are x_mm"),
         ("p", "x,y\n0,0\n", "column x_mm is missing"),
         ("m", "t_s,position_mm\n0,0\n", "needs two points at least"),
         ("m", "t_s,position_mm\n0,0\n1,1\n1,2\n", "times of a motion must rise: point 3"),
@@ -127,7 +128,7 @@ def test_bad_scenes_are_one_line(refused, options, message, monkeypatch):
     ],
 )
 def test_bad_files_are_one_line_with_the_file(refused, tmp_path, name, text, message):
-    (tmp_path / "p.csv").write_text("x_mm,height_mm\n0,0\n0.1,0\n0.2,0\n")
+    (tmp_path / "p.csv").write_text("x_mm,height_mm\n0,0\n1,0\n2,0\n")
     (tmp_path / "m.csv").write_text("t_s,position_mm\n0,0\n1,1\n")
     (tmp_path / f"{name}.csv").write_text(text)
     line = refused("slide", "--profile", "p.csv", "--motion", "m.csv", "--out", "log.csv")

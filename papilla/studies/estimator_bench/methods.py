@@ -19,6 +19,8 @@ from papilla.estimators.published.roughness import (
 )
 from papilla.studies.estimator_bench import rivals
 
+RIDGE_PITCH_MM = 1.2
+"""Of the default finger, which the scenes "felt by FEM" are of."""
 PRODUCT, VARIANT, RIVAL, PUBLISHED = "product", "product, told more or less", "rival", "published"
 
 
@@ -78,6 +80,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "pipeline": Method(PRODUCT, _pipeline, rivals.LONG_MM),
         "exact scale": Method(VARIANT, partial(_pipeline, scale_sigma=0.0), rivals.LONG_MM),
+        "ridges known": Method(VARIANT, partial(_pipeline, ridge_pitch_mm=RIDGE_PITCH_MM)),
         "no velocity": Method(VARIANT, _blind),
         "STFT over the path": _over_path(partial(rivals.strongest, tapered=True), rivals.SHORT_MM),
         "periodogram": _over_path(partial(rivals.strongest, tapered=False), rivals.LONG_MM),
@@ -91,8 +94,8 @@ METHODS: Mapping[str, Method] = MappingProxyType(
     }
 )
 """Every method by its name. "exact scale" is the pipeline that is told that the velocity has no error of its scale, so
-that its sigma is of the line alone; "no velocity" takes the velocity for the wavelength alone. The published ones are
-as printed, and say "ok" whenever they answer."""
+that its sigma is of the line alone; "ridges known" one that is told of the finger's ridges; "no velocity" takes the
+velocity for the wavelength alone. The published ones are as printed, and say "ok" whenever they answer."""
 
 
 def chosen(kind: str, names, known) -> list[str]:
