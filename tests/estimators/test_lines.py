@@ -165,6 +165,10 @@ def test_a_rough_surface_through_the_skin_has_no_lines(skin_mm):
     assert found <= 2
 
 
+def test_a_path_is_the_trapezoids_of_its_velocity():
+    np.testing.assert_allclose(travelled([0.0, 1.0, 3.0, 3.5], [0.0, 2.0, 4.0, -4.0]), [0.0, 1.0, 7.0, 7.0])
+
+
 def test_the_spectrum_is_that_of_what_was_searched():
     position = np.arange(1500) * 0.05
     reading = np.cos(2 * np.pi * position / 2) + np.random.default_rng(1).normal(0, 0.3, 1500)

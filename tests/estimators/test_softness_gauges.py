@@ -305,6 +305,14 @@ def test_mirrored_gauges_with_the_same_error_do_not_blame_another(exact, pair, g
     assert set(faults_of(answer)) >= (set(pair) if told[-1] else set())
 
 
+@pytest.mark.parametrize("alone, blamed", [(15.0, (0,)), (19.9, (0,)), (25.0, (0, 4))])
+def test_a_pair_is_no_rival_of_a_channel_that_explains_as_much_by_itself(exact, alone, blamed):
+    """Mirrored gauges 0 and 4 leave a squared misfit of 10.5; 0 by itself leaves so much, all others 100."""
+    left = {(0,): alone, (0, 4): 10.5}
+    own = estimator(exact)
+    assert own._blamed(np.arange(6), lambda some: [left.get(channels, 100.0) for channels in some]) == blamed
+
+
 def test_what_cannot_be_explained_is_not_searched_again_at_once(exact):
     samples = touched(exact, 0.2, PRESS[40:80])
     samples[:, :5] *= [0.8, 0.85, 1.0, 1.15, 1.2]

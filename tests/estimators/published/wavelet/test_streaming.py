@@ -48,6 +48,14 @@ def test_answers_are_held_for_a_three_hundredth_of_a_second():
     assert changes.size > 200 and (np.diff(changes) % 4 == 0).all()
 
 
+def test_gaps_are_forgotten_once_they_are_out_of_reach():
+    rows = touch(count=900)[0]
+    rows[300:340, 0] = np.nan
+    estimator = make()
+    status = np.array([estimator.update(row).status for row in rows])
+    assert (status[340:350] == RidgeStatus.GAP).all() and (status[600:] == RidgeStatus.OK).all()
+
+
 def test_noise_is_seldom_a_ridge():
     """White noise and noise with a memory: one in twenty instants at most twice over."""
     white = np.random.default_rng(3).normal(size=(9000, 2))
