@@ -78,6 +78,7 @@ def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     assert made["swept"] == [(0, 43, 60, "stick"), (0, 43, 60, 0.0), *((k, 8, 10, 0.0) for k in (1, 2, 3))]
     assert made["positions"] == [(finger, 0, "stick")]
     calibration = done.calibration
+    assert calibration.ridge_pitch_mm == 1.2
     assert any(note.startswith("friction is not known: stick is taken") for note in calibration.notes)
     assert calibration.mesh["scatter_sha256"] == ["mesh 1", "mesh 2", "mesh 3"]
     assert len(done.presses) == len(DEFAULT_MODULI) * len(DEFAULT_FORCES) == calibration.provenance["presses"]

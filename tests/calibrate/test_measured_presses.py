@@ -47,6 +47,14 @@ def test_three_moduli_without_noise(truth, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_calibration_tells_the_ridges_of_its_finger(truth, tmp_path):
+    finger = Finger.default()
+    for own, pitch in ((finger, finger.ridges.pitch), (replace(finger, ridges=None), None), (None, None)):
+        calibrate_measured(log_of(truth), own).calibration.save(tmp_path / "c.json")
+        assert Calibration.load(tmp_path / "c.json").ridge_pitch_mm == pitch
+
+
+@pytest.mark.slow
 def test_intervals_cover_the_noise_of_a_bench():
     """Presses on a quadratic ln S_d with 1 % noise: 95 % of the intervals hold the modulus."""
     rng = np.random.default_rng(5)
