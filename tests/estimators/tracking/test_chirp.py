@@ -65,7 +65,8 @@ def test_pressing_steps_are_told_from_an_answer():
     for wavelength, seed in [(0.6, 301), (1.2, 302), (1.8, 301), (2.4, 302)]:
         made = scene("harsh", wavelength, seed=seed, seconds=3.0)
         found = ChirpTracker().process(made.block())
-        ok = (found.status == ChirpStatus.OK) & made.judged()
+        # A frequency that is known does not tell a wavelength near a reversal.
+        ok = (found.status == ChirpStatus.OK) & made.judged() & np.isfinite(found.wavelength_mm)
         share.append(ok.sum() / made.judged().sum())
         off.append(np.abs(found.wavelength_mm[ok] / wavelength - 1))
     assert 0.1 < np.mean(share) < 0.9
