@@ -39,7 +39,7 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
     limit = float(np.percentile(np.abs(strain), 99.5))
     with styled(7.2, 6.0) as figure, replacing(path) as temporary:
         FigureCanvasAgg(figure)
-        body, signal = figure.add_axes((0.09, 0.43, 0.88, 0.5)), figure.add_axes((0.09, 0.09, 0.88, 0.24))
+        body, signal = figure.add_axes((0.12, 0.43, 0.85, 0.5)), figure.add_axes((0.12, 0.09, 0.85, 0.24))
         writer = PillowWriter(fps=FRAMES_A_SECOND)
         with matplotlib.rc_context({"savefig.dpi": 90}), writer.saving(figure, f"{temporary}.gif", dpi=90):
             for row, sample in enumerate(samples):
@@ -90,5 +90,6 @@ def _draw_signals(axes, found: Slide, sample: int) -> None:
         axes.plot(found.motion.t_s[rows], signal, color=color, linewidth=1.1, label=literal(name))
     reach = max(1.05 * float(np.percentile(np.abs(change), 99.8)), 1e-9)
     axes.set(ylim=(-reach, reach), xlabel="time (s)", ylabel="change (µε)")
-    axes.set_xlim(found.motion.t_s[sample] - SIGNAL_S, found.motion.t_s[sample] + 1e-9)
+    end = max(found.motion.t_s[sample], min(SIGNAL_S, found.motion.t_s[-1]))
+    axes.set_xlim(max(end - SIGNAL_S, 0.0), end)
     axes.legend(ncols=len(found.gauge_names), loc="upper left", fontsize=8)
