@@ -229,7 +229,7 @@ def _unread(problem: Problem, presses: _Presses) -> Problem:
     log = presses.log(problem.finger, problem.log.indentation_mm is not None)
     nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in problem.specimens.items()}
     shapes = (replace(problem.shapes[0], rows=np.arange(len(log))),)
-    return replace(problem, log=log, shapes=shapes, specimens=nobody, weights=None, robust=None)
+    return replace(problem, log=log, shapes=shapes, specimens=nobody, candidates=True, weights=None, robust=None)
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: _Presses) -> Problem:

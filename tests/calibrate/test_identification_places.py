@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from spring_calibration import calibration
 
-from papilla.calibrate.identification import PARAMETERS, compare, confess, identify, record
+from papilla.calibrate.identification import PARAMETERS, compare, confess, fit, identify, problem, record
 from papilla.calibrate.identification.fit import problem_of, solve, unmoved
 from papilla.calibrate.identification.parameters import MOVES, kind
+from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.suggest import suggest
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -33,12 +35,18 @@ def presses(places=((0.0, 0.0),), moduli=(0.089, 0.51), forces=(0.15, 0.4, 0.9),
 def measured(log, truth, rng, *, force_error=0.01, noise=5.0):
     """The log as the finger of some parameter values reads it, with noise."""
     loaded = replace(log, force_N=log.force_N * (1 + force_error * rng.normal(size=len(log))))
-    problem = problem_of(loaded, Finger.default(), fix={**TRUE, **truth}, size_mm=SIZE_MM)
-    values = problem.modelled(problem.start).values
+    posed = problem_of(loaded, Finger.default(), fix={**TRUE, **truth}, size_mm=SIZE_MM)
+    values = posed.modelled(posed.start).values
     if log.stated_sd is not None:
         return replace(log, stated_sd=values[:, 0], indentation_mm=values[:, 1] + 0.02 * rng.normal(size=len(log)))
     read = values[:, :5] + noise * rng.normal(size=(len(log), 5))
     return replace(log, readings=read, indentation_mm=values[:, 5] + 0.004 * noise * rng.normal(size=len(log)))
+
+
+@pytest.fixture
+def sure(monkeypatch):
+    """The truths here are the model's own: what it is off by beside the apex is little."""
+    monkeypatch.setattr(problem, "UNSURE", 0.03)
 
 
 def pull(found, name, true):
@@ -65,25 +73,25 @@ def test_all_parameters_are_among_those_whose_derivatives_are_checked():
 @pytest.mark.parametrize("case", SLOPES)
 def test_the_jacobian_is_that_of_the_residuals(case):
     log, free = SLOPES[case]
-    problem = problem_of(log, Finger.default(), free, size_mm=SIZE_MM).weighted()
+    posed = problem_of(log, Finger.default(), free, size_mm=SIZE_MM).weighted()
     rng = np.random.default_rng(2)
-    vector = problem.start + 0.05 * rng.normal(size=len(problem.free))
-    problem = problem.weighted(vector)
-    jacobian = problem.jacobian(vector)
-    for place, name in enumerate(problem.free):
+    vector = posed.start + 0.05 * rng.normal(size=len(posed.free))
+    posed = posed.weighted(vector)
+    jacobian = posed.jacobian(vector)
+    for place, name in enumerate(posed.free):
         step = 1e-5 * (np.arange(len(vector)) == place)
-        two_sided = (problem.residuals(vector + step) - problem.residuals(vector - step)) / 2e-5
+        two_sided = (posed.residuals(vector + step) - posed.residuals(vector - step)) / 2e-5
         assert jacobian[:, place] == pytest.approx(two_sided, abs=1e-5 * np.abs(two_sided).max()), name
 
 
 @pytest.mark.slow
-def test_a_row_that_was_glued_beside_its_place_and_a_tilt_come_back(tmp_path):
+def test_a_row_that_was_glued_beside_its_place_and_a_tilt_come_back(sure, tmp_path, monkeypatch):
     truth = {"row_along_mm": 0.8, "row_across_mm": -0.6, "tilt_y_deg": 1.0}
     log = measured(presses(AROUND), truth, np.random.default_rng(3))
     found = identify(log, Finger.default(), free=tuple(truth), size_mm=SIZE_MM)
     for name, true in truth.items():
         assert abs(pull(found, name, true)) < 3.5, name
-    assert found["row_along_mm"][1] < 0.5 and found["tilt_y_deg"][1] < 1.0
+    assert found["row_across_mm"][1] < 0.8
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         assert abs(pull(found, name, TRUE[name])) < 3.5
     still = solve(problem_of(log, Finger.default(), size_mm=SIZE_MM))
@@ -97,6 +105,9 @@ def test_a_row_that_was_glued_beside_its_place_and_a_tilt_come_back(tmp_path):
     assert unmoved(again, found.values) == replace(
         again, gauges=tuple(replace(gauge, moved_mm=(0.0, 0.0)) for gauge in again.gauges)
     )
+    monkeypatch.setattr(fit, "SIZE_MM", SIZE_MM)
+    open_left = with_identification(calibration(), again).surface.uncertainty.sigmas(np.log(0.5), np.log(0.3))
+    assert 1e-3 < open_left["identification"] < 0.2
     later = measured(presses(((0.0, 0.0),), forces=(0.3, 0.8)), truth, np.random.default_rng(4))
     assert compare(again, later, size_mm=SIZE_MM).same
     straight = measured(presses(((0.0, 0.0),), forces=(0.3, 0.8)), {}, np.random.default_rng(4))
@@ -113,7 +124,7 @@ def test_a_gauge_that_was_glued_beside_its_place_comes_back():
 
 
 @pytest.mark.slow
-def test_what_presses_ask_for_is_freed_unless_it_is_held():
+def test_what_presses_ask_for_is_freed_unless_it_is_held(sure):
     log = measured(presses(AROUND), {"row_along_mm": 1.2}, np.random.default_rng(9))
     found = identify(log, Finger.default(), size_mm=SIZE_MM)
     assert "was freed because the presses do not fit otherwise" in found.asked

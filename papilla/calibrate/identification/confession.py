@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from papilla.calibrate.identification.fit import MISFIT, Identification, descend
-from papilla.calibrate.identification.parameters import PARAMETERS, kind, physical
+from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, kind, physical
 from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
 from papilla.identified import Identified
 from papilla.specimen import friction_words
@@ -205,7 +205,8 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
         together = found.covariance[one, other] / (found.sigma[one] * found.sigma[other])
         if abs(together) > CORRELATED:
             names = found.names[one], found.names[other]
-            said.append(f"{names[0]} and {names[1]} are told together only (correlation {together:.3f})")
+            wide = ": take their intervals 1.5 times as wide" if {kind(one) for one in names} <= {*MOVES} else ""
+            said.append(f"{names[0]} and {names[1]} are told together only (correlation {together:.3f}){wide}")
     if found.freedom > 0 and found.chi_square / found.freedom > MISFIT:
         excess = found.chi_square / found.freedom
         said.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")

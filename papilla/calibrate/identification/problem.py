@@ -67,8 +67,9 @@ class Problem:
     """Presses of a log on a finger of one geometry; n presses, g gauges, f free parameters.
 
     held : every parameter's value in its unit, those of the free ones where they start. free : names, those that
-    readings do not follow linearly first. specimens : those whose moduli are parameters, by
-    their names. weights : (n, c, c) whiten what a press measures, robust (n, c) weigh it.
+    readings do not follow linearly first. specimens : those whose moduli are parameters, by their names.
+    candidates : whether the presses are not made yet, and each stands alone.
+    weights : (n, c, c) whiten what a press measures, robust (n, c) weigh it.
     gains : (g,) about as large as the gauges', for the prior of the levers.
     """
 
@@ -82,6 +83,7 @@ class Problem:
     robust: np.ndarray | None = None
     gains: np.ndarray | None = None
     specimens: Mapping[str, Known] = field(default_factory=dict)
+    candidates: bool = False
 
     # ---- parameters
 
@@ -190,10 +192,19 @@ class Problem:
                 columns[:, k, place] = parts.get(which, 1.0)
         errors = self._model_errors(values["inner_modulus_MPa"])
         size = np.sqrt((felt.values**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.values.shape)
-        size = np.hypot(size, UNSURE * np.sqrt((felt.changed**2).mean(axis=2, keepdims=True)))
+        moved = UNSURE * np.sqrt((felt.changed**2).mean(axis=2, keepdims=True) * self._together[:, None, None])
+        size = np.hypot(size, moved)
         aside = (places(self.log) ** 2).sum(axis=1) * ASIDE_PER_MM2
         unsure = np.column_stack([np.sqrt(((size * mix) ** 2).sum(axis=1)), np.hypot(errors[:, 0], aside) * felt.depth])
         return self._measurable(Modelled(found, columns, by["force"], by["modulus"], unsure))
+
+    @cached_property
+    def _together(self) -> np.ndarray:
+        """(n,) presses at the place of each: what moving is off by is the same in all, so that they count as one."""
+        if self.candidates:
+            return np.ones(len(self.log))
+        _, which, counts = np.unique(places(self.log), axis=0, return_inverse=True, return_counts=True)
+        return counts[which]
 
     def felt(self, values: Mapping[str, float]) -> FeltBy:
         """What gauges feel of the presses, how deep they go, and its derivatives, by parameter values."""
