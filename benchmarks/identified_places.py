@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from identified_fingers import FORCE_ERROR, NOISE, ZERO, spread
 
 from papilla import fem
 from papilla.calibrate.identification import PARAMETERS, identify
@@ -23,6 +22,7 @@ from papilla.logs import PressLog
 from papilla.specimen import STICK, Block
 
 VARIANT = 1
+NOISE, FORCE_ERROR, ZERO = 5.0, 0.01, 20.0
 THICKNESS_MM, TOUCH_DOWN_MM, DEPTH_NOISE_MM = 10.0, 0.15, 0.02
 PLACES = ((0.0, 0.0), (3.0, 0.0), (-2.5, 1.0), (0.0, -2.5))
 FORCES, MODULI = (0.1, 0.3, 0.9), (0.089, 0.51)
@@ -88,6 +88,11 @@ class Solved:
 
 def _scenes() -> Iterator[tuple[float, float]]:
     yield from ((force, modulus) for modulus in MODULI for force in FORCES)
+
+
+def spread(share: float, count: int) -> float:
+    """Binomial standard error of a share, in percent."""
+    return 100 * float(np.sqrt(share * (1 - share) / count))
 
 
 def _rms(pulls: dict[str, list[float]]) -> str:

@@ -21,6 +21,17 @@ SHORT = {
         {"SIZE_MM": 2.8, "FIT_SIZE_MM": 2.8, "VARIANT": 0},
         "E from S_d",
     ),
+    "identified_places": (
+        ["--draws", "1", "--size-mm", "2.8"],
+        {
+            "VARIANT": 0,
+            "PLACES": ((0.0, 0.0), (3.0, 0.0)),
+            "FINGERS": (
+                {"outer_modulus_MPa": 0.136, "inner_modulus_MPa": 0.034, "row_along_mm": 0.8, "tilt_y_deg": 0.0},
+            ),
+        },
+        "places held at 0: inner modulus",
+    ),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
     "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
