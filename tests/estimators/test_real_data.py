@@ -63,7 +63,7 @@ def test_without_a_range_the_board_is_among_the_lines_strongest_first(path):
 @pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
 @pytest.mark.parametrize("wavelengths", [(1.0, 8.0), (0.4, 6.0), (1.0, 40.0)])
 def test_online_a_harmonic_is_hardly_ever_ok(path, wavelengths):
-    """Constant slow speed, drift and a stronger 20 mm component: little is answered, and 5 % of the rows at most are a harmonic."""
+    """Slow, drifting, beside a stronger 20 mm component: little is answered, a harmonic in 5 % of the rows at most."""
     about, channels, _ = recorded(path)
     time = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0) / 1e3
     rate = (len(time) - 1) / (time[-1] - time[0])
