@@ -1,5 +1,6 @@
 """What a fit of a finger has to confess: what presses do not tell, what decides instead, and which press decides."""
 
+import math
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -23,8 +24,9 @@ POORLY = 0.15
 INFLUENTIAL = 1.0
 """Change of a modulus, in standard deviations, by leaving one press out, from which the press is named."""
 
-SWAPPED = 0.3
-"""Share of chi-square that is left with two gauges swapped, from which they are taken to be."""
+SWAPPED = 2 * math.log(1000)
+"""What chi-square must fall by, in what is left for each freedom, for two gauges to be swapped: one pair in a hundred
+logs, of ten pairs, beforehand."""
 
 IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 """What is recorded as each gauge's gain and lever."""
@@ -210,25 +212,29 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
     if found.freedom > 0 and found.chi_square / found.freedom > MISFIT:
         excess = found.chi_square / found.freedom
         said.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
-        said += _swaps(found)
+    said += _swapped(found)
     if found.rival is not None and found.rival < NORMAL**2:
         said.append(f"another finger fits as well, chi-square only {found.rival:.2g} more: press other specimens too")
     return said
 
 
-def _swaps(found: Identification) -> list[str]:
-    """Pairs of gauges that fit far better with their readings swapped."""
-    problem, names, said = found.problem, found.problem.gauges, []
+def _swapped(found: Identification) -> list[str]:
+    """The pair of gauges, if any, whose readings fit far better swapped."""
+    problem, names, costs = found.problem, found.problem.gauges, {}
+    if found.chi_square < SWAPPED:
+        return []
     for one, other in combinations(range(problem.reading_count), 2):
         order = np.arange(len(names))
         order[[one, other]] = other, one
         turned = replace(problem, log=replace(problem.log, readings=problem.log.readings[:, order])).weighted()
-        cost, vector = descend(turned, found.vector[~problem.linear])
-        turned = turned.weighted(vector)
-        cost, vector = descend(turned, vector[~problem.linear])
-        if cost < SWAPPED * found.chi_square:
-            said.append(f"{names[one]} and {names[other]} look swapped: chi-square would be {cost:.3g}")
-    return said
+        _, vector = descend(turned, found.vector[~problem.linear])
+        costs[names[one], names[other]], _ = descend(turned.weighted(vector), vector[~problem.linear])
+    if not costs:
+        return []
+    (first, second), least = min(costs.items(), key=lambda pair: pair[1])
+    if found.chi_square - least < SWAPPED * max(1.0, least / max(found.freedom, 1.0)):
+        return []
+    return [f"{first} and {second} look swapped: chi-square would be {least:.3g} instead of {found.chi_square:.3g}"]
 
 
 def _of_gauges(found: Identification) -> list[str]:
