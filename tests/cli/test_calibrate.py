@@ -112,7 +112,7 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
         (["--bench", "soft.csv", "--form", "spline"], "soft.csv: "),
         (["--bench", "equal.csv", "--form", "spline"], "equal.csv: "),
         (["--bench", "beside.csv", "--form", "spline"], "beside.csv: the presses differ in x_mm"),
-        (["--bench", "beside.csv"], "beside.csv: x_mm is 1 in press 2: a finger is identified at the apex alone"),
+        (["--bench", "beside.csv"], "beside.csv: press 2 is beside the apex, where S_d is another: papilla identify"),
         (["--bench", "few.csv"], "few.csv: the log has 4 gauges (g1, g2, g3, g4), the finger"),
         (["--out", "file.txt"], "cannot write to folder file.txt: File exists"),
         (["--out", "file.txt/below"], "cannot write to folder file.txt/below: Not a directory"),

@@ -86,8 +86,12 @@ class Patch:
 
     @cached_property
     def finest_edge(self) -> float:
-        """Mean length (mm) of the triangle edges around the node that is touched first: at it alone one may be odd."""
-        touching = self.triangles[(self.triangles == np.argmin(self.node_gap)).any(axis=1)]
+        """Mean length (mm) of the triangle edges around the node that is touched first: at it alone one may be odd.
+
+        On a flat skin that is the middle one.
+        """
+        first = np.lexsort((np.hypot(*self.xy.T), self.node_gap))[0]
+        touching = self.triangles[(self.triangles == first).any(axis=1)]
         return self.mean_edge(np.isin(np.arange(len(self.xy)), touching))
 
     @cached_property
