@@ -16,9 +16,9 @@ WORKERS = 2
 PLOT = "estimators.png"
 COST_SECONDS = 4.0
 _WAVELENGTH = {
-    "answered %": "answered", "false %": "false", "settled %": "false_settled", "in 2 sigma %": "covered",
-    "error / sigma": "over_sigma", "median %": "median", "> 5 % off: %": "over_5", "RMS %": "rms",
-    "x bound": "over_bound", "first right s": "first_right_s", "us": "us",
+    "asked %": "asked", "answered %": "answered", "false %": "false", "settled %": "false_settled",
+    "in 2 sigma %": "covered", "error / sigma": "over_sigma", "median %": "median", "> 5 % off: %": "over_5",
+    "RMS %": "rms", "x bound": "over_bound", "first right s": "first_right_s", "us": "us",
 }  # fmt: skip
 _TOUCH = {
     "estimator": "method", "answered %": "answered", "false confident %": "false_confident",

@@ -47,12 +47,13 @@ def test_right_answers_are_not_false_and_within_sigma(grating):
 def test_what_is_false_is_counted_among_ok_alone(grating):
     factor, ok = np.ones(1000), np.zeros(1000, bool)
     ok[200:600], factor[500:700] = True, 1.2
-    row = row_of(judged(grating, factor, ok=ok))
+    run = judged(grating, factor, ok=ok)
+    row = row_of(run)
     assert row.false == 0.25 and row.false_settled == pytest.approx(1 / 3, abs=0.01), (
         "100 rows of 400, of 300 late ones"
     )
     past = grating.travelled_mm > 12
-    assert row.answered == pytest.approx(ok[past].mean()) and row.over_5 == pytest.approx(200 / past.sum())
+    assert row.answered == pytest.approx(ok[run.asked].mean()) and row.over_5 == pytest.approx(200 / past.sum())
     early = np.where(np.arange(1000) < 100, 1.5, 1.0)
     row = row_of(judged(grating, early))
     assert row.false == pytest.approx(0.1) and row.false_settled == 0 and row.first_right_s == pytest.approx(0.1)
@@ -83,6 +84,35 @@ def test_after_a_step_everything_begins_anew():
     assert row.false_settled == row.over_5 == 0, "12 mm, 0.3 s and two periods count from the step on"
 
 
+def at(frequency_Hz, mains_Hz=math.nan, speed=100.0, change=0.0):
+    """A scene at a speed that is constant, or changes by a share of it, whose line has a frequency."""
+    made = scene("const", speed / frequency_Hz, seed=1, seconds=1.0)
+    velocity = speed * (1 + change * np.sin(2 * math.pi * made.time_s))
+    return dataclasses.replace(made, velocity_mm_s=velocity, mains_Hz=mains_Hz)
+
+
+@pytest.mark.parametrize(
+    "made, from_mm",
+    [
+        (at(80.0), 5), (at(53.0), 100 / 3), (at(124.0), 25), (at(124.0, speed=200.0), 50), (at(50.0), math.inf),
+        (at(80.0, mains_Hz=50.0), 30), (at(53.0, mains_Hz=50.0), 100), (at(104.0, mains_Hz=50.0), 150),
+        (at(50.0, change=0.1), 0), (scene("const, hum only", 1.8, seconds=1.0), 0),
+    ],
+)  # fmt: skip
+def test_an_answer_is_asked_for_once_the_path_tells_the_line_from_the_mains(made, from_mm):
+    for path in (0.97 * from_mm, 1.03 * from_mm) if 0 < from_mm < math.inf else (1.0, 1e3):
+        assert made.tellable(np.full(1000, path)).tolist() == [path >= from_mm] * 1000
+
+
+def test_only_what_is_asked_for_counts_as_answered():
+    made = scene("const, hum", 1.8, seed=1, seconds=1.0)
+    made = dataclasses.replace(made, wavelength_mm=made.velocity_mm_s / 56.0)
+    asked = made.travelled_mm > 3 * made.velocity_mm_s / 6.0
+    row = row_of(judged(made, ok=asked), name=made.name)
+    assert row.answered == 1 and row.asked == pytest.approx(asked.sum() / (made.travelled_mm > 12).sum(), abs=2e-3)
+    assert row_of(judged(made, ok=~asked), name=made.name).answered < 0.01
+
+
 def test_the_error_over_the_bound_is_that_of_the_path_remembered():
     made = scene("const", 1.8, seed=1, seconds=3.0)
     run = judged(made, 1 + 2 * made.bound(path_mm=96.0), path_mm=96.0)
@@ -92,7 +122,7 @@ def test_the_error_over_the_bound_is_that_of_the_path_remembered():
 
 
 def test_the_faults_of_the_product_alone():
-    good = dict(answered=0.9, claimed=1.0, false=0.0, false_settled=0.0, median=0.001, over_5=0.0, rms=0.001)
+    good = dict(answered=0.9, asked=1.0, claimed=1.0, false=0.0, false_settled=0.0, median=0.001, over_5=0.0, rms=0.001)
     good |= dict(covered=0.95, over_sigma=1.0, over_bound=1.0, first_right_s=0.1, us=1.0, runs=1)
     fine = honesty.Row("const", "pipeline", PRODUCT, **good)
     beside = [fine, honesty.Row("const", "periodogram", RIVAL, **good)]
@@ -102,6 +132,8 @@ def test_the_faults_of_the_product_alone():
         assert len(honesty.faults(dataclasses.replace(fine, **{name: value}), beside)) == 1, name
     blind = dataclasses.replace(beside[1], over_5=0.3)
     assert honesty.faults(dataclasses.replace(fine, answered=0.1), [fine, blind]) == (), "no spectrum is right there"
+    hum = dataclasses.replace(fine, scene="const, hum", answered=0.7)
+    assert honesty.faults(hum, [hum, blind]) == ("unanswered 30 > 20 %",), "a spectrum is wrong, and an answer possible"
     empty = dataclasses.replace(fine, scene="const, hum only", claimed=0.5)
     assert honesty.faults(empty, [empty]) == ("runs with an answer 50 > 1 %",)
     assert honesty.faults(dataclasses.replace(beside[1], false=1.0), beside) == ()
@@ -196,6 +228,8 @@ def test_claims_take_any_wavelength_and_tuning_one_of_five():
     assert len({runner.wavelength_of(seed) for seed in range(CLAIMS)}) == 5
     drawn = [runner.wavelength_of(seed) for seed in range(CLAIMS, CLAIMS + 200)]
     assert len(set(drawn)) == 200 and min(drawn) > 0.6 and max(drawn) < 3 and min(drawn) < 0.65 and max(drawn) > 2.8
+    speeds = [scene("const", 1.0, seed=seed, seconds=0.01, drawn=True).velocity_mm_s[0] for seed in range(100, 300)]
+    assert abs(np.corrcoef(np.log(drawn), np.log(speeds))[0, 1]) < 0.3, "a speed says nothing of the wavelength"
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ import numpy as np
 
 from papilla.errors import InputError
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, RIVAL, Answer
+from papilla.studies.estimator_bench.rivals import LONG_MM
 from papilla.studies.estimator_bench.scenes import SCENES, Scene
 
 WRONG = 0.05
@@ -23,7 +24,8 @@ MOST_RUNS_CLAIMED, BESIDE_BEST, TRUSTED = 0.01, 1.2, 0.05
 @dataclass(frozen=True)
 class Run:
     """One method on one scene: relative errors (n,) (inf without an answer), errors over sigma, and rows that are ok,
-    settled, and counted (on `FROM_MM` of path since the surface began); when the first right answer came; the mean
+    settled, counted (on `FROM_MM` of path since the surface began), and those of them at which an answer may be asked
+    for (`Scene.tellable`); when the first right answer came; the mean
     square error over the bound (NaN where there is none); microseconds a sample."""
 
     error: np.ndarray
@@ -31,6 +33,7 @@ class Run:
     ok: np.ndarray
     settled: np.ndarray
     counted: np.ndarray
+    asked: np.ndarray
     first_right_s: float
     bound_square: float
     us: float
@@ -40,7 +43,8 @@ class Run:
 class Row:
     """One method on one scene over all runs; shares and errors are fractions.
 
-    answered : share of counted rows that are ok. claimed : share of runs with any such row. false, false_settled :
+    answered : share of ok among the rows at which an answer may be asked for, asked : the share of these among the
+    counted ones. claimed : share of runs with any such row. false, false_settled :
     share of ok rows that are false, all and those after 0.3 s and two periods. median, over_5 : of the relative error
     of all counted rows, ok or not, and the share of them that is wrong or has no answer. rms : of ok rows, 1 at most.
     covered : share of ok rows within two sigma; over_sigma : RMS of their error over sigma. over_bound : RMS over the
@@ -52,6 +56,7 @@ class Row:
     method: str
     kind: str
     answered: float
+    asked: float
     claimed: float
     false: float
     false_settled: float
@@ -89,14 +94,16 @@ def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run
         over_sigma = np.nan_to_num(nearest / answer.sigma_mm, nan=math.inf).clip(max=1e9)
     settled = (since_s > SETTLED_S) & (since_mm > SETTLED_PERIODS * np.nan_to_num(made.wavelength_mm))
     first = right[0] / made.sample_rate_Hz if right.size else math.inf
-    return Run(error, over_sigma, answer.ok, settled, since_mm > FROM_MM, float(first), square, us)
+    counted = since_mm > FROM_MM
+    asked = counted & made.tellable(np.minimum(since_mm, LONG_MM))
+    return Run(error, over_sigma, answer.ok, settled, counted, asked, float(first), square, us)
 
 
 def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
     """What the runs of a method on a scene come to."""
-    error, over_sigma, ok, settled, counted = (
+    error, over_sigma, ok, settled, counted, asked = (
         np.concatenate([getattr(run, name) for run in runs])
-        for name in ("error", "over_sigma", "ok", "settled", "counted")
+        for name in ("error", "over_sigma", "ok", "settled", "counted", "asked")
     )
     squares = [run.bound_square for run in runs if run.bound_square == run.bound_square]
     # Without a line no answer has an error: every one is false
@@ -106,7 +113,8 @@ def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
         scene,
         method,
         METHODS[method].kind,
-        answered=_share(ok, counted),
+        answered=_share(ok, asked),
+        asked=_share(asked, counted),
         claimed=float(np.mean([(run.ok & run.counted).any() for run in runs])),
         false=_share(error > WRONG, ok),
         false_settled=_share(error > WRONG, ok & settled),
@@ -135,7 +143,9 @@ def faults(row: Row, beside: Sequence[Row]) -> tuple[str, ...]:
     rivals = [other for other in beside if other.kind == RIVAL]
     wanted = [("false", row.false, MOST_FALSE), ("false when settled", row.false_settled, MOST_FALSE_SETTLED),
               ("outside two sigma", 1 - row.covered, 1 - LEAST_COVERED)]  # fmt: skip
-    if any(other.over_5 <= TRUSTED for other in rivals if other.method in ("STFT over the path", "periodogram")):
+    right = any(other.over_5 <= TRUSTED for other in rivals if other.method in ("STFT over the path", "periodogram"))
+    # A spectrum takes hum for the surface, and it is known where one could tell.
+    if right or SCENES[row.scene].hums:
         wanted.append(("unanswered", 1 - row.answered, 1 - LEAST_ANSWERED))
     for name in ("median", "over_5") if rivals else ():
         best = min(getattr(other, name) for other in rivals)

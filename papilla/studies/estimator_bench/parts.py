@@ -28,7 +28,7 @@ class Draft:
     rng : of everything random. drawn : whether parameters are. offsets_mm (g,) : of the gauges; asked_mm : the
     wavelength. velocity, position (n,) : of the finger in mm/s and mm; skin (n,) : where its skin is; known (n,) : the
     velocity as it is told. texture (n, g) : what the surface gives, AC power 1; added (n,) : what else there is.
-    wavelength (n,) : truth in mm, NaN where there is no line; other_mm : a second right one.
+    wavelength (n,) : truth in mm, NaN where there is no line; other_mm : a second right one; mains_Hz : of hum, or NaN.
     """
 
     rng: np.random.Generator
@@ -38,6 +38,7 @@ class Draft:
     offsets_mm: np.ndarray
     asked_mm: float
     other_mm: float = math.nan
+    mains_Hz: float = math.nan
     velocity: np.ndarray = field(init=False)
     position: np.ndarray = field(init=False)
     skin: np.ndarray = field(init=False)
@@ -199,9 +200,13 @@ def smooth(draft: Draft) -> None:
 
 
 def hum(draft: Draft, rms: float = 2.0, mains_Hz: float = 50.0) -> None:
-    """The mains at so many times the texture's RMS, with a quarter of its third harmonic."""
-    mains = draft.rng.choice([50.0, 60.0]) if draft.drawn else mains_Hz
-    turns = 2 * math.pi * mains * draft.time_s + draft.phase()
+    """The mains at so many times the texture's RMS, with a quarter of its third harmonic.
+
+    At a constant speed an answer is asked for only where the drawn frequencies are far enough apart for a spectrum to
+    tell the texture from the hum (`Scene.tellable`).
+    """
+    draft.mains_Hz = float(draft.rng.choice([50.0, 60.0])) if draft.drawn else mains_Hz
+    turns = 2 * math.pi * draft.mains_Hz * draft.time_s + draft.phase()
     draft.added += draft.about(rms) * math.sqrt(2) * (np.sin(turns) + 0.25 * np.sin(3 * turns))
 
 

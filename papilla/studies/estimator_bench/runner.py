@@ -48,7 +48,8 @@ def wavelength_of(seed: int) -> float:
     if seed < CLAIMS:
         return WAVELENGTHS_MM[seed % len(WAVELENGTHS_MM)]
     low, high = WAVELENGTHS_MM[0], WAVELENGTHS_MM[-1]
-    return low * (high / low) ** float(np.random.default_rng(seed).uniform())
+    # Not the scene's own stream: its first draw is the speed, and the two would go together.
+    return low * (high / low) ** float(np.random.default_rng([seed, 1]).uniform())
 
 
 def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan) -> list[Run]:

@@ -22,6 +22,9 @@ from papilla.studies.estimator_bench.parts import HARMONICS, PASS_BAND, Draft, g
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
 CLAIMS = 100
 """First seed of claims."""
+MAINS_HZ = (50.0, 60.0)
+HIDDEN, APART = 6, 3.0
+"""Harmonics of a fundamental that may be hidden below hum; resolutions that part a line from a louder one."""
 Part = Callable[[Draft], None]
 
 
@@ -48,6 +51,11 @@ class Recipe(NamedTuple):
             parts.out_of_range,
             felt.edges,
         )
+
+    @property
+    def hums(self) -> bool:
+        """Whether the mains are louder than the surface."""
+        return parts.hum in self.disturbances
 
 
 _WAYS: Mapping[str, Part] = {"const": parts.constant, "strokes": parts.strokes}
@@ -108,6 +116,7 @@ class Scene:
     signal : (n, g) readings of each gauge without noise.
     readings : (n, g) the same with noise.
     wavelength_mm : (n,) truth, NaN where there is no line to be found; other_mm: a second right one, or NaN.
+    mains_Hz : frequency of its hum, or NaN.
     noise_sd : standard deviation of the noise of a sample.
     sample_rate_Hz : samples a second.
     """
@@ -121,6 +130,7 @@ class Scene:
     readings: np.ndarray
     wavelength_mm: np.ndarray
     other_mm: float
+    mains_Hz: float
     noise_sd: float
     sample_rate_Hz: float
 
@@ -138,6 +148,26 @@ class Scene:
         """(n,) bool: rows with t > `settle_s` and |v| > `slow` times its peak."""
         speed = np.abs(self.velocity_mm_s)
         return (self.time_s > settle_s) & (speed > slow * speed.max())
+
+    def tellable(self, path_mm) -> np.ndarray:
+        """(n,) bool: rows at which a spectrum over so much path (n,) can tell the surface's line from one over time;
+        all where the speed changes or there is no line.
+
+        At a constant speed v a line at wavenumber k and one at the frequency k v are the same readings. With the
+        resolution v / path, the line's frequency must be more than one from each harmonic of 50 and 60 Hz, whether
+        they are there or not; and under hum, which is louder, more than three (the flanks of two tapered lines and a
+        dip), as must be the fundamental of which the line might be the second to sixth harmonic.
+        """
+        line = self.frequency_Hz[:, None]
+        told = np.isnan(line[:, 0])
+        if np.ptp(self.velocity_mm_s) > 0 or told.all():
+            return np.ones(self.time_s.size, bool)
+        resolution = np.abs(self.velocity_mm_s) / np.maximum(path_mm, 1e-9)
+        harmonics = np.concatenate([np.arange(mains, 0.5 * self.sample_rate_Hz, mains) for mains in MAINS_HZ])
+        apart = np.abs(line - harmonics).min(axis=1) > resolution
+        if not math.isnan(self.mains_Hz):
+            apart &= np.abs(line / np.arange(1, HIDDEN + 1) - self.mains_Hz).min(axis=1) > APART * resolution
+        return told | apart
 
     def block(self, delay_samples: int = 0, gain: float = 1.0) -> np.ndarray:
         """(n, g + 1): readings, then the velocity as it is told: `gain` times that, `delay_samples` later still."""
@@ -204,5 +234,5 @@ def scene(
     readings = signal + noise_sd * draft.rng.standard_normal(signal.shape)
     return Scene(
         name, time, draft.velocity, draft.position, draft.known, signal, readings, draft.wavelength, draft.other_mm,
-        noise_sd, rate,
+        draft.mains_Hz, noise_sd, rate,
     )  # fmt: skip
