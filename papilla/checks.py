@@ -40,6 +40,18 @@ def within(name: str, value: Any, low: float, high: float) -> float:
     return number
 
 
+def rising(name: str, value: Any) -> tuple[float, float]:
+    """A range (low, high) as floats, 0 < low < high."""
+    try:
+        low, high = value
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be two numbers (low, high), got {value!r}") from None
+    low, high = positive(f"{name} (low end)", low), positive(f"{name} (high end)", high)
+    if low >= high:
+        raise InputError(f"{name} must rise, got {low:g} and {high:g}")
+    return low, high
+
+
 LARGEST = 1e12
 """No sensor gives a greater number; its square and the square's square are still finite."""
 

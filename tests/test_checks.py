@@ -66,3 +66,13 @@ def test_poissons_ratio_ends_at_one_half(nu):
 def test_only_what_a_sensor_can_give_is_believed():
     found = checks.believable(np.array([1e12, -1e12, 1.01e12, -1e300, np.inf, np.nan, 0.0]))
     np.testing.assert_array_equal(found, [1e12, -1e12, np.nan, np.nan, np.nan, np.nan, 0.0])
+
+
+def test_a_range_rises():
+    assert checks.rising("range", (np.float32(1), 3)) == (1.0, 3.0)
+    with pytest.raises(InputError, match="^range must rise, got 3 and 1$"):
+        checks.rising("range", (3, 1))
+    with pytest.raises(InputError, match="^range must be two numbers .low, high., got 3$"):
+        checks.rising("range", 3)
+    with pytest.raises(InputError, match="^range .low end. must be greater than 0, got 0$"):
+        checks.rising("range", (0, 1))

@@ -12,7 +12,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.background import Level, background
-from papilla.estimators.harmonics import Peak, order_of, with_harmonics
+from papilla.estimators.peaks import Peak, order_of, vertex, with_harmonics
 from papilla.estimators.position_spectrum import GRID_PER_PERIOD, PositionSpectrum, position_spectrum
 
 FALSE_ALARM = 0.01
@@ -236,7 +236,7 @@ def _peaks(spectrum, power, channels, false_alarm: float, octaves: float) -> lis
         if chance >= false_alarm / max(octaves * k[top], 1.0) or _on_a_flank(power, top, spectrum):
             continue
         over = float(power[top] / noise)
-        place = float(k[top] + _vertex(np.log(power[top - 1 : top + 2])) * (k[1] - k[0]))
+        place = float(k[top] + vertex(power[top - 1 : top + 2]) * (k[1] - k[0]))
         amplitude = float(np.sqrt(np.mean(spectrum.amplitude(top) ** 2)))
         sigma = spectrum.wavenumber_sigma(over * independent)
         found.append(Peak(place, sigma, amplitude, over, float(chance)))
@@ -250,13 +250,6 @@ def _chance_of_best(spectrum: PositionSpectrum, at: np.ndarray) -> np.ndarray:
     """
     own = np.maximum(spectrum.power, 1e-300).T
     return 2 * len(own) * np.min([_level(spectrum, power, at).chance(power[at]) for power in own], axis=0)
-
-
-def _vertex(three: np.ndarray) -> float:
-    """Where the parabola through three values has its vertex, in steps from the middle."""
-    left, middle, right = three
-    curvature = left - 2 * middle + right
-    return float(0.5 * (left - right) / curvature) if curvature < 0 else 0.0
 
 
 def _on_a_flank(power, peak, spectrum) -> bool:

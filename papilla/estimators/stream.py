@@ -15,10 +15,12 @@ WHOLE = ("status", "gauges", "left_out", "channels")
 class Stream(ABC):
     """Base of estimators that remember one object, `_memory`; they define `columns`, `answer`, `_fresh` and `_take`.
 
-    columns : names of the values of a sample. answer : the NamedTuple of an estimate; all but `WHOLE` are floats.
+    columns : names of the values of a sample, of which the last `optional` may be left out. answer : the NamedTuple of
+    an estimate; all but `WHOLE` are floats.
     """
 
     columns: tuple[str, ...]
+    optional: ClassVar[int] = 0
     answer: ClassVar[Any]
     _memory: Any
 
@@ -48,8 +50,8 @@ class Stream(ABC):
 
     def update(self, sample):
         """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
-        if len(sample) != len(self.columns):
-            raise InputError(f"a sample must be {', '.join(self.columns)}, got {len(sample)} values")
+        if not len(self.columns) - self.optional <= len(sample) <= len(self.columns):
+            raise InputError(f"a sample must be {self._sample()}, got {len(sample)} values")
         return self._take(tuple(map(float, sample)))
 
     def process(self, block):
@@ -58,10 +60,16 @@ class Stream(ABC):
         Raises `InputError` for a block of another shape.
         """
         rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != len(self.columns):
+        widths = range(len(self.columns) - self.optional, len(self.columns) + 1)
+        if rows.ndim != 2 or rows.shape[1] not in widths:
             shape = " x ".join(map(str, rows.shape))
-            raise InputError(f"a block must be n x {len(self.columns)} ({', '.join(self.columns)}), got {shape}")
+            raise InputError(f"a block must be n x {' or '.join(map(str, widths))} ({self._sample()}), got {shape}")
         answers = [self._take(tuple(row)) for row in rows.tolist()]
         kinds = [int if name in WHOLE else float for name in self.answer._fields]
         columns = zip(*answers, strict=True) if answers else [()] * len(kinds)
         return self.answer._make(np.array(column, kind) for column, kind in zip(columns, kinds, strict=True))
+
+    def _sample(self) -> str:
+        """What a sample is, in words."""
+        needed = len(self.columns) - self.optional
+        return ", ".join(self.columns[:needed]) + "".join(f"[, {name}]" for name in self.columns[needed:])

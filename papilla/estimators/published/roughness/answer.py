@@ -47,25 +47,12 @@ class RoughnessEstimate(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """What a method finds in its window: frequency in Hz, distance in mm travelled in one period, power, and status.
+    """What a method finds in its window: status, and, where that is OK or GAP, what a period is.
 
-    NaN where it finds none; a status other than OK or GAP is no answer. Of a block, arrays (n,).
+    frequency in Hz, distance in mm travelled in one period (both NaN where there is none), and power.
     """
 
-    frequency: float | np.ndarray
-    distance: float | np.ndarray
-    power: float | np.ndarray
-    status: int | np.ndarray
-
-
-def found_nothing(status: int) -> Finding:
-    """No answer, for the reason of this status."""
-    return Finding(NONE, NONE, NONE, status)
-
-
-def first_reason(reasons: list[tuple[np.ndarray, int]], otherwise) -> np.ndarray:
-    """The status (n,) of the first reason (of n each) that holds; `otherwise` (a status, or n) where none does."""
-    status = otherwise
-    for holds, code in reversed(reasons):
-        status = np.where(holds, code, status)
-    return status
+    status: int
+    frequency: float = NONE
+    distance: float = NONE
+    power: float = NONE

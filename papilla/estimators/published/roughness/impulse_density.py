@@ -1,21 +1,9 @@
 """Impulse density of a model Meissner corpuscle (2006 paper, equations (1)-(4)), and its correction."""
 
-from typing import NamedTuple
-
-from papilla.estimators.published.roughness import corpuscle
-from papilla.estimators.published.roughness.corpuscle import Corpuscle, Threshold
 from papilla.estimators.published.roughness.counting import ImpulseCount
-from papilla.estimators.published.roughness.impulse_stream import ImpulseStream
+from papilla.estimators.published.roughness.impulses import Corpuscle, ImpulseMethod, ImpulseStream
 
 IMPULSES_A_GROOVE = 2
-
-
-class Method(NamedTuple):
-    """window_s : a. threshold : h over the mean. paired : wavelength by the distance travelled in a, not by |v(t)|."""
-
-    window_s: float
-    threshold: Threshold
-    paired: bool
 
 
 class ImpulseDensity(ImpulseStream):
@@ -36,11 +24,11 @@ class ImpulseDensity(ImpulseStream):
     """
 
     VARIANTS = {
-        "as_printed": Method(window_s=0.2, threshold=corpuscle.PRINTED, paired=False),
-        "corrected": Method(window_s=0.2, threshold=corpuscle.CORRECTED, paired=True),
+        "as_printed": ImpulseMethod(window_s=0.2, threshold=Corpuscle.PRINTED, paired=False),
+        "corrected": ImpulseMethod(window_s=0.2, threshold=Corpuscle.CORRECTED, paired=True),
     }
 
-    def _steps(self):
+    def _begin(self):
         a, method = self.window_samples, self._method
         count = ImpulseCount(a, self.sample_rate_Hz, IMPULSES_A_GROOVE, method.paired, self._fastest)
         return Corpuscle(a, method.threshold), count

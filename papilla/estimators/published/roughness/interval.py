@@ -1,36 +1,9 @@
 """Frequency from the interval between two impulses (2006 paper, equation (5)), and its correction."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import reduce
-from operator import add
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
-import numpy as np
-
-from papilla.estimators.published.roughness import corpuscle
-from papilla.estimators.published.roughness.answer import (
-    ALIASED,
-    NONE,
-    OK,
-    SILENT,
-    Finding,
-    first_reason,
-    found_nothing,
-)
-from papilla.estimators.published.roughness.corpuscle import Corpuscle, Threshold
-from papilla.estimators.published.roughness.impulse_stream import ImpulseStream
-
-
-class Method(NamedTuple):
-    """window_s : of the mean slope. threshold : of the corpuscle.
-
-    same_edge : the interval is between two impulses of one edge, and the wavelength the distance between them.
-    """
-
-    window_s: float
-    threshold: Threshold
-    same_edge: bool
+from papilla.estimators.published.roughness.answer import ALIASED, NONE, OK, SILENT, Finding
+from papilla.estimators.published.roughness.impulses import Corpuscle, ImpulseMethod, ImpulseStream
 
 
 class ImpulseInterval(ImpulseStream):
@@ -51,105 +24,45 @@ class ImpulseInterval(ImpulseStream):
     """
 
     VARIANTS = {
-        "as_printed": Method(window_s=0.2, threshold=corpuscle.PRINTED, same_edge=False),
-        "corrected": Method(window_s=0.2, threshold=corpuscle.CORRECTED, same_edge=True),
+        "as_printed": ImpulseMethod(window_s=0.2, threshold=Corpuscle.PRINTED, paired=False),
+        "corrected": ImpulseMethod(window_s=0.2, threshold=Corpuscle.CORRECTED, paired=True),
     }
 
-    def _steps(self):
-        method, samples = self._method, self.window_samples
-        interval = LastInterval(samples, self.sample_rate_Hz, method.same_edge, self._fastest)
+    def _begin(self):
+        samples, method = self.window_samples, self._method
+        interval = LastInterval(samples, self.sample_rate_Hz, method.paired, self._fastest)
         return Corpuscle(samples, method.threshold), interval
 
 
-@dataclass(frozen=True)
-class IntervalState:
-    """since : samples since the last impulse of the falling and of the rising edge, -1 where there was none.
+@dataclass(eq=False)
+class LastInterval:
+    """The interval between the last two impulses of any edge, or of the `same_edge`, not older than `samples`.
 
-    path : distance in mm since then (NaN once a velocity was missing); interval, distance : of the last two impulses,
-    in samples (0: none yet) and mm.
+    _since : samples and distance in mm since the last impulse of each edge (1 rising, -1 falling), while it is not
+    older than that; _interval : the same from the last impulse to the one before, 0 samples where there is none.
     """
 
-    since: tuple[int, int] = (-1, -1)
-    path: tuple[float, float] = (0.0, 0.0)
-    interval: int = 0
-    distance: float = 0.0
+    samples: int
+    rate_Hz: float
+    same_edge: bool
+    fastest_mm_s: float
+    _since: dict[float, tuple[int, float]] = field(default_factory=dict, init=False)
+    _interval: tuple[int, float] = field(default=(0, NONE), init=False)
 
-
-class LastInterval:
-    """The interval between the last two impulses of any edge, or of the `same_edge`, not older than `samples`."""
-
-    def __init__(self, samples: int, rate_Hz: float, same_edge: bool, fastest_mm_s: float):
-        self._samples, self._rate, self._same_edge, self._fastest = samples, rate_Hz, same_edge, fastest_mm_s
-        self._step = 1 / rate_Hz
-        self.state = IntervalState()
-
-    @property
-    def state(self) -> IntervalState:
-        """All that is remembered, to be kept or to be set again."""
-        (falling, rising), (falling_mm, rising_mm) = self._since, self._path
-        return IntervalState((falling, rising), (falling_mm, rising_mm), self._interval, self._distance)
-
-    @state.setter
-    def state(self, state: IntervalState) -> None:
-        self._since, self._path = list(state.since), list(state.path)
-        self._interval, self._distance = state.interval, state.distance
-
-    def find(self, impulse: int, could: bool, speed: float) -> Finding:
+    def find(self, impulse: float, speed: float) -> Finding:
         """What the last interval says after a sample: its impulse (1 rising, -1 falling, 0 none), and |velocity|."""
-        self._wait((speed * self._step,))
-        if impulse:
-            self._take(1 if impulse > 0 else 0)
-        elif max(self._since) < 0:
-            self._interval = 0
-        interval = self._interval
-        if not interval:
-            return found_nothing(SILENT)
-        if speed > self._fastest or interval <= 2:
-            return found_nothing(ALIASED)
-        frequency = self._rate / interval
-        return Finding(frequency, self._distance if self._same_edge else speed / frequency, NONE, OK)
-
-    def find_all(self, impulses: np.ndarray, could: np.ndarray, speeds: np.ndarray) -> Finding:
-        """The same after each of n > 0 samples, arrays (n,)."""
-        count = len(impulses)
-        moved, intervals, distances = (speeds * self._step).tolist(), np.empty(count), np.empty(count)
-        begin = 0
-        for place in [*np.flatnonzero(impulses).tolist(), count]:
-            # Nothing new from `begin` up to the impulse, but the last one may become too old on the way.
-            ages = [since for since in self._since if since >= 0]
-            old = min(begin + self._samples - min(ages), place) if ages else begin
-            intervals[begin:place], distances[begin:place] = self._interval, self._distance
-            if old < place:
-                intervals[old:place] = self._interval = 0
-            self._wait(moved[begin : place + 1])
-            if place < count:
-                self._take(1 if impulses[place] > 0 else 0)
-                intervals[place], distances[place] = self._interval, self._distance
-            begin = place + 1
-        with np.errstate(divide="ignore", invalid="ignore"):
-            frequency = self._rate / intervals
-            distance = distances if self._same_edge else speeds / frequency
-        fast = (speeds > self._fastest) | (intervals <= 2)
-        none = (intervals == 0) | fast
-        status = first_reason([(intervals == 0, SILENT), (fast, ALIASED)], OK)
-        return Finding(np.where(none, NONE, frequency), np.where(none, NONE, distance), np.full(count, NONE), status)
-
-    def _wait(self, moved: Sequence[float]) -> None:
-        """Let as many samples pass, in which the finger moves so far."""
-        for edge, since in enumerate(self._since):
-            if since >= 0:
-                since += len(moved)
-                # What is longer ago than a window is forgotten, so nothing grows with the stream.
-                forgotten = since > self._samples
-                self._since[edge] = -1 if forgotten else since
-                self._path[edge] = 0.0 if forgotten else reduce(add, moved, self._path[edge])
-
-    def _take(self, edge: int) -> None:
-        """Take one impulse: its interval to the last one, or to the last one of its edge."""
-        since = [elapsed for elapsed in self._since if elapsed > 0]
-        if self._same_edge:
-            if self._since[edge] > 0:
-                self._interval, self._distance = self._since[edge], self._path[edge]
-        elif since:
-            self._interval = min(since)
-        self._since[edge], self._path[edge] = 0, 0.0
+        moved = speed / self.rate_Hz
+        # What is longer ago than a window is forgotten, so nothing grows with the stream.
+        self._since = {edge: (age + 1, path + moved) for edge, (age, path) in self._since.items() if age < self.samples}
+        if not self._since:
+            self._interval = (0, NONE)
+        if abs(impulse) > 0:
+            latest = min(self._since.values(), default=self._interval)
+            self._interval = self._since.get(impulse, self._interval) if self.same_edge else latest
+            self._since[impulse] = (0, 0.0)
+        samples, distance = self._interval
+        if not samples:
+            return Finding(SILENT)
+        if speed > self.fastest_mm_s or samples <= 2:
+            return Finding(ALIASED)
+        return Finding(OK, self.rate_Hz / samples, distance if self.same_edge else moved * samples)

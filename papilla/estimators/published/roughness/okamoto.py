@@ -5,10 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.published.roughness.stft import Method, ShortTimeSpectrum
-from papilla.estimators.published.roughness.stream import DEFAULT_RANGE_MM
 
 
 class Okamoto(ShortTimeSpectrum):
@@ -30,32 +28,9 @@ class Okamoto(ShortTimeSpectrum):
     """
 
     VARIANTS = {
-        "as_printed": Method(
-            window_s=0.032, taper=np.hamming, levelled=False, padding=1, gated=False, between=False, mean_speed=False
-        ),
-        "corrected": Method(
-            window_s=0.08, taper=np.hamming, levelled=True, padding=4, gated=True, between=True, mean_speed=True
-        ),
+        "as_printed": Method(window_s=0.032, hop_s=0.0, taper=np.hamming, padding=1, corrected=False),
+        "corrected": Method(window_s=0.08, hop_s=0.0, taper=np.hamming, padding=4, corrected=True),
     }
-
-    def __init__(
-        self,
-        *,
-        variant: str = "as_printed",
-        window_s: float | None = None,
-        hop_s: float | None = None,
-        sample_rate_Hz: float = 1000.0,
-        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
-        saturation: float = math.inf,
-    ):
-        super().__init__(
-            variant=variant,
-            window_s=window_s,
-            hop_s=1 / checks.positive("sample_rate_Hz", sample_rate_Hz) if hop_s is None else hop_s,
-            sample_rate_Hz=sample_rate_Hz,
-            wavelength_range_mm=wavelength_range_mm,
-            saturation=saturation,
-        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,25 +1,11 @@
 """Zero crossings of the high-passed signal accumulated over a period A (2007 paper), and its correction."""
 
-import math
-from typing import NamedTuple
+from typing import Any
 
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.published.roughness.counting import ImpulseCount
-from papilla.estimators.published.roughness.crossings import UpwardCrossings
-from papilla.estimators.published.roughness.impulse_stream import ImpulseStream
-from papilla.estimators.published.roughness.stream import DEFAULT_RANGE_MM
-
-
-class Method(NamedTuple):
-    """window_s : A. paired : wavelength by the distance travelled in A, not by |v(t)|.
-
-    release : of the mean |signal| over A, the signal must have been below minus this before a crossing counts.
-    """
-
-    window_s: float
-    release: float
-    paired: bool
+from papilla.estimators.published.roughness.impulses import ImpulseMethod, ImpulseStream, UpwardCrossings
 
 
 class ZeroCrossing(ImpulseStream):
@@ -41,35 +27,20 @@ class ZeroCrossing(ImpulseStream):
     """
 
     VARIANTS = {
-        "as_printed": Method(window_s=0.08, release=0.0, paired=False),
-        "corrected": Method(window_s=0.08, release=0.7, paired=True),
+        "as_printed": ImpulseMethod(window_s=0.08, threshold=UpwardCrossings.PRINTED, paired=False),
+        "corrected": ImpulseMethod(window_s=0.08, threshold=UpwardCrossings.CORRECTED, paired=True),
     }
 
-    def __init__(
-        self,
-        *,
-        variant: str = "as_printed",
-        window_s: float | None = None,
-        high_pass_Hz: float = 10.0,
-        sample_rate_Hz: float = 1000.0,
-        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
-        saturation: float = math.inf,
-    ):
+    def __init__(self, *, high_pass_Hz: float = 10.0, **parameters: Any):
         self._corner = checks.positive("high_pass_Hz", high_pass_Hz)
-        super().__init__(
-            variant=variant,
-            window_s=window_s,
-            sample_rate_Hz=sample_rate_Hz,
-            wavelength_range_mm=wavelength_range_mm,
-            saturation=saturation,
-        )
+        super().__init__(**parameters)
 
     def _prepare(self):
-        super()._prepare()
         if not self._corner < 0.5 * self.sample_rate_Hz:
             raise InputError(f"high_pass_Hz must be below half of sample_rate_Hz, got {self._corner:g}")
+        self._settings += f", high-pass of {self._corner:g} Hz"
 
-    def _steps(self):
+    def _begin(self):
         a, rate, method = self.window_samples, self.sample_rate_Hz, self._method
-        count = ImpulseCount(a, rate, 1, method.paired, self._fastest)
-        return UpwardCrossings(a, rate, self._corner, method.release), count
+        crossings = UpwardCrossings(a, method.threshold, rate, self._corner)
+        return crossings, ImpulseCount(a, rate, 1, method.paired, self._fastest)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from papilla.estimators.published.roughness import ZeroCrossing, expected_error, optimal_period
-from papilla.estimators.published.roughness.crossings import UpwardCrossings
+from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.studies.estimator_bench.scenes import scene
 from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, near
 from papilla.studies.reproduce.signals import USUAL_DB, overlap, told
@@ -16,7 +16,7 @@ TOUCH = (100.0, 1.0)
 
 CLAIMS = (
     Claim("B3", "2007 3.1", "One impulse a period, where the high-passed signal goes through zero upward", 1.0,
-          near(1.0, percent=1), "impulses a period", "a_period", "published.roughness.crossings.UpwardCrossings",
+          near(1.0, percent=1), "impulses a period", "a_period", "published.roughness.impulses.UpwardCrossings",
           "order and corner of the high-pass are not printed: first order, 10 Hz, is assumed"),
     Claim("B4", "2007 3.1", "Impulses of the last A = 0.08 s over A are the frequency; wavelength = |v| / f", 0.08,
           near(0.08, by=1e-9), "s", "window", COUNT),
@@ -36,8 +36,8 @@ CLAIMS = (
 def run(tell) -> Found:
     """The count of 2007 on synthetic gratings."""
     time = np.arange(4000) / 1000
-    crossings = UpwardCrossings(80, 1000.0, 10.0, 0.0)
-    fired = [crossings.fire(value)[0] for value in np.sin(2 * np.pi * 41.3 * time + 0.3).tolist()]
+    crossings = UpwardCrossings(80, UpwardCrossings.PRINTED, 1000.0, 10.0)
+    fired = [crossings.fire(value) for value in np.sin(2 * np.pi * 41.3 * time + 0.3).tolist()]
     best = {wavelength: optimal_period(wavelength, *TOUCH) for wavelength in MILLIMETRES[::-1]}
     periods = np.linspace(0.02, 0.2, 361)
     # Of the wavelength, as a share of it: the error of the frequency over its amplitude

@@ -4,7 +4,7 @@ import numpy as np
 
 from papilla.estimators import find_lines
 from papilla.estimators.published.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
-from papilla.estimators.published.roughness.corpuscle import PRINTED, Corpuscle
+from papilla.estimators.published.roughness.impulses import Corpuscle
 from papilla.studies.estimator_bench.scenes import Scene, scene
 from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, above, below, near
 from papilla.studies.reproduce.signals import (
@@ -26,11 +26,11 @@ CLAIMS = (
           "%", "line_error", "estimators.find_lines(position_mm, readings)",
           "wavelength found {line_mm:.5f} mm for 1.8"),
     Claim("A10", "2006 eq. (1)", "The corpuscle is driven by the size of the strain's rate of change", "formula",
-          TRUE, "share of samples", "rectified", "published.roughness.corpuscle.Corpuscle"),
+          TRUE, "share of samples", "rectified", "published.roughness.impulses.Corpuscle"),
     Claim("A11", "2006 III.A", "One impulse at each upward crossing of the threshold, none while above it", "rule",
-          TRUE, "share of samples", "crossings", "published.roughness.corpuscle.Corpuscle"),
+          TRUE, "share of samples", "crossings", "published.roughness.impulses.Corpuscle"),
     Claim("A12", "2006 III.A", "The threshold is 1.5 times the mean rate over 200 ms", 1.5, near(1.5, by=1e-3), "",
-          "factor", "published.roughness.corpuscle.PRINTED", "found by bisection on a single faster sample"),
+          "factor", "published.roughness.impulses.Corpuscle.PRINTED", "found by bisection on a single faster sample"),
     Claim("A13", "2006 eq. (2)", "Density: impulses of the last a = 0.2 s are counted", 0.2, near(0.2, by=1e-9), "s",
           "window", DENSITY, "against a second count written here: {count_agree:.0%} of samples alike"),
     Claim("A14", "2006 eq. (3)", "Frequency is the count over 2 a: two impulses a groove", 20.0, near(20.0, by=1e-6),
@@ -103,8 +103,7 @@ def _rules() -> dict:
     mean = np.array([np.nanmean(slope[max(0, row - 199) : row + 1]) if row else np.nan for row in range(len(slope))])
     above_it = slope > 1.5 * mean
     first = above_it & ~np.append(False, above_it[:-1])
-    fired = np.array([abs(impulse) for impulse, _ in map(Corpuscle(200, PRINTED).fire, readings.tolist())])
-    mirrored = np.array([abs(impulse) for impulse, _ in map(Corpuscle(200, PRINTED).fire, (-readings).tolist())])
+    fired, mirrored = np.abs(_fired(readings)), np.abs(_fired(-readings))
     count = np.convolve(fired, np.ones(200))[: len(fired)]
     density = ImpulseDensity().process(np.column_stack([readings, seen.known_mm_s]))
     both = np.isfinite(density.frequency_Hz)
@@ -125,15 +124,20 @@ def _rules() -> dict:
     }
 
 
+def _fired(readings: np.ndarray) -> np.ndarray:
+    """Impulses (n,) of a corpuscle, as printed, in readings (n,)."""
+    return np.nan_to_num([*map(Corpuscle(200, Corpuscle.PRINTED).fire, readings.tolist())])
+
+
 def _threshold() -> float:
     """The least rate, over its mean of 200 ms, at which one faster sample after a steady slope makes an impulse."""
     low, high = 1.0, 4.0
     for _ in range(40):
         step = 0.5 * (low + high)
-        corpuscle = Corpuscle(200, PRINTED)
+        corpuscle = Corpuscle(200, Corpuscle.PRINTED)
         for row in range(300):
             corpuscle.fire(float(row))
-        low, high = (low, step) if corpuscle.fire(299 + step)[0] else (step, high)
+        low, high = (low, step) if corpuscle.fire(299 + step) else (step, high)
     return high / ((199 + high) / 200)
 
 
@@ -142,8 +146,7 @@ def _grooves() -> dict:
     time = np.arange(1000) / 1000
     place = 60 * (time - 0.3)
     depth = sum((-1) ** k * np.clip((place - 1.5 * k) / 0.2, 0, 1) for k in range(4))
-    fired = [(row, sign) for row, (sign, _) in enumerate(map(Corpuscle(200, PRINTED).fire, depth.tolist())) if sign]
-    entering = [row for row, sign in fired if sign > 0]
+    entering = np.flatnonzero(_fired(depth) > 0).tolist()
     pulses = np.zeros(2000)
     pulses[::25] = 1.0
     # A step each 25 ms is one impulse each

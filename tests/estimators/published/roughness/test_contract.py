@@ -1,6 +1,5 @@
 """The contract of every published estimator: chunks, states, faults, time, refusals."""
 
-import dataclasses
 import math
 import pickle
 
@@ -74,18 +73,24 @@ def test_a_saved_state_goes_on_bit_for_bit_and_reset_forgets(make, grating):
     first.process(rows[:805])
     second.process(rows[::-1])
     second.state = pickle.loads(pickle.dumps(first.state))
-    assert second.state == first.state or repr(second.state) == repr(first.state)
+    assert repr(second.state) == repr(first.state)
     assert same(first.process(rows[805:]), second.process(rows[805:]))
     second.reset()
     assert same(second.process(rows), make().process(rows))
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        first.state.last_time_s = 0.0
 
 
 @every
-def test_a_state_of_another_window_is_refused(make):
-    with pytest.raises(InputError, match="window"):
-        make().state = make(window_s=0.123).state
+@pytest.mark.parametrize("other", [{"window_s": 0.123}, {"wavelength_range_mm": (0.5, 6.0)}, {"sample_rate_Hz": 900.0}])
+def test_a_state_of_other_settings_is_refused(make, other):
+    with pytest.raises(InputError, match=r"the state is of \w+, .*; this is \w+, .* at 1000 Hz"):
+        make().state = make(**other).state
+
+
+def test_a_state_of_another_filter_or_hop_is_refused():
+    with pytest.raises(InputError, match="high-pass of 20 Hz"):
+        ZeroCrossing().state = ZeroCrossing(high_pass_Hz=20.0).state
+    with pytest.raises(InputError, match="every 7 samples"):
+        ShortTimeSpectrum().state = ShortTimeSpectrum(hop_s=0.007).state
 
 
 @every
@@ -93,10 +98,11 @@ def test_faults_are_answered_with_a_status_and_leave_no_trace(make, grating):
     rows = grating(1.2, seconds=2.0)
     clean = make().process(rows)
     rows[400:410, 0] = np.nan
-    rows[600, 0] = 1e9
+    rows[600:602, 0] = 1e9, 1e300
     answer = make(saturation=100.0).process(rows)
     assert (answer.status[400:410] == RoughnessStatus.MISSING).all()
-    assert answer.status[600] == RoughnessStatus.SATURATED
+    assert (answer.status[600:602] == RoughnessStatus.SATURATED).all()
+    assert make().process(rows).status[601] == RoughnessStatus.SATURATED, "no sensor gives that"
     assert np.isnan(answer.wavelength_mm[400:410]).all() and np.isnan(answer.frequency_Hz[600])
     assert answer.status[411] in (RoughnessStatus.GAP, RoughnessStatus.OK)
     settled = slice(1200, None)
@@ -173,11 +179,11 @@ def test_other_rates_integer_counts_and_float32(make, grating):
 
 @every
 def test_a_long_stream_leaves_no_rounding_behind(make, grating):
-    """A spike of 1e12 in running sums would be felt forever; a window later nothing may be left of it."""
+    """A spike of 1e11 in running sums would be felt forever; a window later nothing may be left of it."""
     rows = grating(1.2, seconds=2.0)
     fresh, used = make(), make()
     spike = rows[:900].copy()
-    spike[::7, 0] = 1e12
+    spike[::7, 0] = 1e11
     used.process(spike)
     still = np.column_stack([np.zeros(1500), np.full(1500, 100.0)])
     used.process(still)
@@ -216,7 +222,7 @@ def test_unusable_parameters_are_refused(cls, arguments, message):
 
 @every
 def test_unusable_blocks_and_samples_are_refused(make):
-    with pytest.raises(InputError, match="n x 2 .* got 4 x 5"):
+    with pytest.raises(InputError, match="n x 2 or 3 .* got 4 x 5"):
         make().process(np.zeros((4, 5)))
     with pytest.raises(InputError, match="got 1 values"):
         make().update((1.0,))

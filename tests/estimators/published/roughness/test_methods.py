@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from papilla.errors import InputError
 from papilla.estimators.published.roughness import (
@@ -13,10 +14,10 @@ from papilla.estimators.published.roughness import (
     expected_error,
     fit_amplitude,
     optimal_period,
-    peaks,
+    stft,
     wavelength_of_optimum,
 )
-from papilla.estimators.published.roughness.corpuscle import PRINTED, Corpuscle
+from papilla.estimators.published.roughness.impulses import Corpuscle, UpwardCrossings
 
 WAVELENGTHS = (0.6, 1.2, 1.8, 2.4, 3.0)
 LONGER = WAVELENGTHS[1:]
@@ -32,8 +33,8 @@ def grooves(speed=60.0, wavelength=3.0, seconds=1.0, rate=1000.0):
 
 def test_two_impulses_a_groove_and_the_printed_example():
     rows = grooves()
-    impulses, _ = Corpuscle(200, PRINTED).fire_all(rows[:, 0])
-    falling, rising = (np.flatnonzero(np.array(impulses) == edge) for edge in (-1, 1))
+    impulses = np.array([*map(Corpuscle(200, Corpuscle.PRINTED).fire, rows[:, 0].tolist())])
+    falling, rising = (np.flatnonzero(impulses == edge) for edge in (-1, 1))
     assert (np.diff(falling[2:]) == 50).all() and (np.diff(rising[2:]) == 50).all(), "0.050 s apart at 60 mm/s"
     answer = ImpulseDensity().process(rows)
     assert answer.frequency_Hz[-1] == 20.0 and answer.wavelength_mm[-1] == pytest.approx(3.0)
@@ -60,6 +61,20 @@ def test_density_by_hand():
         count = pulses[k - 199 : k + 1].sum()
         assert answer.frequency_Hz[k] == pytest.approx(count / (2 * 0.2))
         assert answer.wavelength_mm[k] == pytest.approx(83.0 * 2 * 0.2 / count)
+
+
+def test_crossings_by_hand():
+    """High-passed by SciPy, an impulse at each step from not above zero to above it, as printed and with hysteresis."""
+    readings = grooves(wavelength=2.1)[:, 0] + 0.05 * np.random.default_rng(2).normal(size=1000)
+    passed = lfilter(*butter(1, 10.0, "highpass", fs=1000.0), readings - readings[0])
+    size = np.array([np.mean(np.abs(passed[max(k - 79, 0) : k + 1])) for k in range(1000)])
+    for threshold in (UpwardCrossings.PRINTED, UpwardCrossings.CORRECTED):
+        expected, over = [], False
+        for value, mean in zip(passed, size, strict=True):
+            was, over = over, value > (threshold.release if over else threshold.factor) * mean
+            expected.append(float(over and not was))
+        fired = [*map(UpwardCrossings(80, threshold, 1000.0, 10.0).fire, readings.tolist())]
+        assert fired == expected and 25 < sum(fired) < 200
 
 
 def test_the_printed_threshold_loses_the_finest_grating_and_the_corrected_does_not(grating, rms_error):
@@ -102,14 +117,14 @@ def test_power_is_the_spectral_density_of_the_line(variant, window_s):
     assert answer.frequency_Hz[-1] == pytest.approx(50.0, abs=0.02)
 
 
-def test_dot_products_and_transform_are_the_same_spectrum(grating, monkeypatch):
+def test_matrix_and_transform_are_the_same_spectrum(grating, monkeypatch):
     rows = grating(1.8)
-    by_dots = ShortTimeSpectrum(variant="corrected", window_s=0.1).process(rows)
-    monkeypatch.setattr(peaks, "BY_DOTS", 0)
+    by_matrix = ShortTimeSpectrum(variant="corrected", window_s=0.1).process(rows)
+    monkeypatch.setattr(stft, "BY_MATRIX", 0)
     by_transform = ShortTimeSpectrum(variant="corrected", window_s=0.1).process(rows)
-    np.testing.assert_allclose(by_dots.frequency_Hz, by_transform.frequency_Hz, rtol=1e-9)
-    np.testing.assert_allclose(by_dots.power, by_transform.power, rtol=1e-9)
-    assert not np.array_equal(by_dots.power, by_transform.power, equal_nan=True), "they are two ways"
+    np.testing.assert_allclose(by_matrix.frequency_Hz, by_transform.frequency_Hz, rtol=1e-9)
+    np.testing.assert_allclose(by_matrix.power, by_transform.power, rtol=1e-9)
+    assert not np.array_equal(by_matrix.power, by_transform.power, equal_nan=True), "they are two ways"
 
 
 def test_spectra_are_held_between_hops(grating):

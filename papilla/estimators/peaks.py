@@ -1,5 +1,7 @@
-"""Harmonics among spectral peaks: which peak may belong to which, and what they say of the fundamental together."""
+"""Peaks of a spectrum: where their tops are, which may be harmonics of which, and what they say of it together."""
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +20,15 @@ class Peak(NamedTuple):
     amplitude: float
     ratio: float
     chance: float
+
+
+def vertex(powers: Sequence[float] | np.ndarray) -> float:
+    """Where a line's top is, in steps from the middle of three powers: of the parabola through their logarithms."""
+    if not min(powers) > 0:
+        return 0.0
+    left, middle, right = map(math.log, powers)
+    curvature = left - 2 * middle + right
+    return 0.5 * (left - right) / curvature if curvature < 0 else 0.0
 
 
 def order_of(peak: Peak, fundamental: Peak, resolution: float) -> int:

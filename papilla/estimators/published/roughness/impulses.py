@@ -1,0 +1,151 @@
+"""Impulses in a reading: where a signal made of it goes over a multiple of its own mean size (2006 and 2007 papers)."""
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple, Protocol
+
+from papilla.estimators.published.roughness.answer import NONE, Finding
+from papilla.estimators.published.roughness.stream import RoughnessStream
+
+
+@dataclass(eq=False)
+class MovingSum:
+    """`total` of the last `length` values and how many of them are `known`; a NaN is in neither.
+
+    A running sum keeps every rounding error it ever made. Here the sum of the values since the ring began again
+    replaces it whenever the ring is full, so none lives longer than two windows.
+    """
+
+    length: int
+    total: float = 0.0
+    known: int = 0
+    _fresh: float = 0.0
+    _place: int = 0
+    _values: list[float] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._values = [NONE] * self.length
+
+    def push(self, value: float) -> None:
+        """Take one more value."""
+        old = self._values[self._place]
+        if old == old:
+            self.total -= old
+            self.known -= 1
+        if value == value:
+            self.total += value
+            self._fresh += value
+            self.known += 1
+        self._values[self._place] = value
+        self._place += 1
+        if self._place == self.length:
+            self.total, self._fresh, self._place = self._fresh, 0.0, 0
+
+
+class Threshold(NamedTuple):
+    """Of the mean size of a signal: an impulse where it goes over `factor`, the next only after it was at `release`."""
+
+    factor: float
+    release: float
+
+
+@dataclass(eq=False)
+class Trigger:
+    """Fires where a signal goes over a threshold of its mean size in the last `samples`."""
+
+    samples: int
+    threshold: Threshold
+    _sizes: MovingSum = field(init=False)
+    _over: bool = field(default=False, init=False)
+    _last: float = field(default=NONE, init=False)
+
+    def __post_init__(self) -> None:
+        self._sizes = MovingSum(self.samples)
+
+    def fire(self, value: float) -> float:
+        """1 where the signal goes over the threshold, else 0; NaN where it is missing."""
+        self._sizes.push(abs(value))
+        if value != value:
+            return NONE
+        was, level = self._over, self.threshold.release if self._over else self.threshold.factor
+        # A running sum may be off zero by rounding; a signal that stays at zero is no impulse.
+        self._over = value * self._sizes.known > level * max(self._sizes.total, 0.0)
+        return 1.0 if self._over and not was else 0.0
+
+
+class Corpuscle(Trigger):
+    """A model Meissner corpuscle: fires where x = |d reading / dt| (2006 paper, (1)) goes over its threshold."""
+
+    PRINTED = Threshold(factor=1.5, release=1.5)
+    CORRECTED = Threshold(factor=1.2, release=1.2 * 0.8)
+
+    def fire(self, reading: float) -> float:
+        """The impulse of one reading: 1 while it rises, -1 while it falls, 0 none, NaN where there can be none."""
+        step, self._last = reading - self._last, reading
+        return math.copysign(super().fire(abs(step)), step)
+
+
+@dataclass(eq=False)
+class UpwardCrossings(Trigger):
+    """Fires where the signal behind a first-order high-pass goes over zero (2007 paper).
+
+    Missing readings leave the filter as it is: the signal is taken to go on from where it stopped.
+    """
+
+    PRINTED: ClassVar = Threshold(factor=0.0, release=0.0)
+    CORRECTED: ClassVar = Threshold(factor=0.0, release=-0.7)
+    rate_Hz: float
+    cutoff_Hz: float
+    _passed: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # The bilinear first-order high-pass of this corner frequency.
+        tangent = math.tan(math.pi * self.cutoff_Hz / self.rate_Hz)
+        self._gain, self._keep = 1 / (1 + tangent), (1 - tangent) / (1 + tangent)
+
+    def fire(self, reading: float) -> float:
+        """The impulse of one reading, 1 or 0, NaN where it is missing."""
+        if reading != reading:
+            return super().fire(NONE)
+        step, self._last = 0.0 if self._last != self._last else reading - self._last, reading
+        self._passed = self._keep * self._passed + self._gain * step
+        return super().fire(self._passed)
+
+
+class ImpulseMethod(NamedTuple):
+    """window_s : of the mean size, and in which impulses count. threshold : of the impulses.
+
+    paired : the wavelength is the distance travelled between the impulses, or while they were counted, not |v(t)| / f.
+    """
+
+    window_s: float
+    threshold: Threshold
+    paired: bool
+
+
+class Source(Protocol):
+    """Makes impulses of readings."""
+
+    def fire(self, reading: float) -> float:
+        """The impulse of a reading: 1 or -1, 0 none, NaN where there can be none."""
+
+
+class Reader(Protocol):
+    """Makes a frequency of impulses."""
+
+    def find(self, impulse: float, speed: float) -> Finding:
+        """What is found after a sample: its impulse, and |velocity| in mm/s."""
+
+
+class ImpulseStream(RoughnessStream):
+    """Base of the estimators that count or time impulses; they say who makes the impulses and who reads them."""
+
+    @abstractmethod
+    def _begin(self) -> tuple[Source, Reader]:
+        """A new source and a new reader."""
+
+    def _find(self, method: tuple[Source, Reader], reading: float, speed: float) -> Finding:
+        source, reader = method
+        return reader.find(source.fire(reading), speed)
