@@ -1,10 +1,11 @@
 """The last samples of channels, as one piece of memory, for whoever transforms them every so many samples."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+
+from papilla.checks import LARGEST
 
 MOST_MISSING = 0.1
 """Fraction of a window: with more missing samples than this it has no spectrum."""
@@ -12,7 +13,7 @@ MOST_MISSING = 0.1
 
 @dataclass(eq=False)
 class Window:
-    """The last `count` samples of `channels`; a value that is not finite is missing, and holds the one before.
+    """The last `count` samples of `channels`; a value that no sensor gives is missing, and holds the one before.
 
     Once it is full there is something new to see every `hop` samples. beside : so many more channels, which are
     taken as they are.
@@ -41,7 +42,7 @@ class Window:
         place, count, gap = self._place, self.count, False
         for channel, value in enumerate(sample):
             if channel < self.channels:
-                if not -math.inf < value < math.inf:
+                if not abs(value) <= LARGEST:
                     gap, value = True, self._last[channel]
                 self._still[channel] = min(self._still[channel] + 1, count) if value == self._last[channel] else 0
                 self._last[channel] = value

@@ -14,14 +14,8 @@ def periods_of_phase(phase, distance_mm: float, period_range_mm: tuple[float, fl
     Raises `InputError` for a range that does not rise or a distance that is not positive.
     """
     distance = checks.positive("distance_mm", distance_mm)
-    low = checks.positive("period_range_mm (low end)", period_range_mm[0])
-    high = checks.within("period_range_mm (high end)", period_range_mm[1], low, np.inf)
+    low, high = checks.rising("period_range_mm", period_range_mm)
     turns = checks.finite("phase", phase) / (2 * np.pi)
     first, last = np.ceil(distance / high - turns - 1e-12), np.floor(distance / low - turns + 1e-12)
     whole = turns + np.arange(first, last + 1)
     return distance / whole[whole > 0]
-
-
-def lag_of_phase(phase, period_mm: float) -> float:
-    """Distance in mm along the movement that a phase in radians means on a surface of this period."""
-    return checks.finite("phase", phase) / (2 * np.pi) * checks.positive("period_mm", period_mm)

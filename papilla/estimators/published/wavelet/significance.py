@@ -1,6 +1,8 @@
 """Which wavelet power red noise does not explain (Torrence and Compo 1998, equations (16)-(18) and (31))."""
 
+import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,41 +13,34 @@ ROUNDING = 1e-24
 """Share of the power in which two channels that are the same differ."""
 
 
-def lag_one(samples) -> float:
-    """Autocorrelation at lag one of samples (n,), the estimate for a first-order autoregressive background.
+class RedNoise(NamedTuple):
+    """First-order autoregressive noise: variance, and alpha, its correlation from sample to sample."""
 
-    Raises `InputError` for samples that are not finite or do not change.
-    """
-    values = np.asarray(samples, float)
-    if values.ndim != 1 or values.size < 3 or not np.isfinite(values).all():
-        raise InputError("an autocorrelation needs one column of 3 or more finite samples")
-    values = values - values.mean()
-    energy = float(values @ values)
-    if energy <= 0:
-        raise InputError("the samples never change: there is no autocorrelation")
-    return float(values[1:] @ values[:-1]) / energy
+    variance: float
+    alpha: float
 
+    @classmethod
+    def of(cls, samples) -> "RedNoise":
+        """That of the variance and correlation of samples (n,); raises `InputError` where they never change."""
+        values = np.asarray(samples, float)
+        values = values - values.mean()
+        energy = float(values @ values)
+        if not energy > 0:
+            raise InputError("the samples never change: there is no autocorrelation")
+        return cls(energy / values.size, float(values[1:] @ values[:-1]) / energy)
 
-def red_noise(frequency_Hz, sample_rate_Hz: float, alpha: float) -> np.ndarray:
-    """Power of unit-variance first-order autoregressive noise at frequencies, relative to white noise (equation (16)).
-
-    (1 - a^2) / (1 + a^2 - 2 a cos(2 pi f / rate)). Raises `InputError` unless -1 < alpha < 1.
-    """
-    alpha = checks.finite("alpha", alpha)
-    if not -1 < alpha < 1:
-        raise InputError(f"alpha must lie between -1 and 1, both excluded, got {alpha:g}")
-    angle = 2 * np.pi * np.asarray(frequency_Hz, float) / checks.positive("sample_rate_Hz", sample_rate_Hz)
-    return (1 - alpha**2) / (1 + alpha**2 - 2 * alpha * np.cos(angle))
+    def power(self, frequency_Hz, sample_rate_Hz: float) -> np.ndarray:
+        """Mean wavelet power (m,) at frequencies: variance (1 - a^2) / (1 + a^2 - 2 a cos(2 pi f / rate)), (16)."""
+        cosine = np.cos(2 * np.pi * np.asarray(frequency_Hz, float) / sample_rate_Hz)
+        return self.variance * (1 - self.alpha**2) / (1 + self.alpha**2 - 2 * self.alpha * cosine)
 
 
 def threshold(samples, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
-    """Wavelet power (m,) that red noise of the samples' variance and lag-one correlation exceeds with this chance.
+    """Wavelet power (m,) that red noise of the samples' variance and correlation exceeds with this chance.
 
-    variance x red noise x chi-square with 2 degrees of freedom / 2 (equation (18)): -ln(level) times the mean.
+    Its mean x chi-square with 2 degrees of freedom / 2 (equation (18)): -ln(level) times the mean.
     """
-    level = checks.within("level", level, 1e-12, 0.5)
-    values = np.asarray(samples, float)
-    return values.var() * red_noise(frequency_Hz, sample_rate_Hz, lag_one(values)) * -np.log(level)
+    return RedNoise.of(samples).power(frequency_Hz, sample_rate_Hz) * -np.log(checks.within("level", level, 1e-12, 0.5))
 
 
 @lru_cache
@@ -62,20 +57,16 @@ def cross_quantile(level: float = 0.05) -> float:
 
 
 def cross_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
-    """|cross-wavelet| (m,) that two independent red noises exceed with this chance (equation (31)).
+    """|cross-wavelet| (m,) that two independent red noises exceed with this chance: sqrt(P1 P2) Z / 2 (equation (31)).
 
-    sd1 sd2 sqrt(P1 P2) Z / 2, Z from `cross_quantile`.
+    P1, P2 are their powers, Z is of `cross_quantile`.
     """
-    z = cross_quantile(level)
-    ones, twos = np.asarray(first, float), np.asarray(second, float)
-    expected = red_noise(frequency_Hz, sample_rate_Hz, lag_one(ones)) * red_noise(
-        frequency_Hz, sample_rate_Hz, lag_one(twos)
-    )
-    return ones.std() * twos.std() * np.sqrt(expected) * z / 2
+    one, two = (RedNoise.of(own).power(frequency_Hz, sample_rate_Hz) for own in (first, second))
+    return np.sqrt(one * two) * cross_quantile(level) / 2
 
 
 @lru_cache
-def normal_quantile_squared(level: float = 0.05) -> float:
+def _normal_quantile_squared(level: float) -> float:
     """What the square of a standard normal variable exceeds with this chance: 3.841 at 0.05."""
     from scipy.special import ndtri
 
@@ -91,12 +82,13 @@ def common_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: 
 
     Raises `InputError` for a channel that does not change.
     """
-    ones, twos = np.asarray(first, float), np.asarray(second, float)
-    if min(scales := (ones.std(), twos.std())) == 0:
+    ones, twos = (own - own.mean() for own in (np.asarray(first, float), np.asarray(second, float)))
+    energies = float(ones @ ones), float(twos @ twos)
+    if not min(energies) > 0:
         raise InputError("the samples of a channel never change: nothing is common to both")
-    ones, twos = (ones - ones.mean()) / scales[0], (twos - twos.mean()) / scales[1]
-    apart = ones - np.copysign(1.0, ones @ twos) * twos
-    background = np.full(np.shape(frequency_Hz), ROUNDING)
-    if apart.var() > ROUNDING:
-        background = apart.var() * red_noise(frequency_Hz, sample_rate_Hz, lag_one(apart))
-    return scales[0] * scales[1] * background * normal_quantile_squared(level) / 2
+    ones, twos = ones / energies[0] ** 0.5, twos / energies[1] ** 0.5
+    apart = ones - math.copysign(1.0, ones @ twos) * twos
+    background = np.full(np.shape(frequency_Hz), ROUNDING / apart.size)
+    if apart @ apart > ROUNDING:
+        background = RedNoise.of(apart).power(frequency_Hz, sample_rate_Hz)
+    return math.sqrt(energies[0] * energies[1]) * background * _normal_quantile_squared(level) / 2

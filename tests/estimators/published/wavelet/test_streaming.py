@@ -100,9 +100,16 @@ def test_faults_are_statuses():
 def test_unusable_values_are_refused():
     with pytest.raises(InputError, match="high_Hz must be below half of sample_rate_Hz, got 100 at 150 Hz"):
         CrossRidge(sample_rate_Hz=150.0)
-    with pytest.raises(InputError, match="n x 2 .* got 3 x 1"):
+    with pytest.raises(InputError, match="n x 2 .first, second., got 3 x 1"):
         make().process(np.zeros((3, 1)))
-    with pytest.raises(InputError, match="two channels, got 3 values"):
+    with pytest.raises(InputError, match="first, second, got 3 values"):
         make().update((1.0, 2.0, 3.0))
     with pytest.raises(InputError, match="the wavelets reach over"):
         make().state = make(low_Hz=30.0).state
+
+
+@pytest.mark.parametrize("size, status", [(1e-200, RidgeStatus.SILENT), (1e-9, RidgeStatus.OK), (1e11, RidgeStatus.OK),
+                                          (1e300, RidgeStatus.GAP)])  # fmt: skip
+def test_readings_of_any_size_are_answered(size, status):
+    found = make().process(touch(count=300)[0] * size)
+    assert (found.status[-50:] == status).all()
