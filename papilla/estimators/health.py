@@ -1,20 +1,65 @@
-"""Which gauge is wrong and how: missing, saturated, stuck while the others move."""
+"""Which gauge is wrong and how: missing, saturated, stuck while the others move; or what the others say of it."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import eq
+from typing import NamedTuple
 
 from papilla.errors import InputError
+from papilla.status import Status
 
-GOOD, MISSING, SATURATED, STUCK = range(4)
-_WORDS = {MISSING: "missing", SATURATED: "saturated", STUCK: "stuck"}
 STUCK_SAMPLES = 50
 """A gauge that repeats itself so often while another one moves is stuck: dead, or held at the end of its range."""
+BASE = 8
+"""Faults of all channels make one integer, a digit of this base for each, the first gauge the lowest."""
 
 
-@dataclass(frozen=True)
-class HealthState:
+class Fault(Status):
+    """What is wrong with a channel (a gauge, or the force); `sentence` says it in words."""
+
+    NONE = 0, "in use"
+    MISSING = 1, "missing"
+    SATURATED = 2, "saturated"
+    STUCK = 3, "stuck"
+    OFF_SURFACE = 4, "contradicts the others"
+    SIGN_FLIPPED = 5, "sign flipped"
+    SWAPPED = 6, "swapped with another"
+
+
+MISSING, SATURATED, STUCK = map(int, (Fault.MISSING, Fault.SATURATED, Fault.STUCK))
+
+
+def pack(faults) -> int:
+    """The faults of all channels as one integer."""
+    code = 0
+    for fault in reversed(faults):
+        code = code * BASE + fault
+    return code
+
+
+def unpack(code: int, channels: int) -> list[Fault]:
+    """The faults of all channels behind such an integer, the first gauge's first."""
+    return [Fault(code // BASE**channel % BASE) for channel in range(channels)]
+
+
+def numbered(gauges: int) -> tuple[str, ...]:
+    """The names g1, g2 ... of so many gauges that have no names of their own."""
+    return tuple(f"g{number}" for number in range(1, gauges + 1))
+
+
+def in_words(code: int, gauges: Sequence[str]) -> str:
+    """Such as "g3 left out: stuck, force left out: missing", with the names of the gauges; the force is last."""
+    faults = zip((*gauges, "force"), unpack(code, len(gauges) + 1), strict=True)
+    return ", ".join(f"{name} left out: {fault.sentence}" for name, fault in faults if fault)
+
+
+def words(found: tuple[int, ...], names: Sequence[str]) -> list[str]:
+    """Sentences such as `g2, g4 missing` of what `look` found of the gauges of these names."""
+    named = {kind: [name for name, own in zip(names, found, strict=False) if own == kind] for kind in Fault if kind}
+    return [f"{', '.join(own)} {kind.sentence}" for kind, own in named.items() if own]
+
+
+class HealthState(NamedTuple):
     """last : the last finite reading of each gauge; repeats : how often it came again while another gauge moved."""
 
     last: tuple[float, ...]
@@ -31,72 +76,45 @@ class GaugeHealth:
         if stuck_samples < 2:
             raise InputError(f"stuck_samples must be at least 2, got {stuck_samples}")
         self._gauges, self._saturation, self._stuck = gauges, saturation, stuck_samples
+        self._moving = (0,) * gauges
         self.reset()
 
     def reset(self) -> None:
         """Forget everything."""
-        self.state = HealthState((math.nan,) * self._gauges, (0,) * self._gauges)
+        self.state = HealthState((math.nan,) * self._gauges, self._moving)
 
     @property
     def state(self) -> HealthState:
         """All that is remembered, to be kept or to be set again."""
-        return HealthState(self._last, tuple(self._repeats))
+        return self._state
 
     @state.setter
     def state(self, state: HealthState) -> None:
         if len(state.last) != self._gauges or len(state.repeats) != self._gauges:
             raise InputError(f"the state is of {len(state.last)} gauges, this pipeline has {self._gauges}")
-        self._last, self._repeats = state.last, list(state.repeats)
-
-    @property
-    def stuck(self) -> tuple[int, ...]:
-        """Numbers (from 0) of the gauges that are stuck now."""
-        return tuple(number for number, count in enumerate(self._repeats) if count >= self._stuck)
+        self._state = state
 
     def look(self, readings: tuple[float, ...]) -> tuple[int, ...]:
-        """What each gauge is now; an empty tuple when all are good."""
+        """The `Fault` of each gauge now; an empty tuple when all are good."""
         if not readings:
             return ()
-        last, repeats, limit = self._last, self._repeats, self._saturation
-        same = list(map(eq, readings, last))
-        repeated = True in same
+        (last, repeats), limit = self._state, self._saturation
+        repeated = True in map(eq, readings, last)
         # The sum is finite only where every reading is: nearly always there is nothing more to see.
-        if math.isfinite(sum(readings)) and -limit < min(readings) and max(readings) < limit and not repeated:
-            self._last = readings
-            if any(repeats):
-                self._repeats = [0] * self._gauges
+        if not repeated and -limit < min(readings) and max(readings) < limit and math.isfinite(sum(readings)):
+            self._state = HealthState(readings, self._moving)
             return ()
         finite = [-math.inf < new < math.inf for new in readings]
+        moved = any(known and new != old == old for new, old, known in zip(readings, last, finite, strict=True))
+        counts = self._moving
         if repeated:
-            moved = any(
-                known and not equal and old == old for known, equal, old in zip(finite, same, last, strict=True)
-            )
-            for number, equal in enumerate(same):
-                if not equal:
-                    repeats[number] = 0
-                elif moved:
-                    repeats[number] = min(repeats[number] + 1, self._stuck)
-        elif any(repeats):
-            self._repeats = repeats = [0] * self._gauges
-        self._last = tuple(new if known else old for new, old, known in zip(readings, last, finite, strict=True))
-        found = tuple(
-            MISSING
-            if not known
-            else SATURATED
-            if not -limit < new < limit
-            else STUCK
-            if repeated == self._stuck
-            else GOOD
-            for new, known, repeated in zip(readings, finite, repeats, strict=True)
-        )
+            counted = zip(readings, last, repeats, strict=True)
+            counts = tuple([min(count + moved, self._stuck) if new == old else 0 for new, old, count in counted])
+        held = tuple([new if known else old for new, old, known in zip(readings, last, finite, strict=True)])
+        self._state = HealthState(held, counts)
+        faults = zip(readings, finite, counts, strict=True)
+        found = tuple([
+            MISSING if not known else SATURATED if not -limit < new < limit else STUCK * (count == self._stuck)
+            for new, known, count in faults
+        ])  # fmt: skip
         return found if any(found) else ()
-
-
-def words(found: tuple[int, ...], names: Sequence[str]) -> list[str]:
-    """Sentences such as `g2, g4 missing` of what `look` found of the gauges of these names."""
-    sentences = []
-    for kind, word in _WORDS.items():
-        named = [name for name, own in zip(names, found, strict=False) if own == kind]
-        if named:
-            sentences.append(f"{', '.join(named)} {word}")
-    return sentences

@@ -8,7 +8,7 @@ import pytest
 from papilla.calibration import SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Softness
-from papilla.estimators.softness.faults import unpack
+from papilla.estimators.health import unpack
 
 PRESS = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 80))
 HOLD = np.full(80, 0.5)

@@ -9,8 +9,7 @@ import pytest
 from papilla.calibration import SoftnessStatus, Surface
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
-from papilla.estimators.softness import Fault
-from papilla.estimators.softness.faults import unpack
+from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.surfaces import distance_curve
 from papilla.references.bounds import modulus_bound
 

@@ -10,8 +10,7 @@ from papilla.calibrate.beside_apex import fit_positions
 from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
-from papilla.estimators.softness import Fault
-from papilla.estimators.softness.faults import unpack
+from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.references.bounds import modulus_bound
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
+from papilla.estimators.health import in_words
 from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.published.softness import Form, PrintedSoftness
 from papilla.estimators.softness import GaugeSoftness, Softness
-from papilla.estimators.softness.faults import in_words
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 

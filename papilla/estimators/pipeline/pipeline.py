@@ -13,7 +13,7 @@ from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.estimators import health
 from papilla.estimators.friction import MEMORY_MM, FrictionEstimate
-from papilla.estimators.health import SATURATED, GaugeHealth, HealthState
+from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
 from papilla.estimators.pipeline.crept import with_creep
@@ -30,7 +30,6 @@ from papilla.estimators.pipeline.parts import (
     WavelengthPart,
 )
 from papilla.estimators.softness import Doubts
-from papilla.estimators.softness.faults import numbered
 from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")

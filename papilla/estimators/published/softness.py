@@ -18,8 +18,7 @@ from papilla.calibration.published import (
 )
 from papilla.calibration.record import quadratic
 from papilla.errors import InputError
-from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState
-from papilla.estimators.softness.faults import numbered
+from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.sd import SoftnessEstimate
 from papilla.estimators.stream import Stream
 from papilla.units import newton_to_gf

@@ -1,17 +1,8 @@
 """Young's modulus of what the finger presses on: from S_d alone, and from every gauge against its own surface."""
 
 from papilla.estimators.softness.doubts import Doubts
-from papilla.estimators.softness.faults import Fault
 from papilla.estimators.softness.gauges import GaugeEstimate, GaugeSoftness
 from papilla.estimators.softness.sd import Softness, SoftnessEstimate
 from papilla.estimators.softness.touch import TouchState
 
-__all__ = [
-    "Doubts",
-    "Fault",
-    "GaugeEstimate",
-    "GaugeSoftness",
-    "Softness",
-    "SoftnessEstimate",
-    "TouchState",
-]
+__all__ = ["Doubts", "GaugeEstimate", "GaugeSoftness", "Softness", "SoftnessEstimate", "TouchState"]

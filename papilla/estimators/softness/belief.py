@@ -1,46 +1,59 @@
 """What is known of a touch, and what one slot of its samples says: the values that the fitter passes about."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.softness.contrast import Contrast
-
 BENT_PLACE = 0.2
 """A mm of place bends the readings like so much of ln force."""
-LEVEL, FAR, JITTER = 0.05, 3.0, 6.0
-"""Squared step of ln force times the greatest whitened reading within which the samples of a slot lie; a tangent holds
-for steps so many times longer; and the standard deviations by which noise alone may move a sample."""
+ODD = 20.0
+"""A sample whose squared misfit is so many times the usual one is looked at by itself."""
+
+
+class Linear(NamedTuple):
+    """Whitened channels near a contact at (ln force, place in mm, h, thickness in its standard deviations): expected
+    (c + 1,), slopes H (c + 1, m) in h and theta, B (2, c + 1) in the sample's own ln force and place, each in units of
+    its spread (a place that is known has none)."""
+
+    at: tuple[float, float, float, float]
+    expected: np.ndarray
+    H: np.ndarray
+    B: np.ndarray
 
 
 class Tangent(NamedTuple):
-    """What samples read near a contact, noise apart: what the channels `rows` (k,) of a sample differ by from expected
-    (k,), whitened, `split` (own + k, k) makes the steps to its own ln force and place, and the rest that no contact
-    explains.
+    """What the channels `rows` of samples near a contact say, noise apart: `split` (2 + k, k) times a sample's, less
+    `origin`, is the steps to its own ln force and place, and the rest (k,), whitened, that no contact explains.
 
-    at : ln force and place; jitter : standard deviations of the steps; bent : step of ln force that bends the readings
-    by the noise of one.
+    reach : (lowest, highest) of each step for which that holds; slack : by how much each may differ within a slot.
     """
 
+    linear: Linear
     rows: np.ndarray
-    expected: np.ndarray
     split: np.ndarray
-    at: tuple[float, float]
-    jitter: tuple[float, ...]
-    bent: float
+    origin: np.ndarray
+    reach: tuple[tuple[float, float], ...]
+    slack: tuple[float, ...]
 
-    def level(self, steps: list[float], others: list[float], reach: float = 1.0) -> bool:
-        """Whether the readings are straight between two contacts, as far as noise tells their steps."""
-        return all([
-            abs(one - other) < reach * (LEVEL**0.5 * self.bent * scale + JITTER * sigma)
-            for one, other, sigma, scale in zip(steps, others, self.jitter, (1.0, 1 / BENT_PLACE), strict=False)
-        ])  # fmt: skip
+    def steps(self, y: np.ndarray, rows: np.ndarray, reach, usual: float) -> tuple[float, float] | None:
+        """Steps to a sample (c + 1,) of the channels `rows`; None where the tangent does not hold for it: other
+        channels, steps beyond `reach`, or a rest whose square is above the usual."""
+        if not same(rows, self.rows):
+            return None
+        force, place, *rest = (self.split @ y[rows] - self.origin).tolist()
+        (low, high), (left, right) = reach
+        within = low <= force <= high and left <= place <= right
+        return (force, place) if within and sum([one * one for one in rest]) <= usual else None
+
+    def about(self, steps: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+        """What is left of its reach for samples that lie in one slot with the first, which has these steps."""
+        each = zip(steps, self.slack, self.reach, strict=True)
+        return tuple([(max(low, step - slack), min(high, step + slack)) for step, slack, (low, high) in each])
 
 
 class Belief(NamedTuple):
-    """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; node, slopes (c + 1, m): where (ln
-    force, place, h) H is taken; offset: by how much ln force and place of the filter differ from those of noise alone.
+    """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; node: where slopes (c + 1, m) are
+    taken; offset: by how much ln force and place of the filter differ from those of noise alone.
 
     Of noise alone: ln_force, place_mm: of the last slot; tangent: what samples near it read; information, score,
     square: for h - anchor; freedom: degrees of freedom of `square`; samples: how many were learnt.
@@ -49,8 +62,7 @@ class Belief(NamedTuple):
     mean: np.ndarray
     covariance: np.ndarray
     tangent: Tangent | None = None
-    node: tuple[float, float, float] = (math.nan, 0.0, 0.0)
-    slopes: np.ndarray | None = None
+    node: Linear | None = None
     offset: tuple[float, float] = (0.0, 0.0)
     place_sigma_mm: float = 0.0
     ln_force: float = 0.0
@@ -62,16 +74,48 @@ class Belief(NamedTuple):
     freedom: float = 0.0
     samples: float = 0.0
 
+    @property
+    def usual(self) -> float:
+        """Squared misfit of a sample that is like those before."""
+        return ODD * (1 + self.square / max(self.freedom, 1.0))
+
+
+class Contrast(NamedTuple):
+    """What channels say about each other: weighted (k,) = S^-1 times the innovation, precision (k, k) = S^-1, their
+    numbers, and the squared misfit."""
+
+    weighted: np.ndarray
+    precision: np.ndarray
+    rows: np.ndarray
+    misfit: float
+
+    def without(self, some: list[tuple[int, ...]]) -> list[float]:
+        """Squared misfits of the others when each of some sets of channels is left out."""
+        places = [np.searchsorted(self.rows, own) for own in some]
+        return [self.misfit - share_of(self.weighted[None], self.precision[None], at).item() for at in places]
+
+    def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
+        """By how much these channels differ from what the others expect, and the variances of that (whitened)."""
+        at = np.searchsorted(self.rows, rows)
+        covariance = np.linalg.inv(self.precision[np.ix_(at, at)])
+        return covariance @ self.weighted[at], np.diag(covariance)
+
+
+def share_of(weighted: np.ndarray, precision: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n,) part of the squared misfits that goes when the channels `at` are left out: weighted (n, k), precision (n, k,
+    k)."""
+    own = weighted[:, at]
+    return (own * np.linalg.solve(precision[:, at[:, None], at], own[..., None])[..., 0]).sum(axis=1)
+
 
 class Fit(NamedTuple):
-    """A mean of some samples against a belief: first and last linearisation's contrast, the belief with its H and
-    P H' there, ln force and place, and the standard deviation of that."""
+    """A mean of samples against a belief: first and last linearisation's contrast, the belief with its node there, P H'
+    at it, ln force and place, and the standard deviation of that."""
 
     first: Contrast
     last: Contrast
     belief: Belief
     PH: np.ndarray
-    samples: int
     ln_force: float
     place_mm: float
     place_sigma_mm: float
@@ -88,14 +132,10 @@ class Alone(NamedTuple):
     own: int
     ln_force: float
     place_mm: float
-    samples: int = 1
-    tangent: Tangent | None = None
+    samples: int
+    tangent: Tangent
 
 
-class Linear(NamedTuple):
-    """Whitened channels at a contact: expected (c + 1,), slopes H (c + 1, m) in h and theta, B (c + 1, own) in ln force
-    and place."""
-
-    expected: np.ndarray
-    H: np.ndarray
-    B: np.ndarray
+def same(rows: np.ndarray, others: np.ndarray) -> bool:
+    """Whether two lists of channels are the same: nearly always they are the same object."""
+    return rows is others or np.array_equal(rows, others)

@@ -14,8 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.estimators.softness.belief import BENT_PLACE, FAR, Alone, Belief, Fit, Linear, Tangent
-from papilla.estimators.softness.contrast import Contrast
+from papilla.estimators.softness.belief import BENT_PLACE, Alone, Belief, Contrast, Fit, Linear, Tangent, same
 from papilla.estimators.softness.doubts import SHIFT_POWER, Doubts
 from papilla.estimators.softness.surfaces import distance_curve
 from papilla.specimen import THICKNESS_MM
@@ -27,8 +26,12 @@ SHAPE_ERROR = 0.4
 """How little is known of how the thickness' effect grows with force: relative, per factor of e of the force."""
 SPREAD_FORCE = 0.5
 """A sample's ln force may differ from that of the one before by this, and its place by the reach: next to no prior."""
-BENT = 0.4
-"""Squared step of ln force times the greatest whitened reading, below which a sample is not linearised anew."""
+BENT, NEAR = 0.4, 0.02
+"""Squared step of ln force times the greatest whitened reading, below which a sample is not linearised anew; and below
+which the linearisation of another sample will do for it."""
+LEVEL, FAR, JITTER = 0.05, 3.0, 6.0
+"""The same within which the samples of a slot lie; a tangent holds for steps so many times longer; and the standard
+deviations by which noise alone may move a sample."""
 NODE = (0.05, 0.3, 0.3)
 """H is taken anew where ln force, place (mm) or ln E have moved by so much: were it taken where noise puts each sample,
 the filter would come to know what no reading tells."""
@@ -38,8 +41,6 @@ what is known to 3 % is not known to be the same at all forces within 0.01 %."""
 SLOT, SHARE = 32, 8
 """What is learnt from is the mean of a slot of samples, at most so many, and of what was learnt already one in so many:
 nothing that is looked for changes from one sample to the next."""
-ODD = 20.0
-"""A sample whose squared misfit is so many times the usual one is looked at by itself."""
 LEAST_NOISE = 1e-6
 """Of the greatest reading and force: noise below it is rounding."""
 STEPS = 6
@@ -70,11 +71,13 @@ class Fitter:
         floor = LEAST_NOISE * most, LEAST_NOISE * surfaces.force_N[1]
         self.noise = np.array([max(reading_sigma, floor[0])] * c + [max(force_sigma, floor[1])])
         self.whiten = 1.0 / self.noise
-        self.own = 1 if position_sigma is None else 2
         self.anywhere, self.position_sigma = position_sigma is not None, position_sigma or 0.0
-        self._spread, self._eye = np.array([SPREAD_FORCE, surfaces.reach])[: self.own], np.eye(c + 1)
+        self.spread = np.array([SPREAD_FORCE, surfaces.reach])
         self.low, self.high = map(math.log, surfaces.force_N)
+        self._softest, self._hardest = float(surfaces.ln_nodes[0]), float(surfaces.ln_nodes[-1])
         self.ln_modulus = lru_cache(maxsize=64)(self._ln_modulus)
+        self._errors = lru_cache(maxsize=1024)(self._errors_near)
+        self._faded_by = lru_cache(maxsize=64)(lambda samples: self._faded ** (0.5 * samples))
         self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
         self._shift, self._shift_sigma = doubts.thickness_shift(THICKNESS_MM)
         self.parts = self._columns()
@@ -82,9 +85,10 @@ class Fitter:
         self.top = self.curve.values[-1]
 
     def _columns(self) -> dict[str, slice]:
-        """Which columns of H belong to which doubt, in words."""
-        c, groups = self.channels, max(self.surfaces.groups) + 1
+        """Which columns of H belong to which doubt, in words; the first three columns are all of them in ln E."""
+        c, groups, doubts = self.channels, max(self.surfaces.groups) + 1, self.doubts
         sizes = {
+            "the thickness of the specimen": 2,
             "the zero of the gauges": c,
             "the gain of the gauges": c,
             "the calibration": 3 * groups,
@@ -92,7 +96,6 @@ class Fitter:
             "friction": 0 if self.surfaces.friction_known else 1,
             "creep": 1,
             "the place across the row of gauges (y)": 1,
-            "the thickness of the specimen": 2,
             "the gain of the force": 1,
             "the offset of the force": 1,
         }
@@ -100,20 +103,18 @@ class Fitter:
         for name, size in sizes.items():
             parts[name] = slice(end, end + size)
             end += size
-        self.size = end
-        template = np.zeros((c + 1, end))
-        numbers = np.arange(c)
-        zero, gain, error, beside, *_ = parts.values()
-        template[numbers, zero.start + numbers] = self.doubts.zero_microstrain / self.noise[:-1]
-        template[-1, -1] = self.doubts.force_offset_N * self.whiten[-1]
-        self._template = template
-        self._gain = numbers, gain.start + numbers
+        self.size, numbers = end, np.arange(c)
+        _, zero, gain, error, beside, friction, creep, across, self._force_gain, offset = parts.values()
+        self._template, self._of_reading = np.zeros((c + 1, end)), np.zeros((c, end))
+        self._template[numbers, zero.start + numbers] = doubts.zero_microstrain * self.whiten[:-1]
+        self._template[-1, offset] = doubts.force_offset_N * self.whiten[-1]
+        self._of_reading[numbers, gain.start + numbers] = doubts.gauge_gain
+        self._of_reading[:, creep], self._of_reading[:, across] = doubts.creep, -BESIDE_SHARE * doubts.beside_mm**2
         self._faded = np.ones(end)
-        self._faded[zero], self._faded[parts["creep"]] = 1 - ZERO_WALK, 1 - CREEP_WALK
+        self._faded[zero], self._faded[creep] = 1 - ZERO_WALK, 1 - CREEP_WALK
         self._drifting = np.arange(gain.start, beside.stop) * (end + 1)
-        self._beside = numbers, beside.start + numbers
         self._error = numbers[:, None], error.start + 3 * np.array(self.surfaces.groups)[:, None] + np.arange(3)
-        self._creep = parts["creep"].start
+        self._beside, self._friction = (numbers, beside.start + numbers), friction
         return parts
 
     def _distances(self):
@@ -121,10 +122,9 @@ class Fitter:
         nodes = self.surfaces.ln_nodes
         slopes = []
         for node in nodes.tolist():
-            linear = self._linear(self._middle, 0.0, node, 1.0)
-            rows = slice(None) if math.isfinite(self.noise[-1]) else slice(0, -1)
-            a, b = linear.H[rows, 0], linear.B[rows, 0]
-            slopes.append(math.sqrt(max(a @ a - (a @ b) ** 2 / (b @ b + SPREAD_FORCE**-2), 0.0)))
+            _, H, (b, _) = self._channels(self._middle, 0.0, node, 1.0, 0.0)
+            a = H[:, 0]
+            slopes.append(math.sqrt(max(a @ a - (a @ b) ** 2 / (b @ b + 1.0), 0.0)))
         return np.array(slopes), float(nodes[0]), 1 / float(nodes[1] - nodes[0])
 
     def _ln_modulus(self, h: float) -> tuple[float, float]:
@@ -132,209 +132,188 @@ class Fitter:
         values = self.curve.values
         return self.curve.solve(min(max(h, values[0]), values[-1]), 0, len(values) - 1)
 
-    def linear(self, ln_force: float, place: float, h: float, thickness: float = 0.0) -> Linear:
-        """The channels at a contact of the domain; thickness: the doubt's, in its standard deviations."""
-        ln_modulus, slope = self.ln_modulus(h)
-        return self._linear(ln_force, place, ln_modulus, slope, thickness)
-
-    def _linear(self, ln_force: float, place: float, ln_modulus: float, slope: float, thickness: float = 0.0) -> Linear:
-        surfaces, doubts, c = self.surfaces, self.doubts, self.channels
-        force = math.exp(ln_force)
-        thin = force**SHIFT_POWER
-        moved = (self._shift + self._shift_sigma * thickness) * thin
-        low, high = surfaces.ln_nodes[0], surfaces.ln_nodes[-1]
-        apparent = min(max(ln_modulus + moved, low), high)
-        r, a, b, d = surfaces.at(ln_force, apparent, place)
-        w = self.whiten
-        H = self._template.copy()
-        white, a = r * w[:-1], a * w[:-1]
-        H[:-1, 0] = a / slope
-        H[self._gain] = white * doubts.gauge_gain
+    def _errors_near(self, force: int, modulus: int, place: int) -> np.ndarray:
+        """(c, m) part of H that is what calibration and friction may be off by, per newton, near a contact: ln force
+        and ln modulus in 1/100, place in 1/50 mm."""
+        H, w, surfaces, ln_force = np.zeros((self.channels, self.size)), self.whiten[:-1], self.surfaces, force / 100
+        ln_force = min(max(ln_force, self.low), self.high)
+        ln_modulus = min(max(modulus / 100, self._softest), self._hardest)
         z = (ln_force - self._middle) / self._half
-        error = surfaces.error(round(100 * ln_force)) * (force * w[:-1])
-        H[self._error] = error[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
+        H[self._error] = (surfaces.error(ln_force) * w)[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
         if self.anywhere:
-            H[self._beside] = surfaces.place_error(place) * (force * w[:-1])
-        k, effect = self._creep, a * (self._shift_sigma * thin)
+            H[self._beside] = surfaces.place_error(place / 50) * w
         if not surfaces.friction_known:
             # Two standard deviations reach from the calibration's friction to none
-            H[:-1, k - 1] = surfaces.without_friction(ln_force, apparent) * (0.5 * w[:-1])
-        H[:-1, k] = white * doubts.creep
-        H[:-1, k + 1] = white * (-BESIDE_SHARE * doubts.beside_mm**2)
-        H[:-1, k + 2] = effect
-        H[:-1, k + 3] = effect * (SHAPE_ERROR * 2 * (ln_force - self._middle))
-        H[-1, k + 4] = doubts.force_gain * force * w[-1]
-        B = np.empty((c + 1, self.own))
-        B[:-1, 0] = (b * force + (a / w[:-1]) * (SHIFT_POWER * moved)) * w[:-1]
-        B[-1, 0] = force * w[-1]
-        if self.anywhere:
-            B[:-1, 1], B[-1, 1] = d * w[:-1], 0.0
-        return Linear(np.append(white, force * w[-1]), H, B)
+            H[:, self._friction] = (surfaces.without_friction(ln_force, ln_modulus) * (0.5 * w))[:, None]
+        return H
+
+    def linear(self, ln_force: float, place: float, h: float, thickness: float = 0.0) -> Linear:
+        """The channels at the nearest calibrated contact; thickness: the doubt's, in its standard deviations."""
+        ln_modulus, slope = self.ln_modulus(h)
+        ln_force, place = self.inside(ln_force, place)
+        return Linear((ln_force, place, h, thickness), *self._channels(ln_force, place, ln_modulus, slope, thickness))
+
+    def _channels(self, ln_force: float, place: float, ln_modulus: float, slope: float, thickness: float):
+        """expected, H and B of a `Linear`; slope : dh / d ln E."""
+        force = math.exp(ln_force)
+        thin = force**SHIFT_POWER
+        effect, moved = self._shift_sigma * thin, (self._shift + self._shift_sigma * thickness) * thin
+        apparent = min(max(ln_modulus + moved, self._softest), self._hardest)
+        r, a, b, d = self.surfaces.at(ln_force, apparent, place)
+        expected, w = np.empty(self.channels + 1), self.whiten[:-1]
+        expected[:-1], expected[-1] = r, force
+        expected *= self.whiten
+        H = self._template.copy()
+        errors = self._errors(round(100 * ln_force), round(100 * apparent), round(50 * place))
+        H[:-1] += expected[:-1, None] * self._of_reading + force * errors
+        H[:-1, :3] = (a * w)[:, None] * (1 / slope, effect, effect * SHAPE_ERROR * 2 * (ln_force - self._middle))
+        H[-1, self._force_gain] = self.doubts.force_gain * expected[-1]
+        B = np.zeros((2, self.channels + 1))
+        B[0, :-1], B[0, -1] = (b * force + a * (SHIFT_POWER * moved)) * (SPREAD_FORCE * w), SPREAD_FORCE * expected[-1]
+        B[1, :-1] = d * (self.surfaces.reach * w)
+        return expected, H, B
 
     def fresh(self, zero_share: float) -> Belief:
         """A belief before the first sample, the zeros being known to a share of their standard deviation."""
         mean, variance = np.zeros(self.size), np.ones(self.size)
-        variance[1 : 1 + self.channels] = zero_share**2
+        variance[self.parts["the zero of the gauges"]] = zero_share**2
         variance[0] = (PRIOR_REACH * self.top) ** 2
         return Belief(mean, np.diag(variance))
+
+    def bend(self, linear: Linear, ln_force: float, place: float, h: float, thickness: float) -> float:
+        """How far a contact is from a linearisation, as the squared step of ln force that bends the readings so."""
+        at, there, known, thick = linear.at
+        along = (h - known + (thickness - thick) * self._shift_sigma * math.exp(SHIFT_POWER * at)) / self.top
+        return (ln_force - at) ** 2 + (BENT_PLACE * (place - there)) ** 2 + along * along
+
+    def moved(self, linear: Linear, steps) -> tuple[float, float]:
+        """ln force and place after steps from a linearisation, in units of their spread."""
+        at, there, *_ = linear.at
+        return at + SPREAD_FORCE * steps[0], there + self.surfaces.reach * steps[1]
 
     def alone(self, y: np.ndarray, rows: np.ndarray, belief: Belief, count: int = 1) -> Alone:
         """What a mean (c + 1,) of `count` samples of the channels `rows` says if noise is all that is wrong: its own
         force and place, and with these eliminated what it says of h."""
-        h, c, root = self.sharp(belief), self.channels, math.sqrt(count)
-        whiten = self.whiten * root
-        white = y * whiten
-        ln_modulus, slope = self.ln_modulus(h)
-        low, high = self.surfaces.ln_nodes[0], self.surfaces.ln_nodes[-1]
-        at, place = self.inside(*self._guessed(y, rows, belief))
-        greatest = float(np.abs(white[rows]).max())
+        h, white, tangent = self.sharp(belief), (y * self.whiten)[rows], belief.tangent
+        greatest = float(np.abs(white).max())
+        if tangent is not None and not same(tangent.rows, rows):
+            tangent = None
+        linear = tangent.linear if tangent else self.linear(belief.ln_force, belief.place_mm, h)
+        table = np.empty((4, len(rows)))
         for _ in range(STEPS):
-            force = math.exp(at)
-            moved = self._shift * force**SHIFT_POWER if self._shift else 0.0
-            r, a, b, d = self.surfaces.at(at, min(max(ln_modulus + moved, low), high), place)
-            table = np.zeros((2 + self.own, c + 1))
-            table[0, :-1] = a / slope
-            table[1, :-1], table[1, -1] = r, force
-            table[2, :-1], table[2, -1] = (b * force + a * (SHIFT_POWER * moved)) * SPREAD_FORCE, force * SPREAD_FORCE
-            if self.anywhere:
-                table[3, :-1] = d * self.surfaces.reach
-            table *= whiten
-            table[1] = white - table[1]
-            if len(rows) <= c:
-                table = table[:, rows]
-            aa, ar, al, am, rr, rl, rm, ll, lm, mm = _upper(table @ table.T)
-            # Two unknowns at most are the sample's own, with next to no prior of unit variance.
-            ll, mm = ll + 1.0, mm + 1.0
+            table[0] = slope = linear.H[rows, 0]
+            table[1] = white - linear.expected[rows] - slope * (h - linear.at[2])
+            table[2:] = linear.B[:, rows]
+            (aa, ar, al, am), (_, rr, rl, rm), (_, _, ll, lm), (*_, mm) = (table @ table.T).tolist()
+            ll, mm = ll + 1 / count, mm + 1 / count
             det = ll * mm - lm * lm
-            step, across = SPREAD_FORCE * (mm * rl - lm * rm) / det, self.surfaces.reach * (ll * rm - lm * rl) / det
-            if (step * step + (BENT_PLACE * across) ** 2) * greatest < BENT:
+            steps = (mm * rl - lm * rm) / det, (ll * rm - lm * rl) / det
+            at, place = self.moved(linear, steps)
+            if self.bend(linear, at, place, h, 0.0) * greatest * math.sqrt(count) < (NEAR if tangent else BENT):
                 break
-            at, place = self.inside(at + step, place + across)
+            linear, tangent = self.linear(at, place, h), None
         to_l, to_m = (mm * al - lm * am) / det, (ll * am - lm * al) / det
-        here = rr - (rl * (mm * rl - lm * rm) + rm * (ll * rm - lm * rl)) / det
-        information, score = aa - to_l * al - to_m * am, ar - to_l * rl - to_m * rm
+        here = count * (rr - rl * steps[0] - rm * steps[1])
+        information, score = count * (aa - to_l * al - to_m * am), count * (ar - to_l * rl - to_m * rm)
         away = h - belief.anchor
         square = here + away * (2 * score + away * information)
-        own = np.array(((mm, -lm), (-lm, ll)))[: self.own, : self.own] / det
-        tangent = self._tangent(rows, y, table / root, own * count, (at, place), greatest / root)
-        freedom, at, place = len(rows) - self.own, at + step, place + across
+        if tangent is None:
+            own = np.array(((mm, -lm), (-lm, ll))) / det
+            tangent = self._tangent(linear, rows, own, max(greatest, 1.0) ** -0.5)
+        freedom = len(rows) - 1 - self.anywhere
         return Alone(information, score + away * information, square, here, freedom, at, place, count, tangent)
 
-    def _tangent(self, rows, y, table, own, at: tuple[float, float], greatest: float) -> Tangent:
-        """The tangent at a contact; table (2 + own, k) : slope in h, rest of y, slopes in force and place; own :
-        covariance of the latter two."""
-        B = table[2:]
+    def _tangent(self, linear: Linear, rows: np.ndarray, own: np.ndarray, bent: float) -> Tangent:
+        """The tangent at a linearisation; own (2, 2) : covariance of a sample's ln force and place in their spreads;
+        bent : step of ln force that bends the readings by the noise of one."""
+        B, (force, place) = linear.B[:, rows], (self.spread * np.sqrt(own.diagonal())).tolist()
         gain = own @ B
-        split = np.concatenate([self._spread[:, None] * gain, self._eye[: len(rows), : len(rows)] - B.T @ gain])
-        expected = (y * self.whiten)[rows] - table[1]
-        jitter = tuple([spread * math.sqrt(own[k, k]) for k, spread in enumerate(self._spread.tolist())])
-        return Tangent(rows, expected, split, at, jitter, max(greatest, 1.0) ** -0.5)
-
-    def near(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> list[float] | None:
-        """Steps from the tangent of a touch to a sample (c + 1,) of the channels `rows`, None where that does not hold:
-        not for these channels, too far for it, outside what is calibrated, or unlike what was read so far."""
-        tangent = belief.tangent
-        if tangent is None or not (rows is tangent.rows or np.array_equal(rows, tangent.rows)):
-            return None
-        d = (y * self.whiten)[rows] - tangent.expected
-        split = tangent.split @ d
-        steps = split[: self.own].tolist()
-        if not float(split[self.own :] @ d) <= self._usual(belief):
-            return None
-        within = self.low <= tangent.at[0] + steps[0] <= self.high
-        if self.anywhere:
-            within = within and abs(tangent.at[1] + steps[1]) <= self.surfaces.reach
-        return steps if within and tangent.level(steps, [0.0, 0.0], FAR) else None
-
-    def _guessed(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> tuple[float, float]:
-        """ln force and place to begin with."""
-        tangent = belief.tangent
-        if tangent is None or len(tangent.rows) != len(rows):
-            return belief.ln_force, belief.place_mm
-        steps = (tangent.split[: self.own] @ ((y * self.whiten)[rows] - tangent.expected)).tolist()
-        longest = SPREAD_FORCE / 2
-        force = tangent.at[0] + min(max(steps[0], -longest), longest)
-        return force, tangent.at[1] + min(max(steps[1], -longest), longest) if self.anywhere else 0.0
+        split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
+        slack = LEVEL**0.5 * bent + JITTER * force, LEVEL**0.5 * bent / BENT_PLACE + JITTER * place
+        (at, there, *_), beside = linear.at, self.surfaces.reach
+        limits = (self.low - at, self.high - at), (-beside - there, beside - there)
+        reach = tuple(
+            [(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in zip(slack, limits, strict=True)]
+        )
+        return Tangent(linear, rows, split * self.whiten[rows], split @ linear.expected[rows], reach, slack)
 
     def slot(self, belief: Belief) -> int:
         """How many samples are learnt together."""
         return min(int(belief.samples) // SHARE, SLOT)
 
-    def odd(self, belief: Belief, alone: Alone) -> bool:
-        """Whether a sample is unlike those before, as noise alone sees them."""
-        return alone.here > self._usual(belief)
+    def weighed(self, rows, innovation, H: np.ndarray, B: np.ndarray, P: np.ndarray, samples: int):
+        """Contrast of an innovation (k,) with H (k, m), B (2, k) and the covariance P (m, m) of x; and P H'."""
+        PH = P @ H.T
+        S = H @ PH + B.T @ B
+        S.flat[:: len(rows) + 1] += 1.0 / samples
+        precision = np.linalg.inv(S)
+        weighted = precision @ innovation
+        return Contrast(weighted, precision, rows, float(innovation @ weighted)), PH
 
-    def _usual(self, belief: Belief) -> float:
-        """Squared misfit of a sample that is like those before."""
-        return ODD * (1 + belief.square / max(belief.freedom, 1.0))
-
-    def fit(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone) -> Fit:
-        """A mean (c + 1,) of samples against a belief, of the channels `rows`, linearised where it lies."""
-        y = y * self.whiten
-        h = min(max(float(belief.mean[0]), 0.0), self.top)
-        at, place = self.inside(alone.ln_force + belief.offset[0], alone.place_mm + belief.offset[1])
-        spread = self._spread
-        greatest, contrasts = float(np.abs(y[rows]).max()), []
-        mean, thickness = belief.mean.copy(), float(belief.mean[self._creep + 2])
-        mean[0] -= h
-        mean[self._creep + 2] = 0.0
+    def fit(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone | None = None) -> Fit:
+        """A mean (c + 1,) of samples against a belief, of the channels `rows`, linearised where `alone` has it; without
+        it a sample, where the last one lay."""
+        white, samples = (y * self.whiten)[rows], alone.samples if alone else 1
+        h, thickness = min(max(float(belief.mean[0]), 0.0), self.top), float(belief.mean[1])
+        at, place = (alone.ln_force, alone.place_mm) if alone else (belief.ln_force, belief.place_mm)
+        at, place = at + belief.offset[0], place + belief.offset[1]
+        greatest, contrasts = float(np.abs(white).max()), []
+        linear = alone.tangent.linear if alone else None
+        if linear is None or self.bend(linear, at, place, h, thickness) * greatest > NEAR:
+            linear = self.linear(at, place, h, thickness)
         for _ in range(STEPS):
-            expected, exact, B = self.linear(at, place, h, thickness)
-            belief = self._near(belief, at, place, h, exact)
-            exact, H, B = exact[rows], belief.slopes[rows], B[rows] * spread  # type: ignore[index]
-            innovation = (y - expected)[rows] - exact @ mean
-            PH = belief.covariance @ H.T
-            S = H @ PH + B @ B.T
-            S.flat[:: len(rows) + 1] += 1.0 / alone.samples
-            precision = np.linalg.inv(S)
-            weighted = precision @ innovation
-            contrasts.append(Contrast(weighted, precision, rows, float(innovation @ weighted)))
-            step = spread * (B.T @ weighted)
-            bend = step[0] ** 2 + ((BENT_PLACE * step[1]) ** 2 if self.anywhere else 0.0)
-            if bend * greatest < BENT:
+            belief = self._near(belief, linear)
+            x, B = belief.mean.copy(), linear.B[:, rows]
+            x[:2] -= linear.at[2:]
+            innovation = white - linear.expected[rows] - linear.H[rows] @ x
+            contrast, PH = self.weighed(rows, innovation, belief.node.H[rows], B, belief.covariance, samples)  # type: ignore[union-attr]
+            contrasts.append(contrast)
+            at, place = self.moved(linear, (B @ contrast.weighted).tolist())
+            if self.bend(linear, at, place, *linear.at[2:]) * greatest < BENT:
                 break
-            at, place = self.inside(at + float(step[0]), place + (float(step[1]) if self.anywhere else 0.0))
-        sigma = 0.0
-        if self.anywhere:
-            place += float(step[1])
-            sigma = spread[1] * math.sqrt(max(1.0 - float(B[:, 1] @ precision @ B[:, 1]), 0.0))
-        return Fit(contrasts[0], contrasts[-1], belief, PH, alone.samples, at + float(step[0]), place, sigma)
+            linear = self.linear(at, place, h, thickness)
+        left = 1.0 - float(B[1] @ contrast.precision @ B[1])
+        sigma = self.surfaces.reach * math.sqrt(max(left, 0.0))
+        return Fit(contrasts[0], contrast, belief, PH, at, place, sigma)
 
     def sharp(self, belief: Belief) -> float:
         """h of noise alone; that of the start before the first sample."""
         step = belief.score / belief.information if belief.information > 0 else 0.0
         return min(max(belief.anchor + step, 0.0), self.top)
 
-    def _near(self, belief: Belief, at: float, place: float, h: float, exact: np.ndarray) -> Belief:
-        """The belief with H of a node near a contact, at which H is `exact`."""
-        far = (at - belief.node[0], place - belief.node[1], (h - belief.node[2]) / self.ln_modulus(h)[1])
-        if all([abs(distance) <= limit for distance, limit in zip(far, NODE, strict=True)]):
-            return belief
+    def _near(self, belief: Belief, linear: Linear) -> Belief:
+        """The belief with a node near a linearisation."""
+        if belief.node is not None:
+            (at, place, h, _), (before, there, known, _) = linear.at, belief.node.at
+            far = at - before, place - there, (h - known) / self.ln_modulus(h)[1]
+            if all([abs(distance) <= limit for distance, limit in zip(far, NODE, strict=True)]):
+                return belief
         covariance = belief.covariance.copy()
-        if belief.slopes is not None:
+        if belief.node is not None:
             covariance.flat[self._drifting] += DRIFT**2
-        return belief._replace(node=(at, place, h), slopes=exact, covariance=covariance)
+        return belief._replace(node=linear, covariance=covariance)
 
     def learnt(self, fit: Fit, alone: Alone, keep: float = 1.0) -> Belief:
         """The belief after the filter has learnt a fit of it, and noise alone what `alone` says, of which each sample
         leaves a share `keep`."""
-        belief, kept = fit.belief, keep**alone.samples
-        covariance = belief.covariance - fit.PH @ fit.last.precision @ fit.PH.T
-        covariance = 0.5 * (covariance + covariance.T)
-        faded = self._faded ** (0.5 * fit.samples)
-        covariance *= faded[:, None] * faded
+        belief, kept, faded = fit.belief, keep**alone.samples, self._faded_by(alone.samples)
+        gain = fit.PH @ fit.last.precision
+        covariance = belief.covariance - gain @ fit.PH.T
+        covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
         covariance.flat[:: self.size + 1] += 1 - faded * faded
         if keep < 1.0:
-            covariance[0] /= keep ** (0.25 * fit.samples)
-            covariance[:, 0] /= keep ** (0.25 * fit.samples)
-        return belief._replace(
+            covariance[0] /= keep ** (0.25 * alone.samples)
+            covariance[:, 0] /= keep ** (0.25 * alone.samples)
+        return Belief(
             mean=faded * (belief.mean + fit.PH @ fit.last.weighted),
             covariance=covariance,
+            tangent=alone.tangent,
+            node=belief.node,
             offset=(fit.ln_force - alone.ln_force, fit.place_mm - alone.place_mm),
-            place_sigma_mm=fit.place_sigma_mm * math.sqrt(fit.samples),
+            place_sigma_mm=fit.place_sigma_mm * math.sqrt(alone.samples),
             ln_force=alone.ln_force,
             place_mm=alone.place_mm,
-            tangent=alone.tangent,
+            anchor=belief.anchor,
             information=kept * belief.information + alone.information,
             score=kept * belief.score + alone.score,
             square=kept * belief.square + alone.square,
@@ -357,15 +336,6 @@ class Fitter:
         freedom = max(belief.freedom - 1, 1e-9)
         return square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom)
 
-    def contact(self, belief: Belief, ln_force: float, place: float) -> tuple[float, float]:
-        """Force (N) and place (mm) of a sample of which noise alone says these."""
-        more, beside = (0.0, 0.0) if self.stands(belief) else belief.offset
-        return math.exp(ln_force + more), place + beside
-
-    def doubt(self, belief: Belief) -> float:
-        """Squared length of the nuisances found: what they would have to be, in their standard deviations."""
-        return float(belief.mean[1:] @ belief.mean[1:])
-
     def dominant(self, belief: Belief) -> str:
         """Which doubt makes most of sigma: the one that, known, would take most off it."""
         P = belief.covariance
@@ -385,12 +355,3 @@ class Fitter:
         """The nearest calibrated contact, to linearise at."""
         reach = self.surfaces.reach
         return min(max(ln_force, self.low), self.high), min(max(place, -reach), reach)
-
-
-def _upper(gram: np.ndarray) -> tuple[float, ...]:
-    """The upper triangle of a Gram matrix of (slope, rest, force, place), row by row; zeros where there is no place."""
-    if len(gram) == 4:
-        (aa, ar, al, am), (_, rr, rl, rm), (_, _, ll, lm), (*_, mm) = gram.tolist()
-        return aa, ar, al, am, rr, rl, rm, ll, lm, mm
-    (aa, ar, al), (_, rr, rl), (_, _, ll) = gram.tolist()
-    return aa, ar, al, 0.0, rr, rl, 0.0, ll, 0.0, 0.0

@@ -13,11 +13,9 @@ import numpy as np
 from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
-from papilla.estimators.health import STUCK_SAMPLES
-from papilla.estimators.softness.belief import Alone, Belief
-from papilla.estimators.softness.contrast import Contrast
+from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
+from papilla.estimators.softness.belief import Alone, Belief, Contrast
 from papilla.estimators.softness.doubts import Doubts
-from papilla.estimators.softness.faults import Fault, in_words, numbered, pack
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.estimators.softness.touch import Touch
@@ -32,11 +30,11 @@ MARGIN = 10.0
 """Suspects whose absence leaves as good a fit as this, compared with the best, cannot be told apart."""
 FITS = 25.0
 """Squared residual of a reading that is explained by a flipped sign or by another gauge's place."""
-TRUSTED, DOUBTED = 0.25, 0.1
-"""Distrust from which there is no answer, and nobody is blamed, for over a texture all gauges contradict each other;
-and what each contradiction that no gauge is to blame for adds to it."""
-SAMPLES = 200.0
-"""Samples after which distrust has faded to 1 / e."""
+DOUBTED, TRUSTED, MOST = 80, 200, 480
+"""Distrust, in good samples that make up for it: what a contradiction adds that no gauge is to blame for; beyond which
+there is no answer, and nobody is blamed, for over a texture all gauges contradict each other; and the most of it."""
+LOOKED = 8
+"""One in so many samples is looked at while the gauges are not trusted: such that fit no contact do not count."""
 BACK_AFTER = 10
 """Samples in a row that a channel must fit again to be used again."""
 FITS_AGAIN = 16.0
@@ -120,34 +118,32 @@ class GaugeSoftness(Touch):
         if surfaces.channels < self._least - 1:
             raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {surfaces.channels}")
         fitter = Fitter(surfaces, gauge_sigma, force_sigma_N, doubts or Doubts(), position_sigma_mm)
-        self._used: dict[tuple[int, ...], np.ndarray] = {}
+        self._used: dict[tuple[int, ...], tuple[np.ndarray, int]] = {}
         super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
 
-    def _take(self, sample: tuple[float, ...]) -> GaugeEstimate:
-        *readings, force = sample
-        faults = self._watched(readings, force)
+    def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> GaugeEstimate:
+        """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
+        faults = self._watched(found, force)
         rows = self._of(faults)
+        y = np.array([*[reading - zero for reading, zero in zip(readings, self._state.zeros, strict=True)], force])
         # A noisy force alone does not end a touch: the gauges have to agree.
         if force >= self._contact:
             self._light = 0
         else:
             gauges = rows[rows < self._gauges]
-            moved = np.subtract(readings, self._state.zeros)[gauges]
-            if not len(gauges) or self._is_away(moved, self._lowest[gauges], force):
+            if not len(gauges) or self._is_away(y[gauges], self._lowest[gauges], force):
                 self._lift(readings, force, len(rows) == self._gauges + 1)
                 return self._refused(SoftnessStatus.NO_CONTACT, faults)
         if len(rows) < self._least:
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
-        y = np.array((*readings, force))
-        y[:-1] -= self._state.zeros
         return self._listen(y, faults)
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int) -> GaugeEstimate:
         """A mean of samples of a touch that is known already."""
         fitter, rows = self._fitter, self._of(faults)
         alone = fitter.alone(y, rows, belief, count)
-        if fitter.odd(belief, alone):
-            contrast = fitter.fit(y, rows, belief, _there(belief)).first
+        if alone.here > belief.usual:
+            contrast = fitter.fit(y, rows, belief).first
             if contrast.misfit > LIMIT:
                 return self._contradict(y, rows, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)
@@ -156,6 +152,8 @@ class GaugeSoftness(Touch):
         """The first sample of a touch, or the first that fits."""
         rows = self._of(faults)
         if not self._trusted(1):
+            if self._state.contradicted % LOOKED == 0 and self._start.misfits(y, rows).min() > LIMIT:
+                self._note(contradicted=MOST)
             return self._refused(SoftnessStatus.MISFIT, faults)
         contrast, belief = self._start(y, rows, self._unknown())
         if contrast.misfit > LIMIT:
@@ -163,7 +161,7 @@ class GaugeSoftness(Touch):
                 return self._refused(outside, faults)
             blame = self._blamed(rows, self._start.without(y, rows, self._unknown()))
             if blame is None:
-                self._state = self._state._replace(contradicted=1.0)
+                self._note(contradicted=MOST)
                 return self._refused(SoftnessStatus.MISFIT, faults)
             contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._unknown())
             faults, rows = self._left_out(y, faults, blame, belief)
@@ -184,17 +182,16 @@ class GaugeSoftness(Touch):
                 if self._fitter.fit(y, rows, belief, alone).first.misfit < LIMIT:
                     return self._learn(y, rows, faults, belief, alone)
             elif anew.misfit < LIMIT:
-                self._state = self._state._replace(contradicted=self._state.contradicted + DOUBTED)
+                self._note(contradicted=min(self._state.contradicted + DOUBTED, MOST))
                 return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
         # What was learnt is not to be believed either: after a while, from the beginning.
-        self._state = self._state._replace(belief=None, contradicted=1.0)
+        self._note(belief=None, contradicted=MOST)
         return self._refused(SoftnessStatus.MISFIT, faults)
 
     def _trusted(self, samples: int = 0) -> bool:
         """Whether the gauges may be believed, after so many more samples that nothing contradicts."""
-        if samples:
-            fading = (1 - 1 / SAMPLES) ** samples
-            self._state = self._state._replace(contradicted=fading * self._state.contradicted)
+        if samples and self._state.contradicted:
+            self._note(contradicted=max(self._state.contradicted - samples, 0))
         return self._state.contradicted <= TRUSTED
 
     def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> tuple[int, ...] | None:
@@ -232,29 +229,27 @@ class GaugeSoftness(Touch):
     ) -> tuple[tuple[int, ...], np.ndarray]:
         """Faults with the blamed channels, and the rows that are left."""
         named = self._named(y, blamed, belief)
-        standing, now = list(self._state.faults), list(faults)
-        for channel, fault in named.items():
-            standing[channel] = now[channel] = int(fault)
-        self._state = self._state._replace(faults=tuple(standing))
-        return tuple(now), self._of(tuple(now))
+        self._note(faults=tuple([named.get(channel, fault) for channel, fault in enumerate(self._state.faults)]))
+        now = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
+        return now, self._of(now)
 
-    def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, Fault]:
+    def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, int]:
         """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
-        rest, variance = self._fitter.fit(y, rows, belief, _there(belief)).first.expected(*blamed)
+        rest, variance = self._fitter.fit(y, rows, belief).first.expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
         expected, limit = y[list(blamed)] - rest * scale, FITS * variance * scale**2
 
         def fits(value: float, place: int) -> bool:
             return bool((value - expected[place]) ** 2 < limit[place])
 
-        found = {channel: Fault.OFF_SURFACE for channel in blamed}
+        found = {channel: int(Fault.OFF_SURFACE) for channel in blamed}
         for place, channel in enumerate(blamed):
             if channel < self._gauges and fits(-y[channel], place):
-                found[channel] = Fault.SIGN_FLIPPED
+                found[channel] = int(Fault.SIGN_FLIPPED)
         for (one, a), (other, b) in combinations(enumerate(blamed), 2):
             if b < self._gauges and fits(y[a], other) and fits(y[b], one):
-                found[a] = found[b] = Fault.SWAPPED
+                found[a] = found[b] = int(Fault.SWAPPED)
         return found
 
     def _learn(self, y, rows, faults: tuple[int, ...], belief: Belief, alone: Alone) -> GaugeEstimate:
@@ -265,7 +260,7 @@ class GaugeSoftness(Touch):
             return self._refused(outside, faults)
         fit = self._learnt(y, rows, belief, alone)
         if fit.first.misfit > LIMIT and belief.samples:
-            self._state, self._told = self._state._replace(belief=belief), None
+            self._note(belief=belief)
             return self._contradict(y, rows, faults, belief, fit.first)
         self._trusted(alone.samples)
         return self._answer(alone.ln_force, alone.place_mm, faults)
@@ -273,17 +268,13 @@ class GaugeSoftness(Touch):
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> GaugeEstimate:
         if not self._trusted():
             return self._refused(SoftnessStatus.MISFIT, faults)
-        modulus, sigma, status = self._modulus()
-        belief = self._state.belief
-        assert belief is not None
-        if any(faults):
-            status = SoftnessStatus.LEFT_OUT if status == SoftnessStatus.OK else status
-        force, x = self._fitter.contact(belief, ln_force, place)
-        told = self._anywhere and modulus == modulus
-        return GaugeEstimate(
-            modulus, sigma, force, int(status), pack(faults), self._gauges + 1,
-            *((x, belief.place_sigma_mm) if told else ()),
-        )  # fmt: skip
+        told, code = self._modulus(), self._used[faults][1]
+        status = int(SoftnessStatus.LEFT_OUT) if code and told.status == SoftnessStatus.OK else told.status
+        force, channels = math.exp(ln_force + told.ln_force), self._gauges + 1
+        if not self._anywhere or told.modulus != told.modulus:
+            return GaugeEstimate(told.modulus, told.sigma, force, status, code, channels)
+        place += told.place_mm
+        return GaugeEstimate(told.modulus, told.sigma, force, status, code, channels, place, told.place_sigma_mm)
 
     def _watch_returning(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone) -> None:
         """Use a channel again that has fitted `BACK_AFTER` samples in a row."""
@@ -297,7 +288,7 @@ class GaugeSoftness(Touch):
                 )
                 if returning[channel] >= BACK_AFTER:
                     faults[channel] = returning[channel] = 0
-        self._state = self._state._replace(faults=tuple(faults), returning=tuple(returning))
+        self._note(faults=tuple(faults), returning=tuple(returning))
 
     def _beyond(self, y: np.ndarray, belief: Belief) -> SoftnessStatus | None:
         """The status of a force that all sensors place outside the domain, where nothing is known of the readings."""
@@ -307,36 +298,32 @@ class GaugeSoftness(Touch):
             return SoftnessStatus.FORCE_BELOW
         return SoftnessStatus.FORCE_ABOVE if belief.ln_force >= self._fitter.high and not force <= high else None
 
-    def _watched(self, readings: list[float], force: float) -> tuple[int, ...]:
+    def _watched(self, found: tuple[int, ...], force: float) -> tuple[int, ...]:
         """Faults of this sample: those that stand, and what the readings alone show."""
-        before = self._health.stuck
-        found = self._health.look(tuple(readings))
-        if self._health.stuck and self._health.stuck != before:
-            # A gauge has just turned out to be stuck: what was learnt with it, and whom it had blamed, is void.
-            self._state = self._state._replace(belief=None, faults=self._clean, contradicted=0.0)
+        before = self._state.found
+        if found != before:
+            self._note(found=found)
+            if any(new == STUCK and old != STUCK for new, old in zip(found, before or self._clean, strict=False)):
+                # A gauge has just turned out to be stuck: what was learnt with it, and whom it had blamed, is void.
+                self._note(belief=None, faults=self._clean, contradicted=0)
         standing = self._state.faults
         if not found and force - force == 0.0:
             return standing
-        missing = int(Fault.MISSING) if self._sensed and force - force != 0.0 else 0
-        now = (*(found or (0,) * self._gauges), missing)
+        missing = MISSING if self._sensed and force - force != 0.0 else 0
+        now = (*(found or self._clean[1:]), missing)
         return tuple([new or old for new, old in zip(now, standing, strict=True)])
 
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
         """The channels that are used with such faults, looked up the next time."""
-        rows = self._used.get(faults)
-        if rows is None:
+        known = self._used.get(faults)
+        if known is None:
             used = [not fault for fault in faults[:-1]] + [self._sensed and not faults[-1]]
-            self._used[faults] = rows = np.flatnonzero(used)
-        return rows
+            self._used[faults] = known = np.flatnonzero(used), pack(faults)
+        return known[0]
 
-    def _refused(self, status: int, faults: tuple[int, ...], force=math.nan) -> GaugeEstimate:
+    def _refused(self, status: SoftnessStatus, faults: tuple[int, ...]) -> GaugeEstimate:
         """No modulus, and why."""
-        return GaugeEstimate(math.nan, math.nan, force, int(status), pack(faults), self._gauges + 1)
-
-
-def _there(belief: Belief) -> Alone:
-    """The contact of the last sample, for one that may be spoilt."""
-    return Alone(0.0, 0.0, 0.0, 0.0, 0, belief.ln_force, belief.place_mm)
+        return GaugeEstimate(math.nan, math.nan, math.nan, int(status), self._used[faults][1], self._gauges + 1)
 
 
 def _words(status: int, left_out: int, channels: int) -> str:

@@ -84,9 +84,9 @@ class Softness(Touch):
         fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, known, None)
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 
-    def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
-        *readings, force = sample
-        healthy = not self._health.look(tuple(readings))
+    def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
+        """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
+        healthy = not found
         if force - force != 0.0:
             return _nothing(SoftnessStatus.BAD_INPUT)
         sd = self._sd(readings) if healthy else math.nan
@@ -124,10 +124,9 @@ class Softness(Touch):
         return self._answer(alone.ln_force, alone.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:
-        modulus, sigma, status = self._modulus()
-        return SoftnessEstimate(modulus, sigma, int(status))
+        return SoftnessEstimate(*self._modulus()[:3])
 
-    def _sd(self, readings: list[float]) -> float:
+    def _sd(self, readings: tuple[float, ...]) -> float:
         """S_d of the readings less their zeros; for so few, numpy costs several times as much."""
         moved = [reading - zero for reading, zero in zip(readings, self._state.zeros, strict=True)]
         mean = sum(moved) / self._gauges

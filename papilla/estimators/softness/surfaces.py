@@ -1,7 +1,6 @@
 """What a finger's channels read at a contact (force, modulus, x), with slopes, as the calibration has it."""
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -62,7 +61,6 @@ class GaugeSurfaces:
         changes = [gauge.uncertainty.friction for gauge in calibration.gauges]
         known = [change for change in changes if change is not None]
         self._friction = _spline(known) if len(known) == self.channels else None
-        self.error = lru_cache(maxsize=256)(self._error)
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
         """What is read within the domain."""
@@ -74,9 +72,9 @@ class GaugeSurfaces:
         reading, along_modulus = force * per_force[0]
         return Expected(reading, along_modulus, per_force[0, 0] + per_force[1, 0], along_x)
 
-    def _error(self, level: int) -> np.ndarray:
-        """(c,) one sigma of the calibration, friction apart, microstrain / N, at a force of so many percent."""
-        force = math.exp(level / 100)
+    def error(self, ln_force: float) -> np.ndarray:
+        """(c,) one sigma of the calibration, friction apart, microstrain / N."""
+        force = math.exp(ln_force)
         return np.array([gauge.uncertainty.sigma_at(force) for gauge in self._calibration.gauges])
 
     @property
@@ -85,10 +83,8 @@ class GaugeSurfaces:
         return self._friction is None
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
-        """(c,) what readings change in microstrain where there is no friction, if it is not known."""
-        if self._friction is None:
-            return self._nothing
-        return math.exp(ln_force) * self._friction(ln_force, ln_modulus)[0, 0]
+        """(c,) what readings change where there is no friction, if it is not known, microstrain / N."""
+        return self._nothing if self._friction is None else self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
         """(c,) one sigma of each gauge's change at a place, microstrain / N."""
@@ -129,13 +125,10 @@ class SdSurface:
         sd = np.exp(value)
         return Expected(sd, sd * a, sd * slope * math.exp(-ln_force), np.zeros(1))
 
-    def error(self, level: int) -> np.ndarray:
-        """(1,) one sigma of the calibration, friction apart, microstrain / N, at a force of so many percent."""
-        force, known = math.exp(level / 100), self._surface.uncertainty
-        middle = float(self.ln_nodes[len(self.ln_nodes) // 2])
-        low, high = self.force_N
-        there = self.at(math.log(min(max(force, low), high)), middle, 0.0).reading
-        return known.sigma_at(force) * there / force
+    def error(self, ln_force: float) -> np.ndarray:
+        """(1,) one sigma of the calibration, friction apart, microstrain / N."""
+        force, middle = math.exp(ln_force), float(self.ln_nodes[len(self.ln_nodes) // 2])
+        return self._surface.uncertainty.sigma_at(force) * self.at(ln_force, middle, 0.0).reading / force
 
     @property
     def friction_known(self) -> bool:
@@ -143,9 +136,9 @@ class SdSurface:
         return self._surface.uncertainty.friction is None
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
-        """(1,) what S_d changes in microstrain where there is no friction, if it is not known."""
+        """(1,) what S_d changes where there is no friction, if it is not known, microstrain / N."""
         share = self._surface.uncertainty.friction_at(ln_force, ln_modulus)
-        return self.at(ln_force, ln_modulus, 0.0).reading * share
+        return self.at(ln_force, ln_modulus, 0.0).reading * (share * math.exp(-ln_force))
 
     def place_error(self, x: float) -> np.ndarray:
         """(1,) zero: S_d is for touches at the apex."""

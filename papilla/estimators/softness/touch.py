@@ -9,9 +9,8 @@ import numpy as np
 from papilla import checks
 from papilla.calibration import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
-from papilla.estimators.health import GaugeHealth, HealthState
+from papilla.estimators.health import GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.belief import Alone, Belief, Fit
-from papilla.estimators.softness.faults import numbered
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.start import Start
 from papilla.estimators.stream import Stream
@@ -28,13 +27,25 @@ AIR_SAMPLES = 100.0
 
 
 class Slot(NamedTuple):
-    """Samples that are learnt together: their sum (c + 1,), their number, the first one's steps from the tangent, and
-    the faults that all of them have."""
+    """Samples that are learnt together: their sum (c + 1,), their number, the (lowest, highest) steps from the tangent
+    that they may have, and the faults that all of them have."""
 
     total: np.ndarray
     samples: int
-    first: list[float]
+    reach: tuple[tuple[float, float], ...]
     faults: tuple[int, ...]
+
+
+class Told(NamedTuple):
+    """What is known of a touch, in words of the answer: modulus and sigma in MPa (NaN where there is none), status; by
+    how much ln force and place differ from those of noise alone, and the latter's standard deviation."""
+
+    modulus: float
+    sigma: float
+    status: int
+    ln_force: float
+    place_mm: float
+    place_sigma_mm: float
 
 
 class TouchState(NamedTuple):
@@ -43,8 +54,9 @@ class TouchState(NamedTuple):
     learnt.
 
     faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
-    contradicted : distrust of the gauges, from how often what was learnt did not explain them. dominant : which doubt
-    made most of sigma in the last touch. light : samples in a row with a force below that of contact.
+    found : what the last sample's readings showed by themselves. contradicted : distrust of the gauges, from how often
+    what was learnt did not explain them. dominant : which doubt made most of sigma in the last touch. light : samples
+    in a row with a force below that of contact.
     """
 
     health: HealthState
@@ -54,7 +66,8 @@ class TouchState(NamedTuple):
     slot: Slot | None = None
     faults: tuple[int, ...] = ()
     returning: tuple[int, ...] = ()
-    contradicted: float = 0.0
+    found: tuple[int, ...] = ()
+    contradicted: int = 0
     dominant: str = ""
     light: int = 0
 
@@ -81,6 +94,14 @@ class Touch(Stream):
         self._new = TouchState(self._health.state, (0.0,) * gauges, faults=self._clean, returning=self._clean)
         self.reset()
 
+    def _take(self, sample: tuple[float, ...]):
+        *readings, force = sample
+        return self.feel(tuple(readings), force, self._health.look(tuple(readings)))
+
+    @abstractmethod
+    def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]):
+        """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
+
     def _fresh(self) -> TouchState:
         return self._new
 
@@ -98,7 +119,11 @@ class Touch(Stream):
             raise InputError(f"the state is of {len(memory.zeros)} gauges, the calibration has {self._gauges}")
         self._health.state, self._state, self._light = memory.health, memory, memory.light
         self._slot = memory.slot
-        self._told: tuple[float, float, SoftnessStatus] | None = None
+        self._told: Told | None = None
+
+    def _note(self, **changes) -> None:
+        """Remember what has changed."""
+        self._state, self._told = self._state._replace(**changes), None
 
     @property
     def dominant(self) -> str:
@@ -115,7 +140,7 @@ class Touch(Stream):
             self._light > LONG and force == force and square < len(moved) * drifted * drifted
         )
 
-    def _lift(self, readings: list[float], force: float, good: bool) -> None:
+    def _lift(self, readings: tuple[float, ...], force: float, good: bool) -> None:
         """Contact is lost: what was learnt of the touch is dropped, and in the air the gauges' zeros are learnt."""
         old = self._state
         zeros, airborne = old.zeros, old.airborne
@@ -125,9 +150,7 @@ class Touch(Stream):
             zeros = tuple([zero + (y - zero) * weight for zero, y in zip(zeros, readings, strict=True)])
         self._slot = None
         if zeros is not old.zeros or old.belief is not None:
-            self._state = old._replace(
-                zeros=zeros, airborne=airborne, belief=None, contradicted=0.0, dominant=self.dominant
-            )
+            self._note(zeros=zeros, airborne=airborne, belief=None, contradicted=0, dominant=self.dominant)
 
     def _zero_gain(self, samples: float) -> float:
         """Kalman gain of one more reading in the air: zeros that are in no doubt are not learnt from noise."""
@@ -167,21 +190,24 @@ class Touch(Stream):
         if belief is None:
             self._slot = None
             return self._begin(y, faults)
-        size, steps = self._fitter.slot(belief), None
-        if size > 1 and (slot is None or slot.faults == faults):
-            steps = self._fitter.near(y, self._of(faults), belief)
-        tangent = belief.tangent
-        if slot is not None and (steps is None or not tangent.level(steps, slot.first)):  # type: ignore[union-attr]
+        tangent, size = belief.tangent, self._fitter.slot(belief)
+        steps = None
+        if size > 1 and tangent is not None and (slot is None or slot.faults == faults):
+            steps = tangent.steps(y, self._of(faults), slot.reach if slot else tangent.reach, belief.usual)
+        if steps is None or tangent is None:
+            if slot is None:
+                return self._follow(y, faults, belief, 1)
             self._close(slot, belief)
             return self._listen(y, faults)
-        if steps is None:
-            return self._follow(y, faults, belief, 1)
-        slot = Slot(slot.total + y, slot.samples + 1, slot.first, faults) if slot else Slot(y, 1, steps, faults)
+        if slot:
+            slot = Slot(slot.total + y, slot.samples + 1, slot.reach, faults)
+        else:
+            slot = Slot(y, 1, tangent.about(steps), faults)
         if slot.samples >= size:
             return self._close(slot, belief)
         self._slot = slot
-        at, place = tangent.at  # type: ignore[union-attr]
-        return self._answer(at + steps[0], place + steps[1] if len(steps) > 1 else 0.0, faults)
+        at, place, *_ = tangent.linear.at
+        return self._answer(at + steps[0], place + steps[1], faults)
 
     def _close(self, slot: Slot, belief: Belief):
         """Learn what waits in a slot."""
@@ -191,24 +217,27 @@ class Touch(Stream):
     def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit:
         """Learn a mean of samples; what the filter made of it."""
         fit = self._fitter.fit(y, rows, belief, alone)
-        self._state, self._told = self._state._replace(belief=self._fitter.learnt(fit, alone, keep)), None
+        self._note(belief=self._fitter.learnt(fit, alone, keep))
         return fit
 
-    def _modulus(self) -> tuple[float, float, SoftnessStatus]:
-        """Modulus and sigma in MPa, and the status of what is known now."""
+    def _modulus(self) -> Told:
+        """What is known now, worked out when it is asked for."""
         if self._told is None:
             self._told = self._worked_out()
         return self._told
 
-    def _worked_out(self) -> tuple[float, float, SoftnessStatus]:
+    def _worked_out(self) -> Told:
         fitter, belief = self._fitter, self._state.belief
         assert belief is not None
-        if fitter.doubt(belief) > DOUBT_LIMIT:
-            return math.nan, math.nan, SoftnessStatus.MISFIT
-        h, sigma = fitter.estimate(belief)
-        if not 0.0 <= h <= fitter.top:
-            return math.nan, math.nan, SoftnessStatus.SOFTER if h < 0 else SoftnessStatus.HARDER
-        ln_modulus, slope = fitter.ln_modulus(h)
-        relative, modulus = sigma / slope, math.exp(ln_modulus)
-        status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE else SoftnessStatus.OK
-        return modulus, relative * modulus, status
+        modulus, sigma, offset = math.nan, math.nan, (0.0, 0.0) if fitter.stands(belief) else belief.offset
+        h, sigma_h = fitter.estimate(belief)
+        if float(belief.mean[1:] @ belief.mean[1:]) > DOUBT_LIMIT:
+            status = SoftnessStatus.MISFIT
+        elif not 0.0 <= h <= fitter.top:
+            status = SoftnessStatus.SOFTER if h < 0 else SoftnessStatus.HARDER
+        else:
+            ln_modulus, slope = fitter.ln_modulus(h)
+            modulus, relative = math.exp(ln_modulus), sigma_h / slope
+            sigma = relative * modulus
+            status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE else SoftnessStatus.OK
+        return Told(modulus, sigma, int(status), *offset, belief.place_sigma_mm)
