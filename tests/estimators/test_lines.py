@@ -5,6 +5,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.background import background
+from papilla.estimators.harmonics import Peak, with_harmonics
 from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, latest_stretch, travelled
 
@@ -44,6 +45,13 @@ def test_background_alone_gives_no_lines(correlation, channels):
     """1 % of logs may show a line; of 60 more than 4 would have a chance of 3e-4."""
     found = [bool(find_lines(np.arange(800) * 0.1, red(800, channels, correlation, seed)).lines) for seed in range(60)]
     assert sum(found) <= 4
+
+
+def test_however_many_channels_noise_alone_gives_no_lines():
+    """Sixteen channels of noise of their own, 40 logs: 1 % of the logs may show a line, and more than 3 hardly would."""
+    position = np.arange(300) * 0.2
+    found = [len(find_lines(position, red(300, 16, 0.0, seed)).lines) > 0 for seed in range(40)]
+    assert sum(found) <= 3
 
 
 def test_sigma_is_true():
@@ -245,3 +253,31 @@ def test_the_latest_stretch_of_a_long_path_is_searched(monkeypatch):
     assert latest_stretch(np.tile(position[:501], 10), (1.0, 10.0)) == 0, "to and fro is no long path"
     with pytest.raises(InputError, match="rows with a position"):
         latest_stretch([1.0, np.nan])
+
+
+def test_harmonics_sharpen_the_fundamental_by_their_order():
+    """Inverse variances: the n-th harmonic knows the wavenumber n times better; louder lines are no harmonics."""
+    base = Peak(0.25, 1e-3, 1.0, 50.0, 1e-9)
+    third = Peak(0.7506, 1.2e-3, 0.4, 20.0, 1e-6)
+    found = with_harmonics(base, [third, base], 0.01)
+    weights = np.array([1e-3, 0.4e-3]) ** -2.0
+    assert found.wavenumber == pytest.approx(weights @ [0.25, 0.2502] / weights.sum(), rel=1e-12)
+    assert found.sigma == pytest.approx(weights.sum() ** -0.5, rel=1e-9) and found[2:] == base[2:]
+    assert with_harmonics(base, [third._replace(amplitude=1.5)], 0.01) == base
+    assert with_harmonics(base, [third._replace(wavenumber=0.77)], 0.01) == base
+    apart = with_harmonics(base, [third._replace(wavenumber=0.759)], 0.01)
+    spread = weights @ (np.array([0.25, 0.253]) - apart.wavenumber) ** 2
+    assert spread > 1 and apart.sigma == pytest.approx((spread / weights.sum()) ** 0.5), "Birge's ratio"
+
+
+@pytest.mark.parametrize("noise, wander_mm", [(0.5, 0.0), (0.05, 0.15)])
+def test_lags_scatter_as_their_sigma_says(noise, wander_mm):
+    """In noise, and where the second channel's lag wanders from place to place along the path."""
+    position, off = np.arange(700) * 0.1, []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        lag = 0.6 + wander_mm * np.interp(position, np.arange(0, 75, 5.0), rng.standard_normal(15))
+        channels = np.cos(2 * np.pi * (position[:, None] - np.column_stack([0 * lag, lag])) / 4.0)
+        found = channel_lags(position, channels + noise * rng.standard_normal((700, 2)), 4.0)
+        off.append((abs(found.lag_mm).max() - 0.6) / found.sigma_mm.max())
+    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.5

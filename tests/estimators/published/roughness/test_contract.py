@@ -246,3 +246,15 @@ def test_a_finger_that_just_became_too_fast_is_aliased_in_blocks_as_in_samples()
     single = ShortTimeSpectrum(variant="corrected")
     assert [single.update(row).status for row in rows] == block.status.tolist()
     assert RoughnessStatus.ALIASED in block.status[640:660] and RoughnessStatus.ALIASED not in block.status[:640]
+
+
+@pytest.mark.parametrize("at", range(640, 650))
+def test_the_very_last_speed_of_a_window_is_looked_at(at):
+    """Whichever of the ten samples of a hop it is: blocks and samples say so with the same spectrum."""
+    rows = np.column_stack([np.sin(0.3 * np.arange(700)), np.full(700, 80.0)])
+    rows[at, 1] = 400.0
+    single, whole = (ShortTimeSpectrum(variant="corrected") for _ in range(2))
+    told = np.array([single.update(row).status for row in rows])
+    np.testing.assert_array_equal(told, whole.process(rows).status)
+    assert (told[:at] == RoughnessStatus.OK)[200:].all()
+    assert (told == RoughnessStatus.ALIASED).sum() == (10 if (at - 199) % 10 == 0 else 0)

@@ -44,6 +44,25 @@ def test_a_sinusoid_is_counted_in_its_band_with_its_amplitude():
     assert split.sum() == pytest.approx(band_amplitudes(shaped(0.5, 0), RATE, [10, 90])[0])
 
 
+def test_the_grid_is_that_of_table_2():
+    """Steps of 1, 5 and 10 Hz, three bands of each: the widest cut ends at 500 Hz, every edge is on the grid."""
+    bands = np.array(printed_bands())
+    number, low, high = bands.T
+    ends = [[edge(high[number == n]) for n in range(1, 10)] for edge in (min, max)]
+    assert ends == [[1, 2, 3, 8, 13, 18, 28, 38, 48], [10, 30, 50, 100, 150, 200, 300, 400, 500]]
+    widths = [sorted(set((high - low)[number == n])) for n in (3, 6, 7, 8, 9)]
+    assert widths == [list(range(1, 21)), list(range(5, 51, 5)), *[list(range(10, 101, 10))] * 3]
+    drawn = random_bands(200, 1)
+    assert set(drawn) <= {tuple(band) for band in bands.tolist()} and len({band[0] for band in drawn}) == 9
+
+
+def test_windows_are_the_log_but_for_its_end():
+    log = np.random.default_rng(0).normal(size=(107, 2))
+    pieces = windows(log, 25)
+    assert [len(piece) for piece in pieces] == [25] * 4
+    np.testing.assert_array_equal(np.concatenate(pieces), log[:100])
+
+
 def test_18_to_118_hz_is_a_corner_of_the_grid_and_not_of_the_fabric():
     bands = printed_bands()
     starts = [low for number, low, _ in bands if number == 7]

@@ -56,6 +56,18 @@ def test_gaps_are_forgotten_once_they_are_out_of_reach():
     assert (status[340:350] == RidgeStatus.GAP).all() and (status[600:] == RidgeStatus.OK).all()
 
 
+def test_single_samples_are_the_block_over_many_windows():
+    """The window of 20 Hz is 91 samples; the first instant is answered with the last of them."""
+    rows, _ = touch(count=700)
+    rows[200:203, 1], rows[420:424, 0] = np.nan, np.inf
+    whole, estimator = make().process(rows), make()
+    single = np.array([estimator.update(row) for row in rows.tolist()]).T
+    for name, column in zip(whole._fields, single, strict=True):
+        np.testing.assert_array_equal(column, getattr(whole, name), err_msg=name)
+    full = 2 * round(estimator.lag_s * RATE) + 1
+    assert (whole.status[: full - 1] == RidgeStatus.WARMING_UP).all() and whole.status[full - 1] == RidgeStatus.OK
+
+
 def test_noise_is_seldom_a_ridge():
     """White noise and noise with a memory: one in twenty instants at most twice over."""
     white = np.random.default_rng(3).normal(size=(9000, 2))

@@ -1,0 +1,44 @@
+"""What a follower remembers of a long way: no more than it needs, and nothing that keeps it from noticing another surface."""
+
+import numpy as np
+import pytest
+
+from papilla.estimators import FusedTracker, LineTracker
+
+RANGE_MM = (1.0, 6.0)
+
+
+def texture(position, wavelength, seed=0, noise=0.2, gauges=1):
+    """(n, g) readings; wavelength : (n,) or one, the phase goes on where it changes."""
+    turns = np.cumsum(np.diff(position, prepend=position[0]) / wavelength)
+    waves = np.sin(2 * np.pi * turns[:, None] + np.arange(gauges))
+    return waves + noise * np.random.default_rng(seed).standard_normal((len(position), gauges))
+
+
+def test_another_surface_is_noticed_after_any_length_of_way():
+    """Much more than the memory of 96 mm and the room that is kept for it."""
+    position = np.arange(2100) * 0.4
+    wavelength = np.where(position < 700, 2.1, 3.4)
+    tracker = LineTracker(1, wavelength_range_mm=RANGE_MM)
+    found = tracker.process(np.column_stack([texture(position, wavelength), position]))
+    ok = np.array([sentence.startswith("ok") for sentence in found.sentence])
+    before, after = position < 700, position > 780
+    assert ok[before & (position > 60)].mean() > 0.95 and ok[after].mean() > 0.8
+    assert found.wavelength_mm[before & ok] == pytest.approx(2.1, rel=0.01)
+    assert found.wavelength_mm[after & ok] == pytest.approx(3.4, rel=0.01)
+    # What is known of 96 mm is known for as long as they are of one surface.
+    late = found.wavelength_sigma_mm[(position > 300) & before]
+    assert late.max() < 1.1 * late.min()
+
+
+def test_a_lost_gauge_keeps_nobody_from_noticing_another_surface():
+    time = np.arange(2200) / 1000.0
+    position = 100 * time
+    readings = texture(position, np.where(time < 1.5, 1.3, 2.3), gauges=2)
+    readings[900:, 1] = np.nan
+    found = FusedTracker(2).process(np.column_stack([readings, np.full(2200, 100.0)]))
+    ok = np.array([sentence.startswith("ok") for sentence in found.sentence])
+    assert ok[800:1500].mean() > 0.9 and ok[2000:].all()
+    assert found.wavelength_mm[-1] == pytest.approx(2.3, rel=0.01)
+    late = ok & (time > 1.5) & (np.abs(found.wavelength_mm / 2.3 - 1) > 0.05)
+    assert late.sum() < 80, "the old wavelength is told for 8 mm at most"
