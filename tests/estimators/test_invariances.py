@@ -1,5 +1,7 @@
-"""What must not matter: the unit of the path and of the readings, where the path begins, which way the finger goes, and in
-which order the gauges come. Powers of two scale without rounding, so that answers agree to the last bits."""
+"""What must not matter: units of path and readings, where the path begins, which way it goes, the order of gauges.
+
+Powers of two scale without rounding, so that answers agree to the last bits.
+"""
 
 import numpy as np
 import pytest

@@ -48,7 +48,7 @@ def test_background_alone_gives_no_lines(correlation, channels):
 
 
 def test_however_many_channels_noise_alone_gives_no_lines():
-    """Sixteen channels of noise of their own, 40 logs: 1 % of the logs may show a line, and more than 3 hardly would."""
+    """Sixteen channels of noise of their own: 1 % of the logs may show a line, and of 40 hardly more than 3."""
     position = np.arange(300) * 0.2
     found = [len(find_lines(position, red(300, 16, 0.0, seed)).lines) > 0 for seed in range(40)]
     assert sum(found) <= 3

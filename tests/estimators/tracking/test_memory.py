@@ -1,4 +1,4 @@
-"""What a follower remembers of a long way: no more than it needs, and nothing that keeps it from noticing another surface."""
+"""What a follower remembers of a long way, and that nothing keeps it from noticing another surface."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,109 @@
+"""Softness: what a unit, a mirror, more samples or more noise make of it, as closed forms have it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.calibration import GaugeSurface, Surface
+from papilla.estimators import Doubts, GaugeSoftness
+
+NOISE = {"gauge_sigma": 50.0, "force_sigma_N": 0.005}
+PRESS = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 64))
+
+
+def rows_of(found, modulus=0.2, force=PRESS, noise=50.0, seed=0):
+    """(n, 6) samples of a press; the force is exact."""
+    readings = found.predict_readings(force, modulus)
+    return np.column_stack([readings + noise * np.random.default_rng(seed).standard_normal(readings.shape), force])
+
+
+def told(found, rows, doubts=Doubts.NONE, **noise):
+    return GaugeSoftness(found, **(NOISE | noise), doubts=doubts).process(rows)
+
+
+def rescaled(found, reading=1.0, modulus=1.0):
+    """The calibration of a finger whose gauges tell so much more, of specimens so much harder."""
+    gauges = []
+    for gauge in found.gauges:
+        old = gauge.surface
+        limits = tuple(modulus * end for end in old.modulus_MPa)
+        surface = Surface(old.force_N, limits, reading * np.asarray(old.coefficients))
+        known = replace(gauge.uncertainty, scatter=reading * np.asarray(gauge.uncertainty.scatter))
+        gauges.append(GaugeSurface(gauge.name, surface, known))
+    return replace(found, gauges=tuple(gauges))
+
+
+def test_the_unit_of_the_readings_does_not_matter(five):
+    """A power of two, so that nothing is rounded otherwise."""
+    found = five(0.01)
+    doubts = Doubts(zero_microstrain=200.0)
+    rows = rows_of(found)
+    once = told(found, rows, doubts)
+    rows[:, :5] *= 1024.0
+    other = told(rescaled(found, 1024.0), rows, replace(doubts, zero_microstrain=200.0 * 1024), gauge_sigma=50.0 * 1024)
+    np.testing.assert_allclose(other.modulus_MPa, once.modulus_MPa, rtol=1e-9)
+    np.testing.assert_allclose(other.modulus_sigma_MPa, once.modulus_sigma_MPa, rtol=1e-9)
+    np.testing.assert_array_equal(other.status, once.status)
+
+
+def test_the_unit_of_the_modulus_does_not_matter(five_gauges):
+    rows = rows_of(five_gauges)
+    once, other = told(five_gauges, rows), told(rescaled(five_gauges, modulus=16.0), rows)
+    np.testing.assert_allclose(other.modulus_MPa, 16 * once.modulus_MPa, rtol=1e-6)
+    np.testing.assert_allclose(other.modulus_sigma_MPa, 16 * once.modulus_sigma_MPa, rtol=1e-6)
+
+
+@pytest.mark.parametrize("doubts", [Doubts.NONE, Doubts()], ids=["sure", "doubting"])
+def test_a_finger_and_its_mirror_image_feel_the_same(five, doubts):
+    found = five(0.01)
+    rows = rows_of(found, seed=3)
+    once, other = told(found, rows, doubts), told(found, rows[:, [4, 3, 2, 1, 0, 5]], doubts)
+    np.testing.assert_allclose(other.modulus_MPa, once.modulus_MPa, rtol=1e-9)
+    np.testing.assert_allclose(other.modulus_sigma_MPa, once.modulus_sigma_MPa, rtol=1e-9)
+
+
+def test_sigma_grows_with_the_noise_and_falls_with_the_root_of_the_samples(five_gauges):
+    force = np.full(256, 0.4)
+    exact = rows_of(five_gauges, force=force, noise=0.0)
+    sigma = told(five_gauges, exact).modulus_sigma_MPa
+    assert sigma[[3, 15, 63]] * np.sqrt([4, 16, 64]) == pytest.approx(4 * sigma[15], rel=0.02)
+    assert sigma[255] * 16 == pytest.approx(4 * sigma[15], rel=0.1)
+    double = told(five_gauges, exact, gauge_sigma=100.0, force_sigma_N=0.01).modulus_sigma_MPa
+    assert double[255] == pytest.approx(2 * sigma[255], rel=0.02)
+
+
+def test_doubts_do_not_average_out_and_add_by_their_squares(five_gauges):
+    """Held still, all that more samples tell is the noise; what is not known of one kind stays, and kinds add up."""
+    exact = rows_of(five_gauges, force=np.full(200, 0.4), noise=0.0)
+    sure = replace(Doubts.NONE, thickness_mm=10.0)
+
+    def variance(**some):
+        return told(five_gauges, exact, replace(sure, **some)).modulus_sigma_MPa[-1] ** 2
+
+    noise, creep, beside = variance(), variance(creep=0.02), variance(beside_mm=1.0)
+    assert min(creep, beside) > 5 * noise
+    assert variance(creep=0.02, beside_mm=1.0) - noise == pytest.approx(creep + beside - 2 * noise, rel=0.25)
+    assert (variance(creep=0.04) - noise) / (creep - noise) == pytest.approx(4, rel=0.35)
+
+
+def test_noise_below_a_millionth_of_the_greatest_reading_is_rounding(five_gauges):
+    exact = rows_of(five_gauges, noise=0.0)
+    most = max(np.abs(five_gauges.predict_readings(np.array([0.05, 1.0]), 5.0)).max(axis=1))
+    less, none = (told(five_gauges, exact, gauge_sigma=size).modulus_sigma_MPa[-1] for size in (0.5e-6 * most, 1e-9))
+    more = told(five_gauges, exact, gauge_sigma=3e-6 * most).modulus_sigma_MPa[-1]
+    assert less == none and more > 1.5 * none
+
+
+@pytest.mark.parametrize("calibrated_mm", [1.0, 4.0])
+def test_an_unknown_thickness_is_as_doubtful_as_the_block_it_may_be_is_thin(calibrated_mm):
+    """f^0.72 (h^-1.5 - h0^-1.5): thin blocks press as one another with all lengths halved."""
+    mean, sigma = Doubts().thickness_shift(calibrated_mm)
+    assert mean == 0.0 and sigma == pytest.approx(Doubts().thickness_shift(calibrated_mm / 2)[1] / 2**1.5)
+    assert Doubts().thickness_shift(10.0)[1] == pytest.approx(10.2 * (3**-1.5 - 10**-1.5) / 1.7)
+    stated = Doubts(thickness_mm=5.0, thickness_error=0.1)
+    step = 1e-4
+    slope = (replace(stated, thickness_mm=5 + step).thickness_shift(10.0)[0] - stated.thickness_shift(10.0)[0]) / step
+    mean, sigma = stated.thickness_shift(10.0)
+    assert sigma == pytest.approx(np.hypot(0.5 * slope, 0.1 * mean), rel=1e-3) and mean > 0
+    assert stated.thickness_shift(5.0)[0] == 0.0 and Doubts(thickness_mm=20.0).thickness_shift(10.0)[0] < 0
