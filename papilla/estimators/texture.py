@@ -15,6 +15,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import FileAccessError, FileFormatError, InputError, MissingExtraError
+from papilla.estimators.published.texture.bands import integral
 from papilla.files import reason, write_text
 
 SCHEMA = "papilla.texture/1"
@@ -85,15 +86,12 @@ class Features:
 
     def _levels(self, window: np.ndarray, step: float) -> np.ndarray:
         """(bands x channels,) ln of the power per band, channel by channel."""
+        from scipy.signal import detrend
+
         count = len(window)
-        ramp = np.column_stack([np.ones(count), np.linspace(-1, 1, count)])
-        window = (window - ramp @ np.linalg.lstsq(ramp, window, rcond=None)[0]) * np.hanning(count)[:, None]
-        power = np.abs(np.fft.rfft(window, axis=0)) ** 2
+        power = np.abs(np.fft.rfft(detrend(window, axis=0) * np.hanning(count)[:, None], axis=0)) ** 2
         edges = np.geomspace(1 / self.longest_mm, 1 / self.shortest_mm, self.bands + 1) * count * step
-        at = np.arange(len(power) + 1) - 0.5
-        sums = np.concatenate([np.zeros((1, power.shape[1])), np.cumsum(power, axis=0)])
-        whole = np.column_stack([np.interp(edges, at, column) for column in sums.T])
-        levels = np.log(np.maximum(np.diff(whole, axis=0) / np.diff(edges)[:, None], np.finfo(float).tiny))
+        levels = np.log(np.maximum(integral(power, edges) / np.diff(edges)[:, None], np.finfo(float).tiny))
         return (levels if self.levels else levels - levels.mean()).T.ravel()
 
 
@@ -198,21 +196,16 @@ def train(runs: Sequence[tuple], *, features: Features | None = None) -> Texture
     for group in np.unique(groups):
         if len(np.unique(labels[groups != group])) < len(names):
             raise InputError(f"without group {group} some label has no run: every label needs two groups at least")
-    right: dict[str, list] = {"linear discriminant": [], "nearest neighbours": []}
-    nearest = []
+    whole, distances = _fitted(how, names, table, labels), np.empty((len(table), len(names)))
     for group in np.unique(groups):
         out = groups == group
-        model = _fitted(how, names, table[~out], labels[~out])
-        distances = model.distances(table[out])
-        own = np.searchsorted(names, labels[out])
-        right["linear discriminant"] += (distances.argmin(axis=1) == own).tolist()
-        neighbours = _neighbours(model, table[~out], labels[~out], table[out])
-        right["nearest neighbours"] += (neighbours == labels[out]).tolist()
-        nearest += distances.min(axis=1).tolist()
-    accuracy = {name: float(np.mean(values)) for name, values in right.items()}
-    whole = _fitted(how, names, table, labels)
+        distances[out] = _fitted(how, names, table[~out], labels[~out]).distances(table[out])
+    found = {"linear discriminant": np.array(names)[distances.argmin(axis=1)]}
+    found["nearest neighbours"] = _neighbours(table, labels, groups)
+    accuracy = {name: float(np.mean(told == labels)) for name, told in found.items()}
     channels = np.asarray(runs[0][3]).shape[1]
-    return replace(whole, channels=channels, limit=MARGIN * float(np.quantile(nearest, LEVEL)), accuracy=accuracy)
+    limit = MARGIN * float(np.quantile(distances.min(axis=1), LEVEL))
+    return replace(whole, channels=channels, limit=limit, accuracy=accuracy)
 
 
 def _fitted(how: Features, names: tuple[str, ...], table: np.ndarray, labels: np.ndarray) -> TextureModel:
@@ -227,11 +220,20 @@ def _fitted(how: Features, names: tuple[str, ...], table: np.ndarray, labels: np
     scaled = (table - centre) / scale
     means = np.array([scaled[labels == name].mean(axis=0) for name in names])
     covariance, _ = ledoit_wolf(scaled - means[np.searchsorted(names, labels)], assume_centered=True)
+    if not np.trace(covariance) > 0:
+        raise InputError(
+            "one window of each label does not tell how windows differ: longer or more runs are needed"
+        )
     return TextureModel(how, names, 0, centre, scale, means, np.linalg.inv(covariance), math.inf, {})
 
 
-def _neighbours(model: TextureModel, table: np.ndarray, labels: np.ndarray, asked: np.ndarray) -> np.ndarray:
+def _neighbours(table: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Labels (windows,) that the nearest of the other groups' windows say."""
+    from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
     from sklearn.neighbors import KNeighborsClassifier
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
 
-    scaled, other = ((own - model.centre) / model.scale for own in (table, asked))
-    return KNeighborsClassifier(min(NEIGHBOURS, len(scaled))).fit(scaled, labels).predict(other)
+    fewest = len(table) - int(np.unique(groups, return_counts=True)[1].max())
+    nearest = make_pipeline(StandardScaler(), KNeighborsClassifier(min(NEIGHBOURS, fewest)))
+    return cross_val_predict(nearest, table, labels, groups=groups, cv=LeaveOneGroupOut())

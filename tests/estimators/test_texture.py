@@ -29,7 +29,7 @@ def run(wavelength, speed, seed, hum=0.0, seconds=6.0):
 
 def runs(speeds, seed=0, **options):
     return [
-        (name, f"{speed}", *run(wavelength, speed, seed + 10 * number + count, **options))
+        (name, f"{speed}", *run(wavelength, float(speed), seed + 10 * number + count, **options))
         for number, (name, wavelength) in enumerate(KINDS.items())
         for count, speed in enumerate(speeds)
     ]
@@ -108,3 +108,17 @@ def test_what_cannot_be_trained_or_classified_is_refused(model):
         model.classify(place[::10], readings[::10])
     with pytest.raises(InputError, match="wavelengths must rise, the longest at most half of the window"):
         Features(window_mm=30.0, longest_mm=20.0)
+
+
+def test_a_window_a_run_is_too_few_and_one_more_of_some_label_is_enough():
+    """Without a group one of each label is left, whose spread nothing tells; or three, as many as the neighbours."""
+    how = Features(window_mm=17.0, shortest_mm=0.8, longest_mm=8.0, bands=2)
+    few = [
+        (name, speed, place[: 19000 // int(speed)], readings[: 19000 // int(speed)])
+        for name, speed, place, readings in runs(("30", "60"), seconds=1.0)
+        if name != "middle"
+    ]
+    with pytest.raises(InputError, match="one window of each label does not tell"):
+        train(few, features=how)
+    model = train([*few, *(("fine", speed, *run(1.2, float(speed), 90)) for speed in ("30", "60"))], features=how)
+    assert model.labels == ("coarse", "fine") and set(model.accuracy) == {"linear discriminant", "nearest neighbours"}

@@ -1,7 +1,6 @@
 """Young's modulus by equation (10) of the 2006 paper, sample by sample: as printed, exact, or refitted."""
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -26,13 +25,6 @@ from papilla.units import newton_to_gf
 Form = Literal["printed", "exact", "quadratic"]
 COMPARED_GF = tuple(range(10, 101, 10))
 """Forces at which a calibration is compared with (9), to find the scale of its S_d."""
-
-
-@dataclass(frozen=True)
-class PrintedState:
-    """All that is remembered from sample to sample: the gauges' health."""
-
-    health: HealthState
 
 
 class PrintedSoftness(Stream):
@@ -86,7 +78,7 @@ class PrintedSoftness(Stream):
         self._force_sigma = float(newton_to_gf(checks.within("force_sigma_N", force_sigma_N, 0, math.inf)))
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(self._gauges, saturation, stuck_samples)
-        self._clean, self.columns = PrintedState(self._health.state), (*numbered(self._gauges), "force_N")
+        self._clean, self.columns = self._health.state, (*numbered(self._gauges), "force_N")
         if form == "quadratic" and calibration is not None:
             self._take_refitted(calibration)
         else:
@@ -124,18 +116,18 @@ class PrintedSoftness(Stream):
         return self._misfit
 
     @property
-    def state(self) -> PrintedState:
-        """All that the estimator remembers, to be kept or to be set again."""
-        return PrintedState(self._health.state)
+    def state(self) -> HealthState:
+        """All that the estimator remembers, to be kept or to be set again: the gauges' health."""
+        return self._health.state
 
     @state.setter
-    def state(self, state: PrintedState) -> None:
+    def state(self, state: HealthState) -> None:
         self._remember(state)
 
-    def _remember(self, memory: PrintedState) -> None:
-        self._health.state = memory.health
+    def _remember(self, memory: HealthState) -> None:
+        self._health.state = memory
 
-    def _fresh(self) -> PrintedState:
+    def _fresh(self) -> HealthState:
         return self._clean
 
     def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:

@@ -1,10 +1,17 @@
 """Telling fabrics apart, and their roughness from vibration: bands, concordance, outliers, nearest neighbours."""
 
 from papilla.estimators.published.texture.agreement import Concordance, concordance
-from papilla.estimators.published.texture.bands import Band, band_amplitudes, best_band, printed_bands, random_bands
-from papilla.estimators.published.texture.features import log_band_features, windows
-from papilla.estimators.published.texture.knn import Accuracy, leave_m_out, split_by_repetition
-from papilla.estimators.published.texture.matching import BandMatch, matching_band
+from papilla.estimators.published.texture.bands import (
+    Band,
+    BandMatch,
+    band_amplitudes,
+    best_band,
+    log_band_features,
+    matching_band,
+    printed_bands,
+    random_bands,
+)
+from papilla.estimators.published.texture.knn import Accuracy, leave_m_out
 from papilla.estimators.published.texture.scores import grubbs_critical, grubbs_outliers, normalised_scores
 
 __all__ = [
@@ -23,6 +30,4 @@ __all__ = [
     "normalised_scores",
     "printed_bands",
     "random_bands",
-    "split_by_repetition",
-    "windows",
 ]

@@ -14,7 +14,6 @@ from papilla.estimators.published.texture import (
     normalised_scores,
     printed_bands,
     random_bands,
-    windows,
 )
 from papilla.estimators.published.texture.bands import STEPS_HZ
 from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, above, below, near
@@ -221,7 +220,7 @@ def _textiles(rng) -> dict:
             shift = int(rng.integers(0, 20))
             records.append(np.roll(surface, shift) + 0.2 * np.std(surface) * rng.standard_normal(len(surface)))
             labels.append(f"textile {number}")
-    features = [log_band_features(windows(record[:, None], 2000)[0], RATE_Hz, 24) for record in records]
+    features = [log_band_features(record[:2000], RATE_Hz, 24) for record in records]
     accuracy = leave_m_out(features, labels, 15, seed=2, splits=60).accuracy
     sample = [record[:1500:2] for record in records[::3]]
     related = run_correlation(sample, 12)

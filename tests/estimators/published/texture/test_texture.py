@@ -18,8 +18,6 @@ from papilla.estimators.published.texture import (
     normalised_scores,
     printed_bands,
     random_bands,
-    split_by_repetition,
-    windows,
 )
 
 RATE = 2000.0
@@ -224,9 +222,6 @@ def test_features_do_not_see_offset_or_trend_but_the_spectrum():
     assert one.shape == (12,)
     np.testing.assert_allclose(one, other, atol=1e-9)
     np.testing.assert_allclose(log_band_features(2 * window, 35.6, 4) - one, np.log(2))
-    assert [len(part) for part in windows(np.zeros((300, 2)), 128)] == [128, 128]
-    with pytest.raises(InputError, match="fewer than one window of 128"):
-        windows(np.zeros((100, 2)), 128)
     with pytest.raises(InputError, match="does not change"):
         log_band_features(np.ones((128, 1)), 35.6, 4)
 
@@ -277,19 +272,6 @@ def test_accuracy_is_that_of_nearest_neighbours_written_out():
     assert (found.low, found.high) == (min(right), max(right))
 
 
-def test_repetitions_are_never_mixed():
-    """Runs that differ by their repetition only: random folds would tell labels apart that a new run does not."""
-    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
-    generator = np.random.default_rng(0)
-    labels, runs = np.repeat([0, 1], 40), np.tile(np.repeat([0, 1], 20), 2)
-    mounting = np.array([[0.0, 30.0], [40.0, 10.0]])
-    features = mounting[labels, runs][:, None] + generator.normal(size=(80, 1))
-    honest = split_by_repetition(features, labels, runs)
-    assert leave_m_out(features, labels, 20, seed=0, splits=20).accuracy > 0.95 > honest.accuracy
-    useful = np.column_stack([features, 8.0 * labels + generator.normal(size=80)])
-    assert split_by_repetition(useful[:, 1:], labels, runs).accuracy > 0.95
-
-
 def test_splits_that_cannot_be_are_refused():
     pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
     features, labels = gratings(0.01, 0)
@@ -303,7 +285,3 @@ def test_splits_that_cannot_be_are_refused():
         leave_m_out(features, np.zeros(24), 3, seed=0)
     with pytest.raises(InputError, match="must be finite and fit 24 labels"):
         leave_m_out(features[:-1], labels, 3, seed=0)
-    with pytest.raises(InputError, match="two different values"):
-        split_by_repetition(features, labels, np.zeros(24))
-    with pytest.raises(InputError, match="every label must occur in two repetitions"):
-        split_by_repetition(features, labels, np.repeat([0, 1, 2], 8))
