@@ -54,13 +54,6 @@ def test_the_grid_is_that_of_table_2():
     assert set(drawn) <= {tuple(band) for band in bands.tolist()} and len({band[0] for band in drawn}) == 9
 
 
-def test_windows_are_the_log_but_for_its_end():
-    log = np.random.default_rng(0).normal(size=(107, 2))
-    pieces = windows(log, 25)
-    assert [len(piece) for piece in pieces] == [25] * 4
-    np.testing.assert_array_equal(np.concatenate(pieces), log[:100])
-
-
 def test_18_to_118_hz_is_a_corner_of_the_grid_and_not_of_the_fabric():
     bands = printed_bands()
     starts = [low for number, low, _ in bands if number == 7]
