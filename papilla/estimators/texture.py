@@ -221,9 +221,7 @@ def _fitted(how: Features, names: tuple[str, ...], table: np.ndarray, labels: np
     means = np.array([scaled[labels == name].mean(axis=0) for name in names])
     covariance, _ = ledoit_wolf(scaled - means[np.searchsorted(names, labels)], assume_centered=True)
     if not np.trace(covariance) > 0:
-        raise InputError(
-            "one window of each label does not tell how windows differ: longer or more runs are needed"
-        )
+        raise InputError("one window of each label does not tell how windows differ: longer or more runs are needed")
     return TextureModel(how, names, 0, centre, scale, means, np.linalg.inv(covariance), math.inf, {})
 
 

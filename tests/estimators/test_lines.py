@@ -5,9 +5,9 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.background import background
-from papilla.estimators.harmonics import Peak, with_harmonics
 from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, latest_stretch, travelled
+from papilla.estimators.peaks import Peak, with_harmonics
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
