@@ -16,11 +16,12 @@ class Stream(ABC):
     """Base of estimators that remember one object, `_memory`; they define `columns`, `answer`, `_fresh` and `_take`.
 
     columns : names of the values of a sample, of which the last `optional` may be left out. answer : the NamedTuple of
-    an estimate; all but `WHOLE` are floats.
+    an estimate; all but `WHOLE` and `texts`, which are words, are floats.
     """
 
     columns: tuple[str, ...]
     optional: ClassVar[int] = 0
+    texts: ClassVar[tuple[str, ...]] = ()
     answer: ClassVar[Any]
     _memory: Any
 
@@ -65,9 +66,12 @@ class Stream(ABC):
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x {' or '.join(map(str, widths))} ({self._sample()}), got {shape}")
         answers = [self._take(tuple(row)) for row in rows.tolist()]
-        kinds = [int if name in WHOLE else float for name in self.answer._fields]
-        columns = zip(*answers, strict=True) if answers else [()] * len(kinds)
-        return self.answer._make(np.array(column, kind) for column, kind in zip(columns, kinds, strict=True))
+        names = self.answer._fields
+        columns = zip(names, zip(*answers, strict=True) if answers else [()] * len(names), strict=True)
+        return self.answer._make(
+            list(column) if name in self.texts else np.array(column, int if name in WHOLE else float)
+            for name, column in columns
+        )
 
     def _sample(self) -> str:
         """What a sample is, in words."""

@@ -26,17 +26,16 @@ def test_the_path_is_the_integral_over_the_time_that_passed():
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_paces_add_up_to_the_path_by_trapezoids_at_the_nominal_rate():
-    """What a tracker integrates stays within a quarter of a change of step of the true path, for ever."""
+def test_velocities_from_positions_lead_from_place_to_place():
+    """However uneven the clock is, and through a gap."""
     rng = np.random.default_rng(2)
-    time = np.cumsum(rng.uniform(0.5e-3, 1.4e-3, 5000))
-    position = 20 * np.sin(5 * time) + rng.normal(0, 1e-3, 5000)
-    found = ticks(1000.0, time.tolist(), None, position.tolist())[2:]
-    pace = np.array([tick.pace_mm_s for tick in found])
-    tracked = np.concatenate([[0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) / 1000)])
-    off = tracked - (position[2:] - position[2])
-    steps = np.diff(position)
-    assert np.abs(off - off[0]).max() <= 0.51 * np.abs(np.diff(steps)).max()
+    time = np.cumsum(rng.uniform(0.5e-3, 1.4e-3, 500))
+    time[300:] += 0.02
+    position = 20 * np.sin(5 * time)
+    found = ticks(1000.0, time.tolist(), None, position.tolist())
+    assert math.isnan(found[0].velocity_mm_s)
+    velocity = [tick.velocity_mm_s for tick in found[1:]]
+    np.testing.assert_allclose(velocity, np.diff(position) / np.diff(time), rtol=1e-9)
 
 
 def test_gaps_repeats_and_long_gaps():
@@ -45,7 +44,7 @@ def test_gaps_repeats_and_long_gaps():
     assert kinds == ["OK", "OK", "REPEATED", "REPEATED", "GAP", "OK", "BEGUN_ANEW", "OK", "BEGUN_ANEW"]
     assert [tick.missing for tick in found] == [0, 0, 0, 0, 4, 0, 0, 0, 0]
     assert found[4].place_mm == pytest.approx(0.6), "the path goes on through the gap"
-    assert found[4].pace_mm_s == pytest.approx(10.0)
+    assert found[4].velocity_mm_s == 10.0
     assert found[6].place_mm == 0.0 and found[8].place_mm == 0.0
     assert all(status.sentence for status in ClockStatus)
 
@@ -98,7 +97,7 @@ def test_an_unknown_velocity_leaves_no_hole_in_the_path():
     places = [tick.place_mm for tick in found]
     assert math.isnan(places[2]) and math.isnan(places[3])
     assert places[4:] == pytest.approx([0.4, 0.5])
-    assert math.isnan(found[2].pace_mm_s)
+    assert math.isnan(found[2].velocity_mm_s)
 
 
 def test_positions_begin_where_the_velocity_has_led_and_fill_in_for_each_other():
@@ -112,7 +111,7 @@ def test_the_slope_of_coarse_positions_is_smooth():
     position = np.round(37.0 * time, 2)
     found = ticks(1000.0, time.tolist(), None, position.tolist())[100:]
     assert np.abs([tick.slope_mm_s - 37.0 for tick in found]).max() <= 1.01
-    assert np.abs([tick.velocity_mm_s - 37.0 for tick in found]).max() > 10
+    assert np.abs([tick.velocity_mm_s - 37.0 for tick in found]).max() > 5
 
 
 def test_the_state_is_small_and_goes_on():

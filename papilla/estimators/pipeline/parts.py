@@ -1,17 +1,16 @@
-"""The estimators of a pipeline: each is fed with what it wants of the samples and answers some columns of each."""
+"""The estimators of a pipeline: each is fed with what it wants of a sample and answers some of its columns."""
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
 from papilla.estimators.health import in_words
 from papilla.estimators.pipeline.clock import Tick
-from papilla.estimators.published.softness import Form, PrintedSoftness
+from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import GaugeSoftness, Softness
+from papilla.estimators.softness.creep import WORDS, Creep
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 
@@ -23,131 +22,112 @@ LATE_MS = 1.5
 """From here on a lateness that was found is told; less is its error in harsh touch."""
 _BY_PHASE = 32
 """Added to the status of a wavelength where they do."""
+_BY_SD, _CREPT = 32, 64
+"""A modulus' status, whether it is that of S_d, how it creeps and the faults of all channels make one number: (faults x
+3 + creep) x 64 + 32 + status."""
 _NONE = math.nan
-_BY_SD, _STATUSES = 32, 64
-"""A status, whether it is that of S_d, and the faults of all channels make one number: faults x 64 + 32 + status."""
 
 
 class Row(NamedTuple):
-    """One sample that is not left out: time_s, readings (g), forces in N (NaN where unknown), and its `Tick`."""
-
-    time_s: float
+    """One sample that is not left out: readings (g) and what is wrong with them (see `GaugeHealth`), forces in N (NaN
+    where unknown), and its `Tick`."""
 
     readings: tuple[float, ...]
+    found: tuple[int, ...]
     force_N: float
     tangential_N: float
     tick: Tick
 
 
 class Part(ABC):
-    """One estimator of the pipeline; `estimator` has reset and state."""
+    """One or more estimators of the pipeline, each with a `state`."""
 
-    estimator: Any
-    doubted = ""
-    """What makes most of the standard deviation now, as a message; empty where there is nothing to say."""
+    def __init__(self, *estimators):
+        self._estimators = estimators
+
+    @property
+    def doubted(self) -> str:
+        """What makes most of the standard deviation now, as a message; empty where there is nothing to say."""
+        return ""
 
     @abstractmethod
-    def advance(self, rows: list[Row]) -> list[tuple]:
-        """For each row its columns, and last the status as a number."""
+    def take(self, row: Row) -> tuple:
+        """The columns of a sample, and last the status as a number."""
 
     @abstractmethod
     def sentence(self, status: int) -> str:
         """The status in words."""
 
     @property
-    def state(self):
-        """What the estimator remembers, to be kept or to be set again."""
-        return self.estimator.state
+    def state(self) -> tuple:
+        """What the estimators remember, to be kept or to be set again."""
+        return tuple(one.state for one in self._estimators)
 
     @state.setter
-    def state(self, state) -> None:
-        self.estimator.state = state
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self.estimator.reset()
+    def state(self, state: tuple) -> None:
+        for one, own in zip(self._estimators, state, strict=True):
+            one.state = own
 
 
-class GaugesPart(Part):
-    """modulus_MPa, modulus_sigma_MPa from every gauge and the force; its status also says which of them is wrong.
+class ModulusPart(Part):
+    """modulus_MPa, modulus_sigma_MPa from S_d and, where they are of use, from every gauge; the status also says which
+    of them is wrong, and where a touch creeps unlike those that the finger was identified by.
 
     Where the readings contradict each other (over a texture they do) S_d answers, which that moves much less.
-    names : of the gauges. position_sigma_mm : contacts lie about the apex with this standard deviation, None at the
-    apex.
+    names : of the gauges. Raises `InputError` for a relaxation of the calibration that is none.
     """
 
     def __init__(
-        self, calibration: Calibration, names: tuple[str, ...], rate_Hz: float, position_sigma_mm: float | None, **noise
-    ):
-        self._every = GaugeSoftness(calibration, position_sigma_mm=position_sigma_mm, **noise)
-        self._sd = Softness(calibration, sample_rate_Hz=rate_Hz, **noise)
-        self._names = names
+        self, calibration: Calibration, names: tuple[str, ...], by_sd: Softness | PrintedSoftness,
+        every: GaugeSoftness | None = None,
+    ):  # fmt: skip
+        known, self._creep = calibration.finger.get("relaxation"), None
+        if known is not None:
+            self._creep = Creep(known, calibration.domain["force_N"][0])
+        super().__init__(*[one for one in (by_sd, every, self._creep) if one is not None])
+        self._sd, self._every, self._names = by_sd, every, names
 
     @property
-    def doubted(self) -> str:  # type: ignore[override]
+    def doubted(self) -> str:
         """What makes most of the modulus' standard deviation, of the last touch."""
-        what = self._every.dominant or self._sd.dominant
+        if isinstance(self._sd, PrintedSoftness):
+            return "modulus: by the published form, which presses of a finger do not follow; its misfit is in sigma"
+        what = (self._every.dominant if self._every else "") or self._sd.dominant
         return f"modulus: most of its standard deviation is {what}" if what else ""
 
-    @property
-    def state(self):
-        """The states of both estimators."""
-        return self._every.state, self._sd.state
+    def take(self, row):
+        """The columns of a sample, and last the status as a number."""
+        modulus, sigma, status = self._felt(row)
+        if self._creep is not None:
+            unlike = self._creep.feel(row.tick.time_s, row.force_N)
+            bad, code = divmod(status, _CREPT)
+            status = (bad + unlike * (modulus == modulus)) * _CREPT + code
+        return modulus, sigma, status
 
-    @state.setter
-    def state(self, state) -> None:
-        self._every.state, self._sd.state = state
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self._every.reset()
-        self._sd.reset()
-
-    def advance(self, rows):
-        """For each row its columns, and last the status as a number."""
-        return [self._both((*row.readings, row.force_N)) for row in rows]
-
-    def _both(self, sample: tuple[float, ...]) -> tuple:
-        modulus, sigma, status = self._sd.update(sample)
-        found = self._every.update(sample)
+    def _felt(self, row: Row) -> tuple:
+        sample = row.readings, row.force_N, row.found
+        if isinstance(self._sd, PrintedSoftness):
+            return self._sd.update((*row.readings, row.force_N))
+        modulus, sigma, status = self._sd.feel(*sample)
+        if self._every is None:
+            return modulus, sigma, status
+        found = self._every.feel(*sample)
         if status == SoftnessStatus.NO_CONTACT and found.modulus_MPa != found.modulus_MPa:
             return modulus, sigma, status
         if found.status == SoftnessStatus.MISFIT:
             return modulus, sigma, status + _BY_SD
-        return found.modulus_MPa, found.modulus_sigma_MPa, found.status + _STATUSES * found.left_out
+        return found.modulus_MPa, found.modulus_sigma_MPa, found.status + found.left_out * (len(WORDS) * _CREPT)
 
     def sentence(self, status):
         """The status in words."""
-        bad, code = divmod(status, _STATUSES)
+        rest, code = divmod(status, _CREPT)
+        bad, unlike = divmod(rest, len(WORDS))
         text = SoftnessStatus(code % _BY_SD).sentence
         if code >= _BY_SD:
-            return "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
-        faults = in_words(bad, self._names)
-        return f"{text}, {faults}" if faults else text
-
-
-class SdPart(Part):
-    """modulus_MPa, modulus_sigma_MPa from S_d and the force: for calibrations without usable gauges."""
-
-    def __init__(self, calibration: Calibration, rate_Hz: float, **options):
-        self.estimator = Softness(calibration, sample_rate_Hz=rate_Hz, **options)
-
-    def advance(self, rows):
-        """For each row its columns, and last the status as a number."""
-        return _run(self.estimator, [(*row.readings, row.force_N) for row in rows])
-
-    def sentence(self, status):
-        """The status in words."""
-        return SoftnessStatus(status).sentence
-
-
-class PrintedPart(SdPart):
-    """modulus_MPa, modulus_sigma_MPa of each sample by a published form, for who wants it: it does not fit."""
-
-    doubted = "modulus: by the published form, which presses of a finger do not follow; its misfit is in sigma"
-
-    def __init__(self, calibration: Calibration, form: Form, **options):
-        self.estimator = PrintedSoftness(calibration, form=form, **options)
+            text = "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
+        elif bad:
+            text = f"{text}, {in_words(bad, self._names)}"
+        return f"{text}, but {WORDS[unlike]}" if unlike else text
 
 
 class WavelengthPart(Part):
@@ -158,29 +138,29 @@ class WavelengthPart(Part):
     """
 
     def __init__(self, gauges, **options):
-        self.estimator, self._stated = FusedTracker(gauges, **options), options.get("latency_s")
+        self.tracker, self._stated = FusedTracker(gauges, **options), options.get("latency_s")
+        super().__init__(self.tracker)
 
     @property
-    def doubted(self) -> str:  # type: ignore[override]
+    def doubted(self) -> str:
         """How late velocity or position were found to be, where nobody said so."""
-        late = 1e3 * self.estimator.latency_s
+        late = 1e3 * self.tracker.latency_s
         if self._stated is not None or abs(late) < LATE_MS:
             return ""
         return (
             f"wavelength: velocity or position were found to be {late:.1f} ms behind the readings, which is allowed for"
         )
 
-    def advance(self, rows):
-        """For each row its columns, and last the status as a number."""
-        answers = []
-        for row in rows:
-            tick = row.tick
-            found = self.estimator.follow(row.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
+    def take(self, row):
+        """The columns of a sample, and last the status as a number."""
+        tick = row.tick
+        found = self.tracker.follow(tick.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
+        status = found.status
+        if found.wavelength_by_phase_mm == found.wavelength_by_phase_mm:
             spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
-            other = abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread
-            status = found.status + _BY_PHASE * other
-            answers.append((found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, status))
-        return answers
+            if abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread:
+                status += _BY_PHASE
+        return found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, status
 
     def sentence(self, status):
         """The status in words."""
@@ -190,32 +170,27 @@ class WavelengthPart(Part):
 
 
 class BlindPart(Part):
-    """frequency_Hz without a velocity: the median over the gauges that their chirp trackers follow, `lag_s` ago."""
+    """frequency_Hz without a velocity: the median over the gauges that their chirp trackers follow, `lag_s` ago.
+
+    The trackers want samples evenly in time: those that are missing before one are taken as missing.
+    """
 
     def __init__(self, gauges: int, rate_Hz: float):
-        self._trackers = [ChirpTracker(sample_rate_Hz=rate_Hz) for _ in range(gauges)]
-        self.lag_s = self._trackers[0].lag_s
+        super().__init__(*[ChirpTracker(sample_rate_Hz=rate_Hz) for _ in range(gauges)])
+        self.lag_s = self._estimators[0].lag_s
 
-    @property
-    def state(self):
-        """The states of the gauges' trackers, to be kept or to be set again."""
-        return tuple(tracker.state for tracker in self._trackers)
-
-    @state.setter
-    def state(self, state) -> None:
-        for tracker, own in zip(self._trackers, state, strict=True):
-            tracker.state = own
-
-    def reset(self) -> None:
-        """Forget everything."""
-        for tracker in self._trackers:
-            tracker.reset()
-
-    def advance(self, rows):
-        """For each row its columns, and last the status as a number."""
-        even, places = _evenly(rows, lambda row: row.readings, (_NONE,) * len(self._trackers))
-        gauges = [_run(one, [(row[number],) for row in even]) for number, one in enumerate(self._trackers)]
-        return [_median([(gauge[place][0], gauge[place][-1]) for gauge in gauges]) for place in places]
+    def take(self, row):
+        """The columns of a sample, and last the status as a number."""
+        for _ in range(row.tick.missing):
+            for tracker in self._estimators:
+                tracker.update((_NONE,))
+        found = [one.update((reading,)) for one, reading in zip(self._estimators, row.readings, strict=True)]
+        followed = [(answer.status, answer.frequency_Hz) for answer in found if answer[0] == answer[0]]
+        if not followed:
+            return _NONE, min(answer.status for answer in found)
+        best = min(followed)[0]
+        known = sorted(frequency for status, frequency in followed if status == best)
+        return 0.5 * (known[(len(known) - 1) // 2] + known[len(known) // 2]), best
 
     def sentence(self, status):
         """The status in words."""
@@ -226,44 +201,15 @@ class FrictionPart(Part):
     """mu_kinetic, mu_static; last : the whole answer to the last sample."""
 
     def __init__(self, rate_Hz: float, low_pass_Hz: float, memory_mm: float):
-        self.estimator = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz, memory_mm=memory_mm)
+        self._friction = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz, memory_mm=memory_mm)
+        super().__init__(self._friction)
         self.last: FrictionEstimate | None = None
 
-    def advance(self, rows):
-        """For each row its columns, and last the status as a number."""
-        answers = _run(self.estimator, [(row.tangential_N, row.force_N, row.tick.slope_mm_s) for row in rows])
-        self.last = FrictionEstimate(*answers[-1])
-        return [(answer[0], answer[1], answer[-1]) for answer in answers]
+    def take(self, row):
+        """The columns of a sample, and last the status as a number."""
+        self.last = found = self._friction.update((row.tangential_N, row.force_N, row.tick.slope_mm_s))
+        return found.mu_kinetic, found.mu_static, found.status
 
     def sentence(self, status):
         """The status in words."""
         return FrictionStatus(status).sentence
-
-
-def _run(estimator, rows: list[tuple]) -> list[tuple]:
-    """The estimator's answers to the rows."""
-    if len(rows) == 1:
-        return [estimator.update(rows[0])]
-    return list(zip(*(column.tolist() for column in estimator.process(np.array(rows))), strict=True))
-
-
-def _evenly(rows: list[Row], values, lost: tuple) -> tuple[list[tuple], list[int]]:
-    """Values of the rows with the missing samples between them, and where the rows are in that list."""
-    even: list[tuple] = []
-    places = []
-    for row in rows:
-        own = values(row)
-        even += [(*lost, *own[len(lost) :])] * row.tick.missing
-        places.append(len(even))
-        even.append(own)
-    return even, places
-
-
-def _median(answers: list[tuple[float, int]]) -> tuple[float, int]:
-    """Median of the frequencies with the best status of (frequency, status), and that status."""
-    status = min((own for frequency, own in answers if frequency == frequency), default=None)
-    if status is None:
-        return _NONE, min(own for _, own in answers)
-    known = sorted(frequency for frequency, own in answers if own == status and frequency == frequency)
-    middle = len(known) // 2
-    return known[middle] if len(known) % 2 else 0.5 * (known[middle - 1] + known[middle]), status

@@ -2,11 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
-
-import numpy as np
+from typing import Any, ClassVar, NamedTuple
 
 from papilla import checks
 from papilla.calibration import Calibration
@@ -16,20 +13,19 @@ from papilla.estimators.friction import MEMORY_MM, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
 from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.pipeline.crept import with_creep
 from papilla.estimators.pipeline.parts import (
     LOW_PASS_HZ,
     LOW_PASS_SHARE,
     BlindPart,
     FrictionPart,
-    GaugesPart,
+    ModulusPart,
     Part,
-    PrintedPart,
     Row,
-    SdPart,
     WavelengthPart,
 )
-from papilla.estimators.softness import Doubts
+from papilla.estimators.published.softness import PrintedSoftness
+from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
+from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
@@ -40,16 +36,13 @@ SOFTNESS = (SURFACE, "quadratic", "printed", "exact")
 """Ways to a modulus: the calibrated surfaces, or a published form."""
 SLOW_HZ = 200.0
 """Below it the steps of usual movements come near the wavelengths of usual textures."""
-CHUNK = 512
-"""Rows that are handed to the estimators at once: few enough to stay in the cache, whatever the block."""
 _NONE = math.nan
 _PLACES = {"modulus": slice(0, 2), "wavelength": slice(2, 5), "frequency": slice(2, 3), "friction": slice(5, 7)}
 """Which of the columns an output fills."""
 _NOTHING = (_NONE,) * (len(COLUMNS) - 1)
 
 
-@dataclass(frozen=True)
-class PipelineState:
+class PipelineState(NamedTuple):
     """What the clock, the watch over the gauges and each running estimator, by its output, remember."""
 
     clock: ClockState
@@ -57,7 +50,7 @@ class PipelineState:
     parts: tuple[tuple[str, Any], ...]
 
 
-class Pipeline:
+class Pipeline(Stream):
     """All estimators over one stream; one sample is (t_s, g1, ..., gg, then the optional columns in their order).
 
     Outputs: `modulus` (calibration and force), `wavelength` with frequency (velocity or position), `frequency` alone
@@ -92,6 +85,9 @@ class Pipeline:
 
     Raises `InputError` for unusable values, and for a calibration of another number of gauges.
     """
+
+    answer: ClassVar[type] = PipelineEstimate
+    texts = ("status", "wavelength_status")
 
     def __init__(
         self,
@@ -132,6 +128,8 @@ class Pipeline:
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._gauges, self._names = len(named), named
         self.columns = ("t_s", *named, *columns)
+        # Where a sample has each of `OPTIONAL`; what it has not is the NaN that is put after it.
+        self._at = tuple(self.columns.index(name) if name in columns else len(self.columns) for name in OPTIONAL)
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
         self._parts: dict[str, Part] = {}
@@ -144,34 +142,32 @@ class Pipeline:
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(maxsize=1024)(self._sentence)
+        self._running = [(_PLACES[name], part) for name, part in self._parts.items()]
         self._codes: tuple[int, ...] = ()
+        self._new = self.state
 
     def _add_modulus(self, calibration, rate, position_sigma_mm, noise, softness) -> None:
-        part = self._modulus_part(calibration, rate, position_sigma_mm, noise, softness)
-        if part is not None:
-            self._parts["modulus"] = with_creep(part, calibration)
-
-    def _modulus_part(self, calibration, rate, position_sigma_mm, noise, softness) -> Part | None:
         if softness not in SOFTNESS:
             raise InputError(f"softness must be one of {', '.join(SOFTNESS)}, got {softness!r}")
-        if calibration is None:
-            self.off["modulus"] = "no calibration was given"
-            return None
-        if "force_N" not in self.columns:
-            self.off["modulus"] = "no column force_N"
-            return None
+        if calibration is None or "force_N" not in self.columns:
+            self.off["modulus"] = "no calibration was given" if calibration is None else "no column force_N"
+            return
         if calibration.remark:
             self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
         if softness != SURFACE:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
-            return PrintedPart(calibration, softness, **plain)
+            printed = PrintedSoftness(calibration, form=softness, **plain)
+            self._parts["modulus"] = ModulusPart(calibration, self._names, printed)
+            return
+        every = None
         for place in dict.fromkeys((position_sigma_mm, None)):
             try:
-                return GaugesPart(calibration, self._names, rate, place, **noise)
+                every = every or GaugeSoftness(calibration, position_sigma_mm=place, **noise)
             except InputError as error:
                 instead = "from S_d alone, not from each gauge" if place is None else "of touches at the apex alone"
                 self._notes.append(f"modulus: {instead}: {error}")
-        return SdPart(calibration, rate, **noise)
+        by_sd = Softness(calibration, sample_rate_Hz=rate, **noise)
+        self._parts["modulus"] = ModulusPart(calibration, self._names, by_sd, every)
 
     def _add_wavelength(self, rate, wavelengths, path) -> None:
         if not self._gauges:
@@ -225,7 +221,7 @@ class Pipeline:
     def lines(self) -> tuple[tuple[float, float, float], ...]:
         """(wavelength_mm, power over the background, chance) of the last look along the path, strongest first."""
         part = self._parts.get("wavelength")
-        return part.estimator.lines if isinstance(part, WavelengthPart) else ()
+        return part.tracker.lines if isinstance(part, WavelengthPart) else ()
 
     @property
     def friction(self) -> FrictionEstimate | None:
@@ -253,6 +249,12 @@ class Pipeline:
 
     @state.setter
     def state(self, state: PipelineState) -> None:
+        self._remember(state)
+
+    def _fresh(self) -> PipelineState:
+        return self._new
+
+    def _remember(self, state: PipelineState) -> None:
         if [name for name, _ in state.parts] != list(self._parts):
             theirs, ours = ", ".join(name for name, _ in state.parts), ", ".join(self._parts)
             raise InputError(
@@ -262,87 +264,24 @@ class Pipeline:
         for name, own in state.parts:
             self._parts[name].state = own
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self._clock.state = ClockState()
-        self._forget()
-
-    def _forget(self) -> None:
-        self._codes = ()
-        self._health.reset()
-        for part in self._parts.values():
-            part.reset()
-
-    def process(self, block) -> PipelineEstimate:
-        """Estimates after each row of a block (n, columns); bit for bit what `update` gives row by row.
-
-        Raises `InputError` for a block of another shape.
-        """
-        rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != len(self.columns):
-            shape = " x ".join(map(str, rows.shape))
-            raise InputError(f"a block must be n x {len(self.columns)} ({', '.join(self.columns)}), got {shape}")
-        answers: list[tuple] = []
-        for begin in range(0, len(rows), CHUNK):
-            answers += self._advance(checks.believable(rows[begin : begin + CHUNK]).tolist())
-        columns = list(zip(*answers, strict=True)) if answers else [()] * len(PipelineEstimate._fields)
-        return PipelineEstimate._make([*(np.array(column, float) for column in columns[:-2]), *map(list, columns[-2:])])
-
-    def update(self, sample) -> PipelineEstimate:
-        """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
-        if len(sample) != len(self.columns):
-            raise InputError(f"a sample must be {', '.join(self.columns)}, got {len(sample)} values")
-        return PipelineEstimate(*self._advance(checks.believable(np.array([sample], float)).tolist())[0])
-
-    def _advance(self, samples: list[list[float]]) -> list[tuple]:
-        """Columns of each sample."""
-        gauges, names = self._gauges, self.columns
-        force, velocity, position, tangential = (names.index(name) if name in names else None for name in OPTIONAL)
-        answers: list[tuple] = []
-        rows: list[Row] = []
-        times: list[tuple[int, tuple[int, ...]]] = []
-        for sample in samples:
-            tick = self._clock.tick(
-                sample[0],
-                _NONE if velocity is None else sample[velocity],
-                _NONE if position is None else sample[position],
-            )
-            if tick.status == BEGUN_ANEW:
-                answers += self._answers(times, rows)
-                rows, times = [], []
-                self._forget()
-            if tick.status == REPEATED:
-                times.append((REPEATED, ()))
-                continue
-            readings = tuple(sample[1 : 1 + gauges])
-            found = self._health.look(readings)
-            times.append((tick.status, found))
-            if SATURATED in found:
-                readings = tuple(_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True))
-            normal = _NONE if force is None else sample[force]
-            rows.append(
-                Row(self._clock.time_s, readings, normal, _NONE if tangential is None else sample[tangential], tick)
-            )
-        return answers + self._answers(times, rows)
-
-    def _answers(self, times, rows: list[Row]) -> list[tuple]:
-        """Columns of samples of these time and gauge statuses; those that are left out have no row."""
-        if not times:
-            return []
-        places = [_PLACES[name] for name in self._parts]
-        found = zip(*(part.advance(rows) if rows else () for part in self._parts.values()), strict=True)
-        answers = []
-        for time, gauges in times:
-            if time == REPEATED:
-                answers.append((*_NOTHING, *self._words(REPEATED, (), ())))
-                continue
-            columns, codes = list(_NOTHING), []
-            for place, (*values, code) in zip(places, next(found, ()), strict=True):
-                columns[place] = values
-                codes.append(int(code))
-            self._codes = tuple(codes)
-            answers.append((*columns, *self._words(time, gauges, self._codes)))
-        return answers
+    def _take(self, sample: tuple[float, ...]) -> PipelineEstimate:
+        known = (*[value if abs(value) <= checks.LARGEST else _NONE for value in sample], _NONE)
+        force, velocity, position, tangential = [known[place] for place in self._at]
+        tick = self._clock.tick(known[0], velocity, position)
+        if tick.status == REPEATED:
+            return PipelineEstimate._make((*_NOTHING, *self._words(REPEATED, (), ())))
+        if tick.status == BEGUN_ANEW:
+            self._remember(self._new._replace(clock=self._clock.state))
+        readings = known[1 : 1 + self._gauges]
+        found = self._health.look(readings)
+        if SATURATED in found:
+            readings = tuple([_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True)])
+        row, columns, codes = Row(readings, found, force, tangential, tick), list(_NOTHING), []
+        for place, part in self._running:
+            *columns[place], code = part.take(row)
+            codes.append(code)
+        self._codes = tuple(codes)
+        return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
 
     def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> tuple[str, str]:
         """The status in words, of the time's, the gauges' and each running estimator's; and the wavelength's alone."""
