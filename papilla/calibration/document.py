@@ -1,12 +1,6 @@
-"""calibration.json: the calibration record as text, and back, bit for bit; no pickle.
+"""calibration.json: the calibration record as text, and back, bit for bit; no pickle."""
 
-A checksum over the content tells a file that was edited after papilla wrote it.
-"""
-
-import hashlib
-import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
@@ -21,14 +15,11 @@ from papilla.calibration.compact import Compact
 from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
 from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
 from papilla.calibration.surface import Surface
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_problem, keys_of, table
-from papilla.files import write_text
+from papilla.sealed import read_sealed, write_sealed
 
 SCHEMA = "papilla.calibration/1"
-CHECKSUM = "content_sha256"
-NO_CHECKSUM = "the file has no checksum: nothing tells whether it is as papilla wrote it"
-EDITED = "the file was changed after papilla wrote it: its checksum does not match, so nothing vouches for its answers"
 
 FORWARD = {
     "form": "quadratic",
@@ -53,11 +44,7 @@ POSITION = {
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
     """Write a calibration with its checksum, whole or not at all; raises `FileAccessError`."""
-    document = to_document(calibration)
-    text = json.dumps(document | {CHECKSUM: checksum(document)}, indent=1, allow_nan=False, ensure_ascii=False)
-    # Innermost lists of numbers on one line each: a row of coefficients is a line.
-    text = re.sub(r"\[\s+([^\[\]{}\"]*?)\s+\]", lambda match: "[" + " ".join(match[1].split()) + "]", text)
-    write_text(path, text + "\n")
+    write_sealed(to_document(calibration), path)
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -65,29 +52,12 @@ def read_calibration(path: Path) -> Calibration:
 
     Raises `FileAccessError` or `FileFormatError` (file and key named).
     """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileAccessError(f"cannot read calibration {path}: {error.strerror or error}") from error
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(f"{path} is not a calibration, or was cut short: not valid JSON ({error})") from error
-    schema = document.get("schema") if isinstance(document, dict) else None
-    if schema != SCHEMA:
-        raise FileFormatError(f"{path}: the schema is {schema!r}, this version of papilla reads {SCHEMA!r}")
+    document, remark = read_sealed(path, SCHEMA, "calibration")
     try:
         calibration = _FILE.validate_python(document)
     except ValidationError as error:
         raise FileFormatError(f"{path}: {first_problem(error)}") from error
-    stated = document.pop(CHECKSUM, None)
-    if stated == checksum(document):
-        return calibration
-    return replace(calibration, remark=NO_CHECKSUM if stated is None else EDITED)
-
-
-def checksum(document: dict) -> str:
-    """SHA-256 of a document's values, whatever the spaces and the order of its keys."""
-    text = json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+    return replace(calibration, remark=remark) if remark else calibration
 
 
 def to_document(calibration: Calibration) -> dict[str, Any]:

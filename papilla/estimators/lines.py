@@ -78,14 +78,16 @@ def travelled(t_s, velocity_mm_s) -> np.ndarray:
 
     Raises `InputError` for times that fall or are not finite, and for a velocity that is not finite.
     """
+    from scipy.integrate import cumulative_trapezoid
+
     time = np.asarray(t_s, float)
     velocity = np.broadcast_to(np.asarray(velocity_mm_s, float), time.shape)
-    if time.ndim != 1 or not (np.isfinite(time).all() and np.isfinite(velocity).all()):
+    if time.ndim != 1 or not len(time) or not (np.isfinite(time).all() and np.isfinite(velocity).all()):
         raise InputError("t_s must be one column, and it and velocity_mm_s must be finite, to integrate a position")
-    steps = np.diff(time)
-    if (steps < 0).any():
-        raise InputError(f"t_s must not fall; it does after row {int(np.argmax(steps < 0))}")
-    return np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * steps)])
+    falls = np.diff(time) < 0
+    if falls.any():
+        raise InputError(f"t_s must not fall; it does after row {int(np.argmax(falls))}")
+    return cumulative_trapezoid(velocity, time, initial=0.0)
 
 
 def find_lines(
@@ -102,11 +104,11 @@ def find_lines(
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     spectrum = position_spectrum(position, channels, 1 / max(shortest, low / BEYOND), TREND)
-    power, scale = _pooled(spectrum)
-    lines = _lines(spectrum, power, (used, scale), (low, high), false_alarm)
+    power, octaves = _pooled(spectrum), float(np.log(high / low)) / spectrum.resolution
+    peaks = _peaks(spectrum, power, used, false_alarm, octaves)
     inside = np.flatnonzero((spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low))
     return LineSpectrum(
-        lines,
+        tuple(_lines(peaks, spectrum.resolution, (low, high), octaves)),
         (low, high),
         spectrum.wavenumber[inside],
         power[inside],
@@ -166,9 +168,7 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     longest = path / FEWEST_PERIODS
     low, high = shortest, longest
     if asked is not None:
-        first, last = (checks.positive("wavelength_range_mm", value) for value in asked)
-        if first >= last:
-            raise InputError(f"wavelength_range_mm must rise, got {first:g} and {last:g}")
+        first, last = checks.rising("wavelength_range_mm", asked)
         low, high = max(low, first), min(high, last)
     if low >= high:
         wanted = "" if asked is None else f" of the {asked[0]:g} to {asked[1]:g} mm asked for"
@@ -179,12 +179,11 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     return low, high
 
 
-def _pooled(spectrum: PositionSpectrum) -> tuple[np.ndarray, np.ndarray]:
-    """Power (n,) as the mean over the channels, each over its own median, and these medians (channels,)."""
+def _pooled(spectrum: PositionSpectrum) -> np.ndarray:
+    """Power (n,) as the mean over the channels, each over its own median."""
     own = np.median(spectrum.power[spectrum.independent()], axis=0)
     own = np.maximum(own, 1e-12 * own.max())
-    power = spectrum.power @ (1 / own) / len(own)
-    return np.maximum(power, 1e-300), own
+    return np.maximum(spectrum.power @ (1 / own) / len(own), 1e-300)
 
 
 def _level(spectrum: PositionSpectrum, power: np.ndarray, at: np.ndarray) -> Level:
@@ -192,64 +191,59 @@ def _level(spectrum: PositionSpectrum, power: np.ndarray, at: np.ndarray) -> Lev
     return background(power, at, spectrum.resolution / spectrum.wavenumber[1])
 
 
-def _lines(spectrum, power, channels, searched, false_alarm) -> tuple[SpectralLine, ...]:
-    """Significant lines inside the searched range, greatest amplitude first; channels: their numbers and medians."""
-    low, high = 1 / searched[1], 1 / searched[0]
-    # A wavelength of any size is as likely: each octave has the same share of the false alarms.
-    octaves = np.log(high / low) / spectrum.resolution
-    used, scale = channels
-    peaks = _peaks(spectrum, power, len(used), false_alarm, octaves)
+def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], octaves: float) -> list[SpectralLine]:
+    """The peaks inside the searched range as lines: strongest first, the later ones may be harmonics of them."""
     lines: list[SpectralLine] = []
     fundamentals: list[tuple[Peak, float]] = []
     for peak in peaks:
-        if not low <= peak.wavenumber <= high:
+        if not searched[0] <= 1 / peak.wavenumber <= searched[1]:
             continue
-        orders = ((order_of(peak, stronger, spectrum.resolution), agreed) for stronger, agreed in fundamentals)
+        orders = ((order_of(peak, stronger, resolution), agreed) for stronger, agreed in fundamentals)
         order, fundamental = next((found for found in orders if found[0] > 1), (1, 0.0))
-        if order == 1:
-            agreed = with_harmonics(peak, peaks, spectrum.resolution)
-            fundamental = 1 / agreed.wavenumber
-            fundamentals.append((peak, fundamental))
-        else:
-            agreed = peak
-        trials = max(octaves * peak.wavenumber, 1.0)
-        rarely = float(min(trials * peak.chance, 1.0))
+        agreed = peak if order > 1 else with_harmonics(peak, peaks, resolution)
         wavelength, sigma = 1 / agreed.wavenumber, agreed.sigma / agreed.wavenumber**2
-        place = round(peak.wavenumber / spectrum.wavenumber[1])
-        over = np.abs(spectrum.transform[place]) ** 2 / scale / _level(spectrum, power, np.array([place])).power
-        # The power of one channel has two degrees of freedom.
-        own = tuple(used[over > -np.log(false_alarm / trials)].tolist())
-        lines.append(SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, own))
-    return tuple(lines)
+        if order == 1:
+            fundamental = wavelength
+            fundamentals.append((peak, fundamental))
+        rarely = min(_trials(octaves, peak.wavenumber) * peak.chance, 1.0)
+        lines.append(
+            SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels)
+        )
+    return lines
 
 
-def _peaks(spectrum, power, channels, false_alarm: float, octaves: float) -> list[Peak]:
-    """All peaks that noise reaches more rarely than `false_alarm` in octaves x wavenumber trials, greatest first."""
+def _trials(octaves: float, wavenumber: float) -> float:
+    """How often noise is looked at: a wavelength of any size is as likely, so each octave has as many false alarms."""
+    return max(octaves * wavenumber, 1.0)
+
+
+def _peaks(
+    spectrum: PositionSpectrum, power: np.ndarray, used: np.ndarray, false_alarm: float, octaves: float
+) -> list[Peak]:
+    """All peaks that noise reaches more rarely than `false_alarm` in all trials, greatest first; used : the channels'
+    numbers."""
     k = spectrum.wavenumber
     tops = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
     level = _level(spectrum, power, tops)
-    chances = np.minimum(2 * level.chance(power[tops]), _chance_of_best(spectrum, tops))
+    # A line that a few channels show is lost in the mean with others: the most telling one counts, for as many trials.
+    each = np.maximum(spectrum.power, 1e-300).T
+    alone = np.array([_level(spectrum, own, tops).chance(own[tops]) for own in each])
+    chances = 2 * np.minimum(level.chance(power[tops]), len(used) * alone.min(axis=0))
     # Channels that share their noise count as often as the scatter of the power says, not as they are many.
-    independents = np.minimum(level.freedom / 2, channels)
+    independents = np.minimum(level.freedom / 2, len(used))
     found = []
-    for top, noise, chance, independent in zip(tops, level.power, chances, independents, strict=True):
-        if chance >= false_alarm / max(octaves * k[top], 1.0) or _on_a_flank(power, top, spectrum):
+    for top, noise, chance, single, independent in zip(
+        tops.tolist(), level.power, chances, alone.T, independents, strict=True
+    ):
+        rare = false_alarm / _trials(octaves, k[top])
+        if chance >= rare or _on_a_flank(power, top, spectrum):
             continue
         over = float(power[top] / noise)
-        place = float(k[top] + vertex(power[top - 1 : top + 2]) * (k[1] - k[0]))
+        place = float(k[top] + vertex(power[top - 1 : top + 2]) * k[1])
         amplitude = float(np.sqrt(np.mean(spectrum.amplitude(top) ** 2)))
         sigma = spectrum.wavenumber_sigma(over * independent)
-        found.append(Peak(place, sigma, amplitude, over, float(chance)))
+        found.append(Peak(place, sigma, amplitude, over, float(chance), tuple(used[single < rare].tolist())))
     return sorted(found, key=lambda peak: -peak.amplitude)
-
-
-def _chance_of_best(spectrum: PositionSpectrum, at: np.ndarray) -> np.ndarray:
-    """Probability (m,) that noise reaches what the most telling channel shows at indices `at`, however many there are.
-
-    A line that a few channels show is lost in the mean with others.
-    """
-    own = np.maximum(spectrum.power, 1e-300).T
-    return 2 * len(own) * np.min([_level(spectrum, power, at).chance(power[at]) for power in own], axis=0)
 
 
 def _on_a_flank(power, peak, spectrum) -> bool:

@@ -13,13 +13,14 @@ SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
 
 class Peak(NamedTuple):
     """wavenumber and its sigma in 1/mm, amplitude in units of the readings, power over the background, and the
-    probability that noise reaches it there."""
+    probability that noise reaches it there; numbers of the channels that show it by themselves."""
 
     wavenumber: float
     sigma: float
     amplitude: float
     ratio: float
     chance: float
+    channels: tuple[int, ...] = ()
 
 
 def vertex(powers: Sequence[float] | np.ndarray) -> float:

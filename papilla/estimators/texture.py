@@ -5,18 +5,17 @@ reach every gauge alike, a texture does not) gives the logarithm of its power in
 discriminant is trained with scikit-learn; a trained model is numbers that classify without it.
 """
 
-import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from papilla import checks
-from papilla.errors import FileAccessError, FileFormatError, InputError, MissingExtraError
+from papilla.errors import FileFormatError, InputError, MissingExtraError
 from papilla.estimators.published.texture.bands import integral
-from papilla.files import reason, write_text
+from papilla.sealed import read_sealed, write_sealed
 
 SCHEMA = "papilla.texture/1"
 UNKNOWN = "unknown"
@@ -141,37 +140,18 @@ class TextureModel:
 
     def save(self, path: str | Path) -> None:
         """Write the model as JSON with a checksum, whole or not at all; raises `FileAccessError`."""
-        from papilla.calibration.document import checksum
-
-        values = {name: np.asarray(getattr(self, name)).tolist() for name in _ARRAYS}
-        plain = {"labels": list(self.labels), "channels": self.channels, "limit": self.limit}
-        document = {"schema": SCHEMA, "features": asdict(self.features), "accuracy": self.accuracy} | plain | values
-        write_text(Path(path), json.dumps(document | {"content_sha256": checksum(document)}, indent=1))
+        values = {name: own.tolist() for name, own in vars(self).items() if isinstance(own, np.ndarray)}
+        write_sealed({"schema": SCHEMA} | vars(self) | {"features": asdict(self.features)} | values, Path(path))
 
     @classmethod
     def load(cls, path: str | Path) -> "TextureModel":
         """Read a model; raises `FileAccessError`, and `FileFormatError` for what is no model or was changed since."""
-        from papilla.calibration.document import checksum
-
-        try:
-            document = json.loads(Path(path).read_text(encoding="utf-8"))
-            stated = dict(document).get("content_sha256")
-        except OSError as error:
-            raise FileAccessError(f"{path}: cannot be read: {reason(error)}") from error
-        except (ValueError, TypeError) as error:
-            raise FileFormatError(f"{path}: no texture model in JSON: {error}") from error
-        document.pop("content_sha256", None)
-        if document.get("schema") != SCHEMA:
-            raise FileFormatError(f"{path}: schema must be {SCHEMA}, got {document.get('schema')!r}")
-        if stated != checksum(document):
-            raise FileFormatError(f"{path}: the model was changed after papilla wrote it: its checksum does not match")
-        document.pop("schema")
-        document |= {name: np.array(document[name], float) for name in _ARRAYS}
+        document, remark = read_sealed(Path(path), SCHEMA, "texture model")
+        if remark:
+            raise FileFormatError(f"{path}: {remark}")
+        document |= {name: np.array(document[name], float) for name in ("centre", "scale", "means", "precision")}
         document |= {"features": Features(**document["features"]), "labels": tuple(document["labels"])}
-        return cls(**document)
-
-
-_ARRAYS = ("centre", "scale", "means", "precision")
+        return cls(**{item.name: document[item.name] for item in fields(cls)})
 
 
 def train(runs: Sequence[tuple], *, features: Features | None = None) -> TextureModel:

@@ -43,4 +43,4 @@ def test_what_is_refused_is_one_line(refused, tmp_path):
     assert "two labels at least" in refused("texture", "train", "fine=a.csv", "--out", "m.json")
     assert "position_mm or velocity_mm_s" in refused("texture", "train", "fine=still.csv", "--out", "m.json")
     assert "would overwrite the input" in refused("texture", "train", "fine=a.csv", "--out", "a.csv")
-    assert "cannot be read" in refused("texture", "classify", "a.csv", "--model", "none.json")
+    assert "cannot read texture model none.json" in refused("texture", "classify", "a.csv", "--model", "none.json")

@@ -76,15 +76,16 @@ def test_a_saved_model_answers_alike_and_a_changed_one_is_refused(model, tmp_pat
     np.testing.assert_array_equal(again.classify(place, readings)[1], model.classify(place, readings)[1])
     document = json.loads(path.read_text())
     path.write_text(json.dumps(document | {"limit": 1.0}))
-    with pytest.raises(FileFormatError, match=r"model\.json: the model was changed after papilla wrote it"):
+    with pytest.raises(FileFormatError, match=r"model\.json: the file was changed after papilla wrote it"):
         TextureModel.load(path)
     path.write_text(json.dumps({"schema": "other"}))
-    with pytest.raises(FileFormatError, match="schema must be papilla.texture/1, got 'other'"):
+    with pytest.raises(FileFormatError, match="the schema is 'other', this version of papilla reads 'papilla.t"):
         TextureModel.load(path)
-    path.write_text("[1]")
-    with pytest.raises(FileFormatError, match="no texture model in JSON"):
-        TextureModel.load(path)
-    with pytest.raises(FileAccessError, match="cannot be read"):
+    for text in ("{", "[" * 100000):
+        path.write_text(text)
+        with pytest.raises(FileFormatError, match="is not a texture model, or was cut short"):
+            TextureModel.load(path)
+    with pytest.raises(FileAccessError, match="cannot read texture model"):
         TextureModel.load(tmp_path / "none.json")
 
 
