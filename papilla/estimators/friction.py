@@ -6,13 +6,14 @@ covariance says by itself what one direction, or a constant normal force, leaves
 """
 
 import math
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.stream import Stream
 from papilla.status import Status
 
 _NONE = math.nan
@@ -97,7 +98,7 @@ _NOTHING_YET = _no_answer(NOT_SLIDING)
 
 
 class Look(NamedTuple):
-    """Sums over the samples of one look: how many, their path in mm, tangential and normal force in N."""
+    """Sums over samples of steady sliding: how many, their path in mm, tangential and normal force in N."""
 
     samples: int = 0
     path: float = 0.0
@@ -105,50 +106,46 @@ class Look(NamedTuple):
     normal: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass
 class FrictionState:
     """All that the estimator remembers.
 
-    x (3,) and P (3, 3) : mu_+, mu_-, offset in N, and their covariance.
+    P (3, 3), x (3,) : mu_+, mu_-, offset in N, with their covariance.
     scatter : mean square of the looks' residuals over N, and `looks` : how many looks it comes from.
-    recent : the last samples, that the median is taken of.
-    tangential, normal, velocity : behind the low-pass; NaN before the first sample.
-    top : greatest recent speed in mm/s; noise : standard deviation of the velocity's noise in mm/s;
-    before : its last two medians.
-    heading : 1, -1, or 0 where the finger has not moved.
-    sliding : samples since the start, up to the longest that matters.
-    look : the look that is being taken.
-    contradicting : the contradicting looks in a row.
-    slid : whether there was a look in either direction.
+    contradicting : the contradicting looks in a row. slid : whether there was a look in either direction.
     remark : CHANGED, OUTLIER or OK.
-    peak : greatest tangential force towards the movement, and the normal force then, of this start.
-    pulls : the same of the rest before it, towards positive and negative velocities.
-    breakaway : the same of the last whole start of each direction.
+    recent : the last samples, that the median is taken of; before : the last two medians of the velocity.
+    tangential, normal, velocity : behind the low-pass; NaN before the first sample.
+    top : greatest recent speed in mm/s; noise : standard deviation of the velocity's noise in mm/s.
+    heading : 1, -1, or 0 where the finger has not moved; sliding : samples since the start, up to the longest that
+    matters; look : the look that is being taken.
+    peak : greatest tangential force towards the movement, and the normal force then, of this start; pulls : the same of
+    the rest before it, towards positive and negative velocities; breakaway : of the last whole start of each direction.
     """
 
-    x: tuple[float, ...]
-    P: tuple[tuple[float, ...], ...]
+    P: np.ndarray
+    x: np.ndarray = field(default_factory=lambda: np.zeros(3))
     scatter: float = SCATTER**2
     looks: float = SCATTER_LOOKS
-    recent: tuple[tuple[float, float, float], ...] = ()
+    contradicting: int = 0
+    slid: tuple[bool, bool] = (False, False)
+    remark: int = OK
+    recent: tuple[tuple[float, ...], ...] = ()
+    before: tuple[float, float] = (0.0, 0.0)
     tangential: float = _NONE
     normal: float = _NONE
     velocity: float = _NONE
     top: float = 0.0
     noise: float = 0.0
-    before: tuple[float, float] = (0.0, 0.0)
     heading: int = 0
     sliding: int = 0
     look: Look = Look()
-    contradicting: int = 0
-    slid: tuple[bool, bool] = (False, False)
-    remark: int = OK
     peak: tuple[float, float] = _NO_PULL
     pulls: tuple[tuple[float, float], ...] = (_NO_PULL, _NO_PULL)
     breakaway: tuple[tuple[float, float], ...] = ((_NONE, _NONE), (_NONE, _NONE))
 
 
-class Friction:
+class Friction(Stream):
     """Streaming coefficients of friction; one sample is (tangential_N, force_N, velocity_mm_s).
 
     tangential_N is positive where friction opposes a positive velocity_mm_s. Forces and velocity pass a median of five
@@ -173,18 +170,8 @@ class Friction:
     Raises `InputError` for unusable values.
     """
 
-    _recent: tuple[tuple[float, float, float], ...]
-    _tangential: float
-    _normal: float
-    _velocity: float
-    _top: float
-    _noise: float
-    _before: tuple[float, float]
-    _heading: int
-    _sliding: int
-    _look: Look
-    _peak: tuple[float, float]
-    _pulls: tuple[tuple[float, float], ...]
+    columns = ("tangential_N", "force_N", "velocity_mm_s")
+    answer: ClassVar[type] = FrictionEstimate
 
     def __init__(
         self,
@@ -208,200 +195,143 @@ class Friction:
         self._onset = max(round(checks.positive("onset_s", onset_s) * rate), 1)
         self._settled = max(self._onset, math.ceil(SETTLE * rate / (2 * math.pi * self.low_pass_Hz)))
         self._shortest = math.ceil(rate / (math.pi * self.low_pass_Hz))
-        self._memory = checks.positive("memory_mm", memory_mm)
+        self._length = checks.positive("memory_mm", memory_mm)
         self._prior = np.zeros((3, 3))
         self._prior[:2, :2] = MU_SIGMA**2 + np.array([[1, -1], [-1, 1]]) * (ANISOTROPY / 2) ** 2
         self._prior[2, 2] = checks.positive("offset_sigma_N", offset_sigma_N) ** 2
         self.reset()
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self.state = FrictionState((0.0, 0.0, 0.0), tuple(map(tuple, self._prior.tolist())))
+    def _fresh(self) -> FrictionState:
+        return FrictionState(self._prior.copy())
 
-    @property
-    def state(self) -> FrictionState:
-        """All that the estimator remembers, to be kept or to be set again."""
-        return replace(self._kept, **{name: getattr(self, f"_{name}") for name in _FAST})
-
-    @state.setter
-    def state(self, state: FrictionState) -> None:
-        self._kept = state
-        for name in _FAST:
-            setattr(self, f"_{name}", getattr(state, name))
-        self._answers = self._solve()
+    def _remember(self, memory: FrictionState) -> None:
+        self._memory = memory
+        self._answers = self._answer(0), self._answer(1)
 
     @property
     def coefficients(self) -> tuple[FrictionEstimate, FrictionEstimate]:
         """What is known of each direction: velocity > 0, velocity < 0."""
         return self._answers
 
-    def process(self, block) -> FrictionEstimate:
-        """Estimates after each row of a block (n, 3); bit for bit what `update` gives row by row.
-
-        Raises `InputError` for a block of another shape.
-        """
-        rows = np.asarray(block, float)
-        if rows.ndim != 2 or rows.shape[1] != 3:
-            shape = " x ".join(map(str, rows.shape))
-            raise InputError(f"a block must be n x 3 (tangential_N, force_N, velocity_mm_s), got {shape}")
-        answers = np.array([self.update(row) for row in rows.tolist()]).reshape(-1, len(FrictionEstimate._fields))
-        *values, status = answers.T
-        return FrictionEstimate._make([*values, status.astype(int)])
-
-    def update(self, sample) -> FrictionEstimate:
-        """The estimate after one more sample (tangential_N, force_N, velocity_mm_s).
-
-        A sample with a missing value changes nothing. Raises `InputError` for a sample of another length.
-        """
-        if len(sample) != 3:
-            raise InputError(f"a sample must be (tangential_N, force_N, velocity_mm_s), got {len(sample)} values")
-        tangential, normal, velocity = map(float, sample)
-        if not (tangential - tangential == 0.0 and normal - normal == 0.0 and velocity - velocity == 0.0):
+    def _take(self, sample: tuple[float, ...]) -> FrictionEstimate:
+        """A sample with a missing value changes nothing."""
+        if not math.isfinite(sum(sample)):
             return _no_answer(BAD_INPUT)
-        self._recent = (*self._recent[1 - MEDIAN :], (tangential, normal, velocity))
-        tangential, normal, velocity = (sorted(column)[len(column) // 2] for column in zip(*self._recent, strict=True))
-        if self._tangential != self._tangential:
-            self._tangential, self._normal, self._velocity = tangential, normal, velocity
-            self._before = (velocity, velocity)
+        memory = self._memory
+        memory.recent = (*memory.recent[1 - MEDIAN :], sample)
+        tangential, normal, velocity = [sorted(column)[len(column) // 2] for column in zip(*memory.recent, strict=True)]
+        if memory.tangential != memory.tangential:
+            memory.tangential, memory.normal, memory.velocity = tangential, normal, velocity
+            memory.before = velocity, velocity
         # Second differences hold the noise and next to nothing of a movement.
-        bend = (velocity - 2 * self._before[1] + self._before[0]) ** 2 / MEDIAN_BEND
-        self._noise = math.sqrt(self._noise**2 + (bend - self._noise**2) / NOISE_SAMPLES)
-        self._before = (self._before[1], velocity)
-        self._tangential += self._gain * (tangential - self._tangential)
-        self._normal += self._gain * (normal - self._normal)
-        self._velocity += self._gain * (velocity - self._velocity)
-        if normal < self._contact or self._normal < self._contact:
-            self._sliding, self._look, self._pulls = 0, Look(), (_NO_PULL, _NO_PULL)
+        earlier, last = memory.before
+        bend = (velocity - 2 * last + earlier) ** 2 / MEDIAN_BEND
+        memory.noise = math.sqrt(memory.noise**2 + (bend - memory.noise**2) / NOISE_SAMPLES)
+        memory.before = last, velocity
+        memory.tangential += self._gain * (tangential - memory.tangential)
+        memory.normal += self._gain * (normal - memory.normal)
+        memory.velocity += self._gain * (velocity - memory.velocity)
+        if normal < self._contact or memory.normal < self._contact:
+            memory.sliding, memory.look, memory.pulls = 0, Look(), (_NO_PULL, _NO_PULL)
             return _no_answer(NO_CONTACT)
         self._follow(velocity)
-        return self._answers[0 if self._heading > 0 else 1] if self._heading else _NOTHING_YET
+        return self._answers[0 if memory.heading > 0 else 1] if memory.heading else _NOTHING_YET
 
     def _follow(self, velocity: float) -> None:
         """Rest, start or steady sliding: what this sample is, and what is learnt from it."""
-        speed = abs(velocity)
+        memory, speed = self._memory, abs(velocity)
         path = speed * self._step
-        self._top = max(self._top * math.exp(-path / self._memory), abs(self._velocity))
-        still = REST_NOISES * self._noise if self._rest is None else self._rest
-        heading = 0 if speed < max(still, REST_SHARE * self._top) else 1 if velocity > 0 else -1
+        memory.top = max(memory.top * math.exp(-path / self._length), abs(memory.velocity))
+        still = REST_NOISES * memory.noise if self._rest is None else self._rest
+        heading = 0 if speed < max(still, REST_SHARE * memory.top) else 1 if velocity > 0 else -1
         if heading == 0:
-            self._sliding, self._look = 0, Look()
-            pulls = zip((self._tangential, -self._tangential), self._pulls, strict=True)
-            self._pulls = tuple(max((pull, self._normal), before) for pull, before in pulls)
+            memory.sliding, memory.look = 0, Look()
+            pulls = zip((memory.tangential, -memory.tangential), memory.pulls, strict=True)
+            memory.pulls = tuple(max((pull, memory.normal), before) for pull, before in pulls)
             return
-        if heading != self._heading or self._sliding == 0:
+        if heading != memory.heading or memory.sliding == 0:
             # The peak may come before the velocity shows; a turn without a sample at rest has none before it.
-            self._heading, self._sliding, self._look = heading, 0, Look()
-            self._peak, self._pulls = self._pulls[0 if heading > 0 else 1], (_NO_PULL, _NO_PULL)
-        self._sliding = min(self._sliding + 1, self._settled + 1)
-        if self._sliding <= self._onset:
-            self._peak = max(self._peak, (heading * self._tangential, self._normal))
-            if self._sliding == self._onset:
-                up, down = self._kept.breakaway
-                self._learnt(breakaway=(self._peak, down) if heading > 0 else (up, self._peak))
-        if self._sliding > self._settled:
-            samples, before, tangential, normal = self._look
-            self._look = Look(samples + 1, before + path, tangential + self._tangential, normal + self._normal)
-            if self._look.path >= LOOK_MM and self._look.samples >= self._shortest:
-                self._take(self._look)
-                self._look = Look()
+            memory.heading, memory.sliding, memory.look = heading, 0, Look()
+            memory.peak, memory.pulls = memory.pulls[0 if heading > 0 else 1], (_NO_PULL, _NO_PULL)
+        memory.sliding = min(memory.sliding + 1, self._settled + 1)
+        if memory.sliding <= self._onset:
+            memory.peak = max(memory.peak, (heading * memory.tangential, memory.normal))
+            if memory.sliding == self._onset:
+                up, down = memory.breakaway
+                memory.breakaway = (memory.peak, down) if heading > 0 else (up, memory.peak)
+                self._remember(memory)
+        if memory.sliding > self._settled:
+            samples, before, tangential, normal = memory.look
+            memory.look = Look(samples + 1, before + path, tangential + memory.tangential, normal + memory.normal)
+            if memory.look.path >= LOOK_MM and memory.look.samples >= self._shortest:
+                self._learn(memory.look)
+                memory.look = Look()
 
-    def _take(self, look: Look) -> None:
+    def _learn(self, look: Look) -> None:
         """One look: learnt, left out because it contradicts the others, or the last sign of a change."""
-        kept = self._kept
-        x, P = np.array(kept.x), self._faded(np.array(kept.P), look.path)
-        seen = (self._heading, look.tangential / look.samples, look.normal / look.samples)
-        H, residual, R = _measurement(x, seen, kept.scatter)
-        slid = tuple(was or self._heading == way for was, way in zip(kept.slid, (1, -1), strict=True))
-        remark = kept.remark if kept.remark == CHANGED and kept.looks < 2 * SCATTER_LOOKS else OK
-        if residual**2 <= GATE**2 * (H @ P @ H + R):
-            x, P, scatter, looks = _corrected(x, P, seen, kept.scatter, kept.looks)
-            contradicting = 0
-        else:
-            contradicting = kept.contradicting + 1
-            scatter, looks, remark = kept.scatter, kept.looks, OUTLIER
-        if contradicting == CHANGE_LOOKS:
-            x[:2], P[:2, :], P[:, :2] = 0.0, 0.0, 0.0
-            P[:2, :2] = self._prior[:2, :2]
-            scatter, looks, remark = SCATTER**2, SCATTER_LOOKS, CHANGED
-            x, P, scatter, looks = _corrected(x, P, seen, scatter, looks)  # the looks before it are still in between
-            slid, contradicting = (self._heading > 0, self._heading < 0), 0
-        values = {"scatter": scatter, "looks": min(looks, self._memory / LOOK_MM), "remark": remark}
-        self._learnt(
-            x=tuple(x.tolist()), P=tuple(map(tuple, P.tolist())), contradicting=contradicting, slid=slid, **values
-        )
+        memory, way = self._memory, 0 if self._memory.heading > 0 else 1
+        tangential, normal = look.tangential / look.samples, look.normal / look.samples
+        H = np.array([normal, 0.0, 1.0] if way == 0 else [0.0, -normal, 1.0])
+        self._fade(way, look.path)
+        residual = tangential - float(H @ memory.x)
+        spread = float(H @ memory.P @ H) + memory.scatter * normal**2
+        memory.contradicting = memory.contradicting + 1 if residual**2 > GATE**2 * spread else 0
+        memory.slid = memory.slid[0] or way == 0, memory.slid[1] or way == 1
+        if memory.contradicting == CHANGE_LOOKS:
+            memory.x[:2], memory.P[:2, :], memory.P[:, :2] = 0.0, 0.0, 0.0
+            memory.P[:2, :2] = self._prior[:2, :2]
+            memory.scatter, memory.looks, memory.contradicting = SCATTER**2, SCATTER_LOOKS, 0
+            memory.remark, memory.slid = CHANGED, (way == 0, way == 1)
+        elif memory.contradicting:
+            memory.remark = OUTLIER
+        elif memory.remark != CHANGED or memory.looks >= 2 * SCATTER_LOOKS:
+            memory.remark = OK
+        if not memory.contradicting:
+            self._correct(H, tangential - float(H @ memory.x), normal)
+        self._remember(memory)
 
-    def _faded(self, P: np.ndarray, path: float) -> np.ndarray:
-        """The covariance (3, 3) after `path` mm more in this direction: what its looks told beyond the others fades."""
-        way = 0 if self._heading > 0 else 1
+    def _fade(self, way: int, path: float) -> None:
+        """After `path` mm more in a direction, what its looks told beyond the others fades."""
+        P = self._memory.P
         own = 1 / np.linalg.inv(P)[way, way]
-        faded = P.copy()
-        faded[way, way] = max(P[way, way], min(P[way, way] + own * math.expm1(path / self._memory), MU_SIGMA**2))
-        return faded
+        P[way, way] = max(P[way, way], min(P[way, way] + own * math.expm1(path / self._length), MU_SIGMA**2))
 
-    def _learnt(self, **changes) -> None:
-        self._kept = replace(self._kept, **changes)
-        self._answers = self._solve()
-
-    def _solve(self) -> tuple[FrictionEstimate, FrictionEstimate]:
-        """The answers for both directions from what is kept."""
-        return self._answer(0), self._answer(1)
+    def _correct(self, H: np.ndarray, residual: float, normal: float) -> None:
+        """The Kalman correction by one look, and the looks' scatter with its residual in it."""
+        memory, R = self._memory, self._memory.scatter * normal**2
+        S = float(H @ memory.P @ H) + R
+        K = memory.P @ H / S
+        rest = np.eye(3) - np.outer(K, H)
+        # A residual's square is S on average, of which R is the scatter's own share.
+        scatter = (memory.looks * memory.scatter + residual**2 * R / S / normal**2) / (memory.looks + 1)
+        memory.x = memory.x + K * residual
+        memory.P = rest @ memory.P @ rest.T + R * np.outer(K, K)
+        memory.scatter, memory.looks = max(scatter, LEAST_SCATTER**2), min(memory.looks + 1, self._length / LOOK_MM)
 
     def _answer(self, way: int) -> FrictionEstimate:
-        kept = self._kept
-        if not any(kept.slid):
+        """What is known of a direction: 0 for velocity > 0, 1 for velocity < 0."""
+        memory = self._memory
+        if not any(memory.slid):
             return _NOTHING_YET
-        known, towards = kept.slid[way], 1 - 2 * way
-        offset, offset_sigma = kept.x[2], math.sqrt(kept.P[2][2])
-        mu, sigma = (kept.x[way], math.sqrt(kept.P[way][way])) if known else (_NONE, _NONE)
-        pull, normal = kept.breakaway[way]
+        (offset, offset_sigma), (mu, sigma) = (
+            (float(memory.x[number]), math.sqrt(memory.P[number, number])) for number in (2, way)
+        )
+        if not memory.slid[way]:
+            mu = sigma = _NONE
+        pull, normal = memory.breakaway[way]
         static = static_sigma = _NONE
         if normal > 0:
-            static = (pull - towards * offset) / normal
-            static_sigma = math.hypot(offset_sigma / normal, math.sqrt(kept.scatter))
+            static = (pull - (1 - 2 * way) * offset) / normal
+            static_sigma = math.hypot(offset_sigma / normal, math.sqrt(memory.scatter))
         return FrictionEstimate(mu, static, offset, sigma, static_sigma, offset_sigma, self._status(static, mu))
 
     def _status(self, static: float, mu: float) -> int:
-        kept = self._kept
-        if kept.remark:
-            return kept.remark
-        if static < mu * (1 - 2 * math.sqrt(kept.scatter)):
+        memory = self._memory
+        if memory.remark:
+            return memory.remark
+        if static < mu * (1 - 2 * math.sqrt(memory.scatter)):
             return STATIC_BELOW_KINETIC
-        if not all(kept.slid):
+        if not all(memory.slid):
             return ONE_WAY
-        apart = kept.P[0][0] + kept.P[1][1] - 2 * kept.P[0][1]
+        apart = memory.P[0, 0] + memory.P[1, 1] - 2 * memory.P[0, 1]
         return ALIKE if apart > (TOLD_APART * ANISOTROPY) ** 2 else OK
-
-
-_FAST = (
-    "recent",
-    "tangential",
-    "normal",
-    "velocity",
-    "top",
-    "noise",
-    "before",
-    "heading",
-    "sliding",
-    "look",
-    "peak",
-    "pulls",
-)
-"""Fields of the state that change with every sample: attributes, because a frozen state a sample costs too much."""
-
-
-def _measurement(x: np.ndarray, seen, scatter: float) -> tuple[np.ndarray, float, float]:
-    """H (3,), the residual and its variance R of a look (heading, T, N)."""
-    heading, tangential, normal = seen
-    H = np.array([normal, 0.0, 1.0] if heading > 0 else [0.0, -normal, 1.0])
-    return H, tangential - float(H @ x), scatter * normal**2
-
-
-def _corrected(x, P, seen, scatter, looks) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """The Kalman correction by one look, and the looks' scatter with its residual in it."""
-    H, residual, R = _measurement(x, seen, scatter)
-    S = float(H @ P @ H) + R
-    K = P @ H / S
-    rest = np.eye(3) - np.outer(K, H)
-    # A residual's square is S on average, of which R is the scatter's own share.
-    scatter = (looks * scatter + residual**2 * R / S / seen[2] ** 2) / (looks + 1)
-    return x + K * residual, rest @ P @ rest.T + R * np.outer(K, K), max(scatter, LEAST_SCATTER**2), looks + 1

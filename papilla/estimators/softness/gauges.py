@@ -18,7 +18,7 @@ from papilla.estimators.softness.belief import Alone, Belief, Contrast
 from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
-from papilla.estimators.softness.touch import Touch
+from papilla.estimators.softness.touch import PATIENCE, Touch
 
 LEAST_CHANNELS = 3
 """Readings and force: two unknowns, and one that can contradict."""
@@ -30,11 +30,9 @@ MARGIN = 10.0
 """Suspects whose absence leaves as good a fit as this, compared with the best, cannot be told apart."""
 FITS = 25.0
 """Squared residual of a reading that is explained by a flipped sign or by another gauge's place."""
-DOUBTED, TRUSTED, MOST = 80, 200, 480
+DOUBTED, TRUSTED, MOST = 80, 200, 1920
 """Distrust, in good samples that make up for it: what a contradiction adds that no gauge is to blame for; beyond which
 there is no answer, and nobody is blamed, for over a texture all gauges contradict each other; and the most of it."""
-LOOKED = 8
-"""One in so many samples is looked at while the gauges are not trusted: such that fit no contact do not count."""
 BACK_AFTER = 10
 """Samples in a row that a channel must fit again to be used again."""
 FITS_AGAIN = 16.0
@@ -152,8 +150,6 @@ class GaugeSoftness(Touch):
         """The first sample of a touch, or the first that fits."""
         rows = self._of(faults)
         if not self._trusted(1):
-            if self._state.contradicted % LOOKED == 0 and self._start.misfits(y, rows).min() > LIMIT:
-                self._note(contradicted=MOST)
             return self._refused(SoftnessStatus.MISFIT, faults)
         contrast, belief = self._start(y, rows, self._unknown())
         if contrast.misfit > LIMIT:
@@ -161,7 +157,7 @@ class GaugeSoftness(Touch):
                 return self._refused(outside, faults)
             blame = self._blamed(rows, self._start.without(y, rows, self._unknown()))
             if blame is None:
-                self._note(contradicted=MOST)
+                self._distrust()
                 return self._refused(SoftnessStatus.MISFIT, faults)
             contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._unknown())
             faults, rows = self._left_out(y, faults, blame, belief)
@@ -182,17 +178,23 @@ class GaugeSoftness(Touch):
                 if self._fitter.fit(y, rows, belief, alone).first.misfit < LIMIT:
                     return self._learn(y, rows, faults, belief, alone)
             elif anew.misfit < LIMIT:
-                self._note(contradicted=min(self._state.contradicted + DOUBTED, MOST))
+                self._note(contradicted=self._state.contradicted + DOUBTED)
                 return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
         # What was learnt is not to be believed either: after a while, from the beginning.
-        self._note(belief=None, contradicted=MOST)
+        self._distrust()
         return self._refused(SoftnessStatus.MISFIT, faults)
 
     def _trusted(self, samples: int = 0) -> bool:
         """Whether the gauges may be believed, after so many more samples that nothing contradicts."""
         if samples and self._state.contradicted:
-            self._note(contradicted=max(self._state.contradicted - samples, 0))
+            left = max(self._state.contradicted - samples, 0)
+            self._note(contradicted=left, patience=self._state.patience if left else PATIENCE)
         return self._state.contradicted <= TRUSTED
+
+    def _distrust(self) -> None:
+        """Wait, and longer the next time if nothing good comes in between."""
+        patience = self._state.patience
+        self._note(belief=None, contradicted=patience, patience=min(patience + patience // 2, MOST))
 
     def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> tuple[int, ...] | None:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.

@@ -22,6 +22,8 @@ AIR_SHARE = 0.5
 LONG, FAR = 50, 8.0
 """Samples in a row without a force after which readings below so many standard deviations of a zero are those of the
 air."""
+PATIENCE = 480
+"""Distrust of the gauges when for the first time nothing explains them, in good samples that make up for it."""
 AIR_SAMPLES = 100.0
 """Time constant, in samples, of the gauges' zeros in the air."""
 
@@ -55,8 +57,8 @@ class TouchState(NamedTuple):
 
     faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
     found : what the last sample's readings showed by themselves. contradicted : distrust of the gauges, from how often
-    what was learnt did not explain them. dominant : which doubt made most of sigma in the last touch. light : samples
-    in a row with a force below that of contact.
+    what was learnt did not explain them; patience : how much of it there will be when nothing explains them. dominant :
+    which doubt made most of sigma in the last touch. light : samples in a row with a force below that of contact.
     """
 
     health: HealthState
@@ -68,6 +70,7 @@ class TouchState(NamedTuple):
     returning: tuple[int, ...] = ()
     found: tuple[int, ...] = ()
     contradicted: int = 0
+    patience: int = PATIENCE
     dominant: str = ""
     light: int = 0
 
@@ -150,7 +153,9 @@ class Touch(Stream):
             zeros = tuple([zero + (y - zero) * weight for zero, y in zip(zeros, readings, strict=True)])
         self._slot = None
         if zeros is not old.zeros or old.belief is not None:
-            self._note(zeros=zeros, airborne=airborne, belief=None, contradicted=0, dominant=self.dominant)
+            self._note(
+                zeros=zeros, airborne=airborne, belief=None, contradicted=0, patience=PATIENCE, dominant=self.dominant
+            )
 
     def _zero_gain(self, samples: float) -> float:
         """Kalman gain of one more reading in the air: zeros that are in no doubt are not learnt from noise."""
