@@ -47,20 +47,17 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
     width = np.clip(LOCAL * at / resolution, 2 * FEWEST, WIDTH)[:, None]
     steps = np.arange(WIDTH)
     offsets = np.round((GUARD + steps) * resolution).astype(int)
-    total, spread, known = np.zeros(len(at)), np.zeros(len(at)), np.ones(len(at), bool)
-    for side in (-1, 1):
-        places = at[:, None] + side * offsets
-        seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(power))
-        values = np.sort(logarithm[np.where(seen, places, -1)], axis=1)
-        count = seen.sum(axis=1)
-        middles = np.stack([np.maximum(count - 1, 0) // 2, np.minimum(count // 2, WIDTH - 1)], axis=1)
-        enough = count >= FEWEST
-        total += np.where(enough, np.take_along_axis(values, middles, axis=1).mean(axis=1), 0.0)
-        spread += 1 / np.maximum(count, 1)
-        known &= enough
+    # (2, m, cells): both sides of each place.
+    places = at[:, None] + np.multiply.outer((-1, 1), offsets)[:, None]
+    seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(power))
+    values = np.sort(logarithm[np.where(seen, places, -1)], axis=-1)
+    count = seen.sum(axis=-1)
+    sides, rows = np.arange(2)[:, None], np.arange(len(at))
+    twice = values[sides, rows, np.maximum(count - 1, 0) // 2] + values[sides, rows, count // 2]
+    known, spread = (count >= FEWEST).all(axis=0), (1 / np.maximum(count, 1)).sum(axis=0)
     own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
     # Wilson and Hilferty's median of a chi-square over its mean.
-    level = np.exp(total / 2) / (1 - 2 / (9 * own)) ** 3
+    level = np.exp(twice.sum(axis=0) / 4) / (1 - 2 / (9 * own)) ** 3
     return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of, whole
 from papilla.estimators.tracking.stroke import (
     BAND,
     HARMONICS,
@@ -86,9 +86,9 @@ class ChirpLook:
             return
         time = self.time[rows]
         warped = time + 0.5 * chirp * time**2
-        strokes = strokes_of(warped, self.readings[rows, None], np.array([0, len(warped)]), 1)
+        strokes = whole(strokes_of(warped, self.readings[rows, None], np.array([0, len(warped)]), 1))
         step = 0.5 / self.rate_Hz
-        spectrum = spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.2 * strokes.extent / step)))
+        spectrum = whole(spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.2 * strokes.extent / step))))
         if np.isfinite(spectrum.own).any():
             for line in spectrum.lines(self.low, self.high, 3):
                 motion = np.array([0.0, line.wavenumber, line.wavenumber * chirp, 0.0])

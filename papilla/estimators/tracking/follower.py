@@ -14,10 +14,10 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict
+from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict, sharpness
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import MAINS_HZ, Task
-from papilla.estimators.tracking.spectrum import GRID, slope
+from papilla.estimators.tracking.spectrum import GRID, Parts, slope
 
 CELL = 0.125
 """Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
@@ -25,8 +25,11 @@ SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
 """Path that is remembered, in longest wavelengths; the least of it where the samples are dense; and what the grid of a
 spectrum is padded for."""
 MOST_CELLS = 1024
-HOP, PARTS_HZ = 24, 300.0
-"""Cells between two looks, as a look has up to ten parts; and parts in a second at slow rates."""
+HOP, MARGIN = 24, 256
+"""Cells between two looks, and cells that are kept beside those of a look, while it is under way."""
+PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 3000, 3
+"""Parts of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
+and how many of those a sample takes at most."""
 STEADY, SPARE_S, SPARE = 4, 0.05, 0.125
 """After so many looks that agree there is so much time at least between two; and where every lateness of the path was
 tried since, so much of the path that a look has."""
@@ -85,6 +88,19 @@ def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz,
     return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
 
 
+class Looking(NamedTuple):
+    """A look at cells begin to end with these breaks, where path 0 is, and its parts that are done; or, where trial_s
+    is a number, how sharp its lines would be if the path were late by this, and how sharp they were (score)."""
+
+    begin: int
+    end: int
+    breaks: tuple[int, ...]
+    origin: float
+    parts: int = 0
+    trial_s: float = math.nan
+    score: float = 0.0
+
+
 @dataclass(eq=False)
 class Memory:
     """rows (2 n, 3 + g) : time, place, samples and mean readings of each cell, oldest first; first : number of the cell
@@ -95,7 +111,7 @@ class Memory:
     place, moved_s, time_s : where and when the last sample was, and when it last moved; step : its step, fading.
 
     begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, hop :
-    cells until the next, waited : samples since; look : (begin, end, breaks, parts done, trial) of the one under way.
+    cells until the next, waited : samples since; look : the one under way.
     finding : of the last, path 0 of which is at origin; known : wavenumber and sigma that are told, guessed : before a
     look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glanced :
     cell of the last glance, doubted : whether it missed the line. hums_Hz : lines of time, hummed : looks since they
@@ -121,7 +137,7 @@ class Memory:
     looked: int = 0
     hop: int = HOP
     waited: int = 0
-    look: tuple | None = None
+    look: Looking | None = None
     finding: Finding = field(default_factory=Finding)
     known: tuple[float, float] = (0.0, 0.0)
     agreed: int = 0
@@ -153,13 +169,13 @@ class Follower:
         self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
         self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
         self._parts = max(round(PARTS_HZ / options.rate_Hz), 1)
-        self._look: Look | None = None
+        self._going: Parts[Finding | float] | None = None
 
     def fresh(self) -> Memory:
         """What it remembers when it knows nothing."""
         given = self.options.latency_s
         return Memory(
-            rows=np.zeros((2 * self._cells + 4 * HOP, 3 + self._gauges)),
+            rows=np.zeros((2 * (self._cells + MARGIN), 3 + self._gauges)),
             limit=self._span,
             late_s=given or 0.0,
             late_variance=LATE_SIGMA_S**2 if given is None else 0.0,
@@ -168,14 +184,13 @@ class Follower:
 
     def remember(self, memory: Memory) -> None:
         """Go on from this memory; a look that was under way is done again up to where it was."""
-        if memory.rows.shape != (2 * self._cells + 4 * HOP, 3 + self._gauges):
+        if memory.rows.shape != (2 * (self._cells + MARGIN), 3 + self._gauges):
             raise InputError(f"the state is not of {self._gauges} gauges and this range of wavelengths")
-        self.memory, self._look = memory, None
+        self.memory, self._going = memory, None
         if memory.look is not None:
-            begin, end, breaks, done, trial = memory.look
-            self._look = Look(self._task(begin, end, breaks, trial))
-            for _ in range(done):
-                self._look.advance()
+            self._going = self._parts_of(memory.look)
+            for _ in range(memory.look.parts):
+                next(self._going)
 
     def advance(self, time: float, place: float, readings: tuple[float, ...]) -> TrackingStatus:
         """Take one sample; the status of what `estimate` then tells."""
@@ -257,7 +272,7 @@ class Follower:
     def _close(self) -> None:
         memory, (time, place, samples, *sums) = self.memory, self.memory.open_cell
         if memory.count == len(memory.rows):
-            kept = self._cells + 2 * HOP
+            kept = self._cells + MARGIN
             memory.rows[:kept] = memory.rows[-kept:]
             memory.first += memory.count - kept
             memory.count = kept
@@ -284,37 +299,49 @@ class Follower:
         else:
             memory.breaks.append(memory.extreme_cell + 1)
             memory.extreme, memory.extreme_cell, memory.direction = place, number, -memory.direction
-            oldest = number - self._cells - 2 * HOP
+            oldest = number - self._cells - MARGIN
             memory.breaks = [cell for cell in memory.breaks if cell >= oldest]
 
     def _go_on(self) -> None:
         """Do the next part of a look, or begin one."""
         memory = self.memory
-        if self._look is not None and memory.look is not None:
-            begin, end, breaks, parts, trial = memory.look
-            for done in range(parts + 1, parts + 1 + self._parts):
-                memory.look = (begin, end, breaks, done, trial)
-                if self._look.advance():
-                    self._conclude(self._look, begin, end)
-                    self._look, memory.look = None, None
-                    break
+        memory.waited += 1
+        if memory.look is not None:
+            self._part(memory.look)
             return
         end = memory.first + memory.count
-        memory.waited += 1
         spare = memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
         if not memory.doubted and (end - memory.looked < memory.hop or spare):
             self._glance(end)
             return
         memory.looked, memory.waited = end, 0
         begin = self._window_begin(end)
-        if end - begin < HOP:
-            return
-        trial = math.nan
-        if self.options.latency_s is None:
-            memory.trial = (memory.trial + 1) % len(self._trials)
-            trial = self._trials[memory.trial]
-        memory.look = (begin, end, tuple(memory.breaks), 0, trial)
-        self._look = Look(self._task(begin, end, memory.look[2], trial))
+        if end - begin >= HOP:
+            origin = float(memory.rows[begin - memory.first, 1])
+            self._begin_look(Looking(begin, end, tuple(memory.breaks), origin))
+
+    def _begin_look(self, look: Looking) -> None:
+        self.memory.look, self._going = look, self._parts_of(look)
+
+    def _part(self, look: Looking) -> None:
+        """Do the next part of what is under way, or some of them at slow rates."""
+        memory, going = self.memory, self._going
+        size = self._gauges * (look.end - look.begin)
+        for _ in range(max(self._parts, min(LIGHT // size, MOST_PARTS))):
+            memory.look = look = look._replace(parts=look.parts + 1)
+            try:
+                next(going)  # type: ignore[arg-type]
+            except StopIteration as told:
+                memory.look, self._going = None, None
+                if look.trial_s == look.trial_s:
+                    self._weigh(told.value, look.score)
+                else:
+                    self._conclude(told.value, look)
+                return
+
+    def _parts_of(self, look: Looking) -> Parts:
+        task = self._task(look.begin, look.end, look.breaks)
+        return Look(task).run() if look.trial_s != look.trial_s else sharpness(task, look.trial_s)
 
     def _glances(self, found: Finding) -> bool:
         """Whether a glance tells: what a look takes out of the readings it would see, and where the line is not most of
@@ -353,33 +380,36 @@ class Follower:
         over = int(np.searchsorted(path, path[-1] - min(memory.limit, self._span))) if len(path) else 0
         return begin + over
 
-    def _task(self, begin: int, end: int, breaks: tuple[int, ...], trial: float) -> Task:
+    def _task(self, begin: int, end: int, breaks: tuple[int, ...]) -> Task:
         memory, options = self.memory, self.options
         rows = memory.rows[begin - memory.first : end - memory.first].copy()
         # Differences are all that counts: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
         return Task(
             rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
-            self._size, memory.late_s, memory.late_variance, trial, memory.known[0] if memory.agreed else 0.0,
+            self._size, memory.late_s, memory.late_variance, memory.known[0] if memory.agreed else 0.0,
             memory.proved, options.hums_Hz, memory.hums_Hz, options.rate_Hz, options.ridge_pitch_mm,
         )  # fmt: skip
 
-    def _conclude(self, look: Look, begin: int, end: int) -> None:
+    def _conclude(self, found: Finding, look: Looking) -> None:
         """What a look that is done adds."""
-        memory, found = self.memory, look.finding
+        memory, end = self.memory, look.end
+        if self.options.latency_s is None:
+            memory.trial = (memory.trial + 1) % len(self._trials)
+            if found.score > 0:
+                self._begin_look(look._replace(parts=0, trial_s=self._trials[memory.trial], score=found.score))
         if self._held(found):
             memory.doubted = False
-            self._weigh(look)
             return
         before, memory.finding, memory.doubted = memory.known[0], found, False
         tried = memory.agreed > STEADY + len(self._trials)
-        memory.hop = max(HOP, int(SPARE * (end - begin))) if tried and self._glances(found) else HOP
+        memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and self._glances(found) else HOP
         memory.hummed += 1
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         good = found.verdict in (Verdict.FOUND, Verdict.UNDECIDED)
         if good:
-            memory.origin = float(memory.rows[begin - memory.first, 1])
+            memory.origin = look.origin
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
             memory.agreed = memory.agreed + 1 if same else 1
             memory.proved = found.wavenumber if memory.agreed > STEADY else memory.proved
@@ -398,7 +428,6 @@ class Follower:
             memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
-        self._weigh(look)
 
     def _held(self, found: Finding) -> bool:
         """Whether a look sees the line that many agreed on, though its phases are too disturbed to sharpen it."""
@@ -415,13 +444,13 @@ class Follower:
         memory.begin = end - 1 - int(np.searchsorted(travelled, path))
         memory.agreed, memory.proved, memory.changed, memory.limit = 0, 0.0, True, self._span
 
-    def _weigh(self, look: Look) -> None:
-        """Whether another lateness of the path makes the lines sharper."""
+    def _weigh(self, sharp: float, score: float) -> None:
+        """Whether another lateness of the path, by which the lines are this sharp, is a better one."""
         memory = self.memory
-        if not look.trial > 0 or not look.finding.score > 0:
+        if not sharp > 0:
             return
         # Where no line stands out, chance alone is sharper somewhere.
-        ratio = min((look.trial + PLAIN) / (look.finding.score + PLAIN), 4.0)
+        ratio = min((sharp + PLAIN) / (score + PLAIN), 4.0)
         memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
         best = max(range(len(self._trials)), key=memory.sharper.__getitem__)
         if memory.sharper[best] > SHARPER:

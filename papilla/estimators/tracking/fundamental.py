@@ -1,7 +1,5 @@
 """Of which fundamental a line and the others beside it are harmonics, and whether that is sure."""
 
-from collections.abc import Callable
-
 from papilla.estimators.tracking.spectrum import Line
 
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
@@ -23,14 +21,12 @@ SEEN = 25.0
 """Power over the background from which hardly any line is missed."""
 
 
-def fundamental_of(
-    chosen: Line, others: list[Line], reach: float, own: Callable[[Line], bool], ridged: bool
-) -> tuple[float, bool]:
+def fundamental_of(chosen: Line, others: list[Line], reach: float, own: set[Line], ridged: bool) -> tuple[float, bool]:
     """The wavenumber (1/mm) of which the chosen line and the others are harmonics, the chosen's where there is no sign
     of one; and whether that is sure.
 
     others : lines that are no multiples of the chosen one; reach : how far (1/mm) a line may lie off its place; own :
-    whether a line may be the surface's; ridged : the finger's ridges may feel a harmonic louder than the fundamental,
+    those that may be the surface's; ridged : the finger's ridges may feel a harmonic louder than the fundamental,
     so that a line near the place of one is a doubt, and faint ones alone are no proof.
     """
     k, sure, proven, best, fundamental = chosen.wavenumber, True, True, 1.0, chosen.wavenumber
@@ -38,7 +34,9 @@ def fundamental_of(
         base = k / divisor
         slack = min(reach, 0.1 * base)
         off = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) / slack for line in others]
-        near = [(by, line) for by, line in zip(off, others, strict=True) if by < (NEAR if ridged else 1) and own(line)]
+        near = [
+            (by, line) for by, line in zip(off, others, strict=True) if by < (NEAR if ridged else 1) and line in own
+        ]
         fits = [line.amplitude for by, line in near if by < 1]
         sure = sure and not (ridged and near)
         if not fits:

@@ -1,6 +1,6 @@
 """One look at the latest path: which lines it has, which of them belong to the surface, and the wavelength of the best.
 
-A look is made of parts of some tens of microseconds, one a sample, so that no sample takes long. What is found:
+A look is made of parts of some tens of microseconds, one a sample, so that none takes long. What is found:
 
 - lines over the path, against the background beside them, with the chance that noise makes them;
 - whether such a line is one over time instead (hum, resonance): of a line over the path and the lines over time, each
@@ -18,7 +18,17 @@ import numpy as np
 from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
-from papilla.estimators.tracking.spectrum import GRID, Line, Strokes, slope, spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import (
+    GRID,
+    Line,
+    Parts,
+    Strokes,
+    middle,
+    share_of,
+    slope,
+    spectrum_of,
+    strokes_of,
+)  # fmt: skip
 
 BENT = 0.1
 """Periods by which a path must leave the straight line over time for the two to be told apart."""
@@ -85,51 +95,83 @@ class Finding:
 
 
 class Look:
-    """A look at a task; `advance` does one part and says whether it is done; `finding` then holds what was found."""
+    """A look at a task; `run` does it, and tells what was found."""
 
     def __init__(self, task: Task):
         self._task, self.finding = task, Finding(late_s=task.late_s, late_variance=task.late_variance)
-        self.trial, self._cleaned = np.nan, False
-        self._parts = [self._gather, self._transform, self._detect, self._transform_time, self._decide]
-        self.done = 0
+        self._cleaned = False
+        self._strokes: Strokes
 
-    def advance(self) -> bool:
-        """Do the next part; True when there is none left."""
-        self._parts[self.done]()
-        self.done += 1
-        return self.done == len(self._parts)
+    def run(self) -> Parts[Finding]:
+        """Look."""
+        found = yield from self._line()
+        if found is None:
+            return self.finding
+        chosen, verdict, refused = found
+        yield
+        fundamental, sure = yield from self._fundamental(chosen)
+        self._hum = self._cleaned or refused
+        if self._hum:
+            # What time does is as sharp at any lateness.
+            self.finding = replace(self.finding, score=0.0)
+        if fundamental * 1.02 < 1 / self._task.high:
+            return self._guess(chosen.wavenumber, Verdict.OUT_OF_RANGE)
+        # What was known is nearer to what the phases will say than the place of a peak is.
+        near = abs(self._task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
+        self._wavenumber, self._late = self._task.before if near else fundamental, self._task.late_s
+        yield
+        self._level = self._noise(fundamental)
+        yield
+        self._strokes = yield from self._unmixed()
+        for _ in range(2):
+            if (yield from self._refined()):
+                break
+            yield
+        yield
+        return (yield from self._judged(verdict if sure else Verdict.AMBIGUOUS, refused))
 
-    def _stop(self) -> None:
-        del self._parts[self.done + 1 :]
-
-    def _gather(self) -> None:
-        task = self._task
-        window = window_of(task, task.late_s)
-        if window is None:
-            self._stop()
-            return
-        self._time, self._place, self._count, self._stroke, begin, readings = window
-        self._strokes = strokes_of(self._place, readings, begin)
-        self._begin = begin
-        if task.known_hums_Hz:
+    def _line(self) -> Parts[tuple[Line, Verdict, bool] | None]:
+        """The strongest line that is the surface's, what it is, and whether a louder one was refused; or None."""
+        if not (yield from self._gathered(self._task.late_s)):
+            return None
+        if self._task.known_hums_Hz:
             self._cleaned = True
-            self._strokes = silenced(self._strokes, self._time, self._known_hums(), task.before)
+            self._strokes = yield from silenced(self._strokes, self._time, self._known_hums(), self._task.before)
+        if not (yield from self._detected()):
+            return None
+        yield from self._over_time()
+        return (yield from self._chosen())
+
+    def _guess(self, wavenumber: float, verdict: Verdict) -> Finding:
+        """A wavenumber that is told, but not as one that may be used."""
+        sigma = 0.3 / self._strokes.extent
+        self.finding = replace(self.finding, verdict=verdict, wavenumber=wavenumber, sigma=sigma)
+        return self.finding
+
+    def _gathered(self, late_s: float) -> Parts[bool]:
+        """Rows and strokes of a path that is late by this; False, and nothing changed, where there is too little."""
+        window = window_of(self._task, late_s)
+        if window is None:
+            return False
+        self._time, self._place, self._count, self._stroke, self._begin, readings = window
+        yield
+        self._strokes = yield from strokes_of(self._place, readings, self._begin)
+        return True
 
     def _known_hums(self) -> list[Line]:
         return [Line(hum, 1.0, 1.0, 0.0, 0) for hum in self._task.known_hums_Hz]
 
-    def _transform(self) -> None:
-        self._spectrum = spectrum_of(self._strokes, self._task.step, self._task.size)
-        if not np.isfinite(self._spectrum.own).any():
-            self._stop()
-
-    def _detect(self) -> None:
-        """Lines over the path, within reach of what the steps and the extent show."""
-        task, spectrum = self._task, self._spectrum
-        steps = np.abs(np.diff(self._place))
-        self._highest = min(1 / task.low, 0.45 / max(float(np.quantile(steps, 0.9)), 1e-12))
+    def _detected(self) -> Parts[bool]:
+        """Whether there are lines over the path, within reach of what the steps and the extent show."""
+        task = self._task
+        self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.step, task.size)
+        if not np.isfinite(spectrum.own).any():
+            return False
+        yield
+        highest = highest_of(task, self._place)
         resolution = 1 / self._strokes.extent
-        found = spectrum.lines(2 * resolution, min(2 / task.low, self._highest * 2), 3 * MOST_LINES)
+        found = spectrum.lines(2 * resolution, min(2 / task.low, highest * 2), 3 * MOST_LINES)
+        yield
         octaves = np.log(max(task.high / task.low, 2.0)) / resolution
         real = [
             line
@@ -138,99 +180,71 @@ class Look:
             or (line.chance < CONFIRMED and abs(line.wavenumber - task.proved) < 0.5 * resolution)
         ]
         self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_LINES]
-        inside = [line for line in self._lines if 1 / task.high <= line.wavenumber <= self._highest]
+        self._inside = [line for line in self._lines if 1 / task.high <= line.wavenumber <= highest]
         self.finding = replace(
             self.finding,
             extent=self._strokes.extent,
-            lines=tuple((1 / line.wavenumber, line.ratio, line.chance) for line in inside),
+            lines=tuple((1 / line.wavenumber, line.ratio, line.chance) for line in self._inside),
             score=max((line.ratio for line in found if line.wavenumber >= 1 / task.high), default=0.0),
         )
-        if not inside:
-            # The best guess is told, but not as one that may be used.
-            near = [line for line in found if 1 / task.high <= line.wavenumber <= self._highest]
+        if not self._inside:
+            near = [line for line in found if 1 / task.high <= line.wavenumber <= highest]
             if near:
-                best = max(near, key=lambda line: line.amplitude)
-                self.finding = replace(self.finding, wavenumber=best.wavenumber, sigma=0.3 * resolution)
+                self._guess(max(near, key=lambda line: line.amplitude).wavenumber, Verdict.NOTHING)
             elif self._lines:
                 self.finding = replace(self.finding, verdict=Verdict.OUT_OF_RANGE)
-            tried = self._task.trial_s == self._task.trial_s and not self._cleaned
-            self._parts = self._parts[: self.done + 1] + ([self._try] if tried else [])
-        self._inside = inside
+            if self._cleaned:
+                self.finding = replace(self.finding, score=0.0)
+        yield
+        return bool(self._inside)
 
-    def _transform_time(self) -> None:
+    def _over_time(self) -> Parts[None]:
         """Lines over time, in the frequencies that lines in the range have at the speeds of the strokes."""
         task, time = self._task, self._time
-        spans = [time[b] - time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
-        speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
-        self._speed = speed
+        self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
+        self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
         bends = []
         for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
-            t, x = time[first:last] - time[first], self._place[first:last] - self._place[first]
-            t, x = t - t.mean(), x - x.mean()
+            t, x = time[first:last] - time[first:last].mean(), self._place[first:last] - self._place[first:last].mean()
             bends.append(float(np.abs(x - t * ((t @ x) / max(float(t @ t), 1e-300))).max()))
         self._bend = max(bends)
-        fastest = float(np.quantile(speed, 0.95))
+        fastest = share_of(self._speed, 0.95)
         step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
         self._time_lines = self._known_hums()
-        if min(spans) <= 0:
+        shortest, longest = float(self._spans.min()), float(self._spans.max())
+        if shortest <= 0:
             return
-        size = 1 << max(int(np.ceil(np.log2(1.5 * max(spans) / step))), 4)
+        size = 1 << max(int(np.ceil(np.log2(1.5 * longest / step))), 4)
         if size <= 4096:
-            strokes = strokes_of(time, np.where(self._strokes.seen, self._strokes.readings, np.nan), self._begin, 1)
-            spectrum = spectrum_of(strokes, step, size)
-            self._time_lines += spectrum.lines(2 / min(spans), fastest / task.low, TIME_LINES)
+            readings = np.where(self._strokes.seen, self._strokes.readings, np.nan)
+            yield
+            strokes = yield from strokes_of(time, readings, self._begin, 1)
+            spectrum = yield from spectrum_of(strokes, step, size)
+            yield
+            self._time_lines += spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
 
-    def _decide(self) -> None:
-        """The strongest line that is the surface's, and its fundamental."""
-        task = self._task
-        verdict, chosen = Verdict.TIME_LOCKED, None
-        strongest = self._inside[0]
+    def _chosen(self) -> Parts[tuple[Line, Verdict, bool] | None]:
+        """The strongest line that is the surface's, as `_line` tells it."""
         hums: list[Line] = []
         for line in self._ranked():
-            origin = self._origin(line)
+            yield
+            origin = yield from self._origin(line)
             if origin == Verdict.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
                 # What is left without it is looked at anew.
                 self._cleaned = True
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
-                self._strokes = silenced(self._strokes, self._time, self._time_lines)
+                self._strokes = yield from silenced(self._strokes, self._time, self._time_lines)
                 most = max(hum.amplitude for hum in self._time_lines)
                 loud = tuple(hum.wavenumber for hum in self._time_lines if hum.amplitude > 0.2 * most)
                 self.finding = replace(self.finding, hums_Hz=loud)
-                self._parts += [self._transform, self._detect, self._decide]
-                return
-            if origin == Verdict.TIME_LOCKED or self._hidden(line, hums):
-                hums.append(line)
-                continue
-            chosen, verdict = line, origin
-            break
-        if chosen is None:
-            self.finding = replace(
-                self.finding, verdict=verdict, wavenumber=strongest.wavenumber, sigma=0.3 / self._strokes.extent
-            )
-            self._stop()
-            return
-        fundamental, sure = self._fundamental(chosen)
-        if not sure:
-            verdict = Verdict.AMBIGUOUS
-        self._refused, self._hum = bool(hums), self._cleaned or bool(hums)
-        # What was known is nearer to what the phases will say than the place of a peak is.
-        near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
-        self._wavenumber, self._late = task.before if near else fundamental, task.late_s
-        self._strokes = self._unmixed()
-        if not 1 / task.high <= fundamental * 1.02:
-            self.finding = replace(
-                self.finding,
-                verdict=Verdict.OUT_OF_RANGE,
-                wavenumber=chosen.wavenumber,
-                sigma=0.3 / self._strokes.extent,
-            )
-            self._stop()
-            return
-        self._verdict, self._level = verdict, self._noise(fundamental)
-        self._parts += [self._refine, self._refine, self._judge]
-        # What time does is as sharp at any lateness.
-        if task.trial_s == task.trial_s and not self._hum:
-            self._parts.append(self._try)
+                if (yield from self._detected()):
+                    return (yield from self._chosen())
+                return None
+            if origin != Verdict.TIME_LOCKED and not self._hidden(line, hums):
+                return line, origin, bool(hums)
+            hums.append(line)
+        self.finding = replace(self._guess(self._inside[0].wavenumber, Verdict.TIME_LOCKED), score=0.0)
+        return None
 
     def _ranked(self) -> list[Line]:
         """Lines in the range, strongest first; the one that is known comes first while nothing is much stronger."""
@@ -239,9 +253,9 @@ class Look:
         known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most]
         return known[:1] + [line for line in self._inside if line not in known[:1]]
 
-    def _origin(self, line: Line) -> Verdict:
+    def _origin(self, line: Line) -> Parts[Verdict]:
         """FOUND for a line that is the path's, UNDECIDED where time may be as well, TIME_LOCKED where it is time's."""
-        path, time = credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
+        path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
         told = self._bend * line.wavenumber > BENT
         if told and path > enough and EXCLUDED * path > time:
@@ -253,15 +267,13 @@ class Look:
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
         nearest = min(self._task.hums_Hz, key=lambda hum: abs(hum - frequency), default=frequency)
-        longest = max(self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True))
-        return nearest if abs(nearest - frequency) * longest < 0.5 else frequency
+        return nearest if abs(nearest - frequency) * float(self._spans.max()) < 0.5 else frequency
 
     def _near_hum(self, line: Line, highest_Hz: float = np.inf) -> bool:
         """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells."""
         weight = self._strokes.weight
         speed = float((weight @ self._speed) / weight.sum())
-        spans = [self._time[b] - self._time[a] for a, b in zip(self._begin[:-1], self._begin[1:] - 1, strict=True)]
-        resolution = 1 / max(min(spans), 1e-9)
+        resolution = 1 / max(float(self._spans.min()), 1e-9)
         return any(abs(line.wavenumber * speed - hum) < resolution for hum in self._task.hums_Hz if hum <= highest_Hz)
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
@@ -275,7 +287,7 @@ class Look:
             if hum.amplitude > line.amplitude
         )
 
-    def _fundamental(self, chosen: Line) -> tuple[float, bool]:
+    def _fundamental(self, chosen: Line) -> Parts[tuple[float, bool]]:
         """The wavenumber of which the chosen line and others are harmonics, its own where there is no sign of it; and
         whether that is sure."""
         k = chosen.wavenumber
@@ -290,11 +302,14 @@ class Look:
             and abs(line.wavenumber - round(line.wavenumber / k) * k) > reach
         ]
 
-        def own(line: Line) -> bool:
+        own = set()
+        for line in others:
+            timed = humming and self._near_hum(line)
             if bent:
-                return self._origin(line) != Verdict.TIME_LOCKED
-            return not (humming and self._near_hum(line))
-
+                yield
+                timed = (yield from self._origin(line)) == Verdict.TIME_LOCKED
+            if not timed:
+                own.add(line)
         fundamental, sure = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
         if fundamental == k:
             hinted = not humming and any(self._hinted(chosen, divisor) for divisor in range(2, SUBHARMONICS + 1))
@@ -313,7 +328,7 @@ class Look:
         heard = spectrum.power[max(at - half, 0) : at + half + 1].max() ** 0.5 > FAINT * chosen.amplitude
         return bool(heard and spectrum.chance(base) < CONFIRMED / (divisor - 1))
 
-    def _unmixed(self) -> Strokes:
+    def _unmixed(self) -> Parts[Strokes]:
         """The strokes without lines of time, and without the lines over the path of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
@@ -323,14 +338,14 @@ class Look:
                 for line in self._time_lines
                 if any(abs(line.wavenumber - hum) < 2 * near for hum in (*known, *self._task.hums_Hz))
             ]
-            strokes = silenced(strokes, self._time, hums, wavenumber)
+            strokes = yield from silenced(strokes, self._time, hums, wavenumber)
         near = 2 / strokes.extent
         foreign = [
             line
             for line in self._lines
             if abs(line.wavenumber - max(round(line.wavenumber / wavenumber), 1) * wavenumber) > near
         ]
-        return silenced(strokes, forward(strokes), foreign, wavenumber) if foreign else strokes
+        return (yield from silenced(strokes, forward(strokes), foreign, wavenumber))
 
     def _noise(self, wavenumber: float) -> np.ndarray:
         """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
@@ -340,43 +355,38 @@ class Look:
         level = spectrum.level(at)
         finite = np.isfinite(level)
         level = np.where(finite, level, level[finite].max(initial=1.0))
-        band = orders * wavenumber * float(np.median(self._speed)) < BAND * self._task.rate_Hz
+        band = orders * wavenumber * middle(self._speed) < BAND * self._task.rate_Hz
         reachable = (orders * wavenumber < 2 / self._task.step / GRID * 2) & band
         reachable[0] = True
         level = np.where(reachable, level, np.inf)
         return level[:, None] * spectrum.own / float((strokes.weight**2 / self._count).sum())
 
-    def _refine(self) -> None:
-        """One step of the wavenumber and of the lateness."""
+    def _refined(self) -> Parts[bool]:
+        """One step of the wavenumber and of the lateness; True where another would change nothing."""
         task = self._task
-        if abs(self._late - task.late_s) > LATE_S:
-            window = window_of(task, self._late)
-            if window is not None and len(window[0]) > 16:
-                self._time, self._place, self._count, self._stroke, self._begin, readings = window
-                self._strokes = strokes_of(self._place, readings, self._begin)
-                self._strokes = self._unmixed()
-        speed = slope(self._place) / np.maximum(slope(self._time), 1e-9)
-        regressors = np.column_stack([self._place - self._place[-1], self._wavenumber * speed])
-        if task.late_variance == 0:
-            regressors = regressors[:, :1]
-        regressors = np.column_stack([regressors, self._play()])
-        phases = phases_of(
-            self._wavenumber * self._place, regressors, self._path_weight(), self._count, self._strokes.readings,
-            self._strokes.seen, self._stroke, self._level,
+        if abs(self._late - task.late_s) > LATE_S and (yield from self._gathered(self._late)):
+            yield
+            self._strokes = yield from self._unmixed()
+        columns, prior, off = [self._place - self._place[-1]], [1e-12], [0.0]
+        if task.late_variance > 0:
+            columns.append(self._wavenumber * slope(self._place) / np.maximum(slope(self._time), 1e-9))
+            prior.append(1 / task.late_variance)
+            off.append(task.late_s - self._late)
+        regressors = np.column_stack([*columns, self._play()])
+        yield
+        phases = yield from phases_of(
+            self._wavenumber * self._place, regressors, np.maximum(np.abs(slope(self._place)), 1e-12), self._count,
+            self._strokes.readings, self._strokes.seen, self._stroke, self._level,
         )  # fmt: skip
-        prior, off = np.array([1e-12]), np.zeros(1)
+        yield
+        fit = yield from regressed(phases, np.array([*prior, PLAY_MM**-2]), np.array([*off, 0.0]))
+        step, limit = float(fit.step[0]), 0.7 / self._strokes.extent
+        self._wavenumber += min(max(step, -limit), limit)
         if task.late_variance > 0:
-            prior = np.append(prior, 1 / task.late_variance)
-            off = np.append(off, task.late_s - self._late)
-        fit = regressed(phases, np.append(prior, PLAY_MM**-2), np.append(off, 0.0))
-        limit = 0.7 / self._strokes.extent
-        self._wavenumber += float(np.clip(fit.step[0], -limit, limit))
-        if task.late_variance > 0:
-            self._late += float(np.clip(fit.step[1], -0.004, 0.004))
-        settled = abs(float(fit.step[0])) < SETTLED * float(fit.covariance[0, 0]) ** 0.5
-        if settled and abs(self._late - task.late_s) < LATE_S and self._parts[self.done + 1] == self._refine:
-            del self._parts[self.done + 1]
+            self._late += min(max(float(fit.step[1]), -0.004), 0.004)
         self._phases, self._fit = phases, fit
+        settled = abs(step) < SETTLED * float(fit.covariance[0, 0]) ** 0.5
+        return settled and abs(self._late - task.late_s) < LATE_S
 
     def _play(self) -> np.ndarray:
         """(m,) cycles by which a skin that trails the finger by 1 mm after a turn is behind where it then will be."""
@@ -386,27 +396,19 @@ class Look:
         # Where the window begins there was no turn.
         return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
-    def _path_weight(self) -> np.ndarray:
-        """(m,) path that each row stands for."""
-        return np.maximum(np.abs(slope(self._place)), 1e-12)
-
-    def _judge(self) -> None:
-        """What the look says in the end."""
+    def _judged(self, verdict: Verdict, refused: bool) -> Parts[Finding]:
+        """What the look says in the end of a line that was found to be this; refused : beside a louder one."""
         phases, fit = self._phases, self._fit
-        verdict = self._verdict
-        if phases.coherence < COHERENT or fit.scatter > SCATTERED:
-            verdict = Verdict.INCOHERENT
-        if not phases.information.any():
-            verdict = Verdict.INCOHERENT
-        if verdict == Verdict.INCOHERENT and self._refused:
+        if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
             # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
-            verdict = Verdict.TIME_LOCKED
-        kept, kept_sigma = self._newest()
+            verdict = Verdict.TIME_LOCKED if refused else Verdict.INCOHERENT
+        kept, kept_sigma = yield from self._newest()
+        yield
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
         power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
-        self.finding = replace(
+        return replace(
             self.finding,
             verdict=verdict,
             wavenumber=self._wavenumber,
@@ -421,7 +423,7 @@ class Look:
             kept_sigma=kept_sigma,
         )
 
-    def _newest(self) -> tuple[float, float]:
+    def _newest(self) -> Parts[tuple[float, float]]:
         """Share of the amplitude that the newest whole periods have, and its sigma; of as many periods as it takes to
         miss the line, if it is missing."""
         rows = slice(int(self._begin[-2]), None)
@@ -429,6 +431,7 @@ class Look:
         wanted, kept, sigma = self._phases.amplitude[-1], 1.0, 1.0
         for periods in (2, 4, 8, 12, 16):
             found = share_kept(self._place[rows], readings, seen, self._wavenumber, wanted, self._level[0], periods)
+            yield
             if found is None:
                 break
             kept, sigma = found
@@ -436,12 +439,21 @@ class Look:
                 break
         return kept, sigma
 
-    def _try(self) -> None:
-        """How sharp the lines would be if the path were late by another time."""
-        window = window_of(self._task, self._task.trial_s)
-        if window is None:
-            return
-        _, place, _, _, begin, readings = window
-        spectrum = spectrum_of(strokes_of(place, readings, begin), self._task.step, self._task.size)
-        lines = spectrum.lines(1 / self._task.high, self._highest, MOST_LINES)
-        self.trial = max((line.ratio for line in lines), default=0.0)
+
+def highest_of(task: Task, place: np.ndarray) -> float:
+    """The highest wavenumber of the range that the steps between these places show."""
+    return min(1 / task.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
+
+
+def sharpness(task: Task, late_s: float) -> Parts[float]:
+    """Power over the background of the sharpest line if the path were late by this, 0 where none can be told."""
+    window = window_of(task, late_s)
+    if window is None:
+        return 0.0
+    _, place, _, _, begin, readings = window
+    yield
+    strokes = yield from strokes_of(place, readings, begin)
+    spectrum = yield from spectrum_of(strokes, task.step, task.size)
+    yield
+    lines = spectrum.lines(1 / task.high, highest_of(task, place), MOST_LINES)
+    return max((line.ratio for line in lines), default=0.0)

@@ -5,11 +5,12 @@ bend them: the wavenumber (over the path) and the lateness of the path (over the
 its own. Phase regression reaches the Cramér-Rao bound above a threshold (Tretter 1985, doi:10.1109/TIT.1985.1057115).
 """
 
+from itertools import accumulate, repeat
 from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.spectrum import slope
+from papilla.estimators.tracking.spectrum import Parts, middle, slope
 
 BLOCKS = 24
 """Blocks along a window at most; each of whole periods."""
@@ -44,97 +45,87 @@ class Fit(NamedTuple):
     scatter: float
 
 
-def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) -> Phases:
+def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) -> Parts[Phases]:
     """Phases of blocks of whole periods.
 
     cycles (m,) : the model's phase; regressors (m, p) : its derivatives by the parameters; weight (m,) : of the path,
     so that a block is evenly filled; count (m,) : samples a row stands for; readings (m, g), 0 where not seen;
     stroke (m,) : number of each row's; noise (h, g) : variance of a sample at each harmonic, infinite for none.
     """
-    strokes, parameters = int(stroke[-1]) + 1, regressors.shape[1]
-    low = np.array([cycles[stroke == s].min() for s in range(strokes)])
-    along = cycles - low[stroke]
+    begin = np.flatnonzero(np.diff(stroke, prepend=-1))
+    along = cycles - np.minimum.reduceat(cycles, begin)[stroke]
     length = max(int(np.ceil(along.max() / BLOCKS)), 1)
     label = stroke * (BLOCKS + 2) + (along / length).astype(int)
     order = np.argsort(label, kind="stable")
     edges = np.flatnonzero(np.diff(label[order], prepend=-1))
     of_stroke = stroke[order][edges]
-    orders = np.arange(1, len(noise) + 1)
-    powers = np.cumprod(np.broadcast_to(np.exp(-2j * np.pi * cycles[order]), (len(orders), len(order))), axis=0)
+    turns, orders = np.exp(-2j * np.pi * cycles[order]), np.arange(1, len(noise) + 1)
+    yield
     weight, along = weight[order], along[order]
     used = weight[:, None] * seen[order]
-    blocks = np.add.reduceat(powers.T[:, :, None] * (used * readings[order])[:, None, :], edges, axis=0)
-    sums = np.add.reduceat(
-        np.column_stack([used, used * (weight / count[order])[:, None], weight[:, None] * regressors[order]]), edges
-    )
-    gauges = readings.shape[1]
+    values = used * readings[order]
+    waves = accumulate(repeat(turns, len(orders)), np.multiply)
+    blocks = np.stack([np.add.reduceat(wave[:, None] * values, edges) for wave in waves], axis=1)
+    yield
+    rows = np.column_stack([used, used * (weight / count[order])[:, None], weight[:, None] * regressors[order]])
+    sums, gauges = np.add.reduceat(rows, edges), readings.shape[1]
     amount, square = sums[:, :gauges], sums[:, gauges : 2 * gauges]
     total = np.add.reduceat(weight, edges)
     reach = np.maximum.reduceat(along, edges) - np.minimum.reduceat(along, edges)
-    spacing = float(np.median(np.abs(np.diff(cycles))))
     # What is left over at the end of a stroke is no whole period.
-    whole = (reach + spacing > WHOLE * length)[:, None]
-    mean = np.zeros((strokes, *blocks.shape[1:]), complex)
-    np.add.at(mean, of_stroke, blocks * whole[:, :, None])
-    sizes = np.zeros((strokes, gauges))
-    np.add.at(sizes, of_stroke, amount * whole)
-    mean /= np.maximum(sizes, 1e-300)[:, None, :]
+    whole = (reach + middle(np.abs(np.diff(cycles))) > WHOLE * length)[:, None]
+    first = np.flatnonzero(np.diff(of_stroke, prepend=-1))
+    mean = np.add.reduceat(blocks * whole[:, :, None], first)
+    mean /= np.maximum(np.add.reduceat(amount * whole, first), 1e-300)[:, None, :]
+    yield
     # Each block's noise: variance of a quadrature of its mean, per harmonic and gauge.
     variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
+    inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
     size = np.abs(mean) ** 2
-    told = np.zeros((strokes, *blocks.shape[1:]))
-    inverse = np.where(whole[:, :, None] & (amount > 0)[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
-    np.add.at(told, of_stroke, inverse)
-    told = np.where(size * told > PRESENT, 1.0, 0.0)[of_stroke] * inverse
+    told = np.where(size * np.add.reduceat(inverse, first) > PRESENT, 1.0, 0.0)[of_stroke] * inverse
     turn = 2 * np.pi * orders[:, None]
     pull = blocks / np.maximum(amount, 1e-300)[:, None, :] * np.conj(mean)[of_stroke]
     score = (turn * pull.imag * told).sum(axis=(1, 2))
     information = (turn**2 * size[of_stroke] * told).sum(axis=(1, 2))
-    first = (pull * told).sum(axis=(1, 2))
-    coherence = float(first.real.sum() / max(np.abs(first).sum(), 1e-300))
+    agreeing = (pull * told).sum(axis=(1, 2))
     return Phases(
         np.where(information > 0, score / np.maximum(information, 1e-300), 0.0),
         information,
-        sums[:, 2 * gauges :].reshape(-1, parameters) / total[:, None],
+        sums[:, 2 * gauges :] / total[:, None],
         of_stroke,
         2 * mean[:, 0],
-        coherence,
+        float(agreeing.real.sum() / max(np.abs(agreeing).sum(), 1e-300)),
     )
 
 
-def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Fit:
+def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Parts[Fit]:
     """Weighted, robust regression of the blocks' phases, a mean for each stroke removed.
 
     prior (p,) : 1 / variance of each parameter about a known value; off (p,) : that value less the present one.
     """
     weight, known = phases.information, phases.information > 0
-    spare = max(int(known.sum()) - int(phases.stroke[-1]) - 1 - len(prior), 1)
+    stroke = phases.stroke[:, None] == np.arange(phases.stroke[-1] + 1)
+    columns = np.column_stack([phases.regressors, phases.cycles])
+    spare = max(int(known.sum()) - stroke.shape[1] - len(prior), 1)
     for _ in range(3):
-        regressors, cycles = _centred(phases, weight)
+        share = weight[:, None] * stroke
+        means = share.T @ columns / np.maximum(share.sum(axis=0), 1e-300)[:, None]
+        centred = columns - means[phases.stroke]
+        regressors, cycles = centred[:, :-1], centred[:, -1]
         normal = (regressors.T * weight) @ regressors + np.diag(prior)
         scale = np.sqrt(np.maximum(normal.diagonal(), 1e-300))
         inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-9 * np.eye(len(prior))) / np.outer(scale, scale)
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
-        rest = np.abs(cycles - regressors @ step) * np.sqrt(phases.information)
+        left = np.abs(cycles - regressors @ step)
+        rest = left * np.sqrt(phases.information)
         # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter by more than the noise; most tell.
-        usual = (MEDIAN_TO_SIGMA * float(np.median(rest[known])) if known.any() else 0.0) or 1.0
+        usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
         pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
         weight = phases.information * pull**2
+        yield
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
-    off_line = np.abs(cycles - regressors @ step)[known]
-    noise = float(np.median(1 / phases.information[known])) if known.any() else 0.0
-    usual = MEDIAN_TO_SIGMA * float(np.median(off_line)) if known.any() else 0.0
+    noise, usual = middle(1 / phases.information[known]), MEDIAN_TO_SIGMA * middle(left[known])
     return Fit(step, inverse * ratio, max(usual**2 - noise, 0.0) ** 0.5)
-
-
-def _centred(phases: Phases, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Regressors and phases less their weighted means over each stroke."""
-    strokes = int(phases.stroke[-1]) + 1
-    total = np.maximum(np.bincount(phases.stroke, weight, strokes), 1e-300)
-    columns = [*phases.regressors.T, phases.cycles]
-    means = [np.bincount(phases.stroke, weight * column, strokes) / total for column in columns]
-    *regressors, cycles = (column - mean[phases.stroke] for column, mean in zip(columns, means, strict=True))
-    return np.stack(regressors, axis=1), cycles
 
 
 def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods: int) -> tuple[float, float] | None:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.spectrum import Line, Spectrum, Strokes
+from papilla.estimators.tracking.spectrum import Line, Parts, Spectrum, Strokes
 
 HARMONICS = 5
 MAINS_HZ = (50.0, 60.0)
@@ -19,9 +19,8 @@ ALIKE = 0.05
 class Task(NamedTuple):
     """What a look is at: rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
 
-    low, high : wavelengths in mm; step, size : the grid; late_s : of the path, and its variance (0: known);
-    trial_s : another lateness to be scored, NaN for none; before : the wavenumber that was known, 0 for none; proved :
-    the one that many looks agreed on, 0 for none.
+    low, high : wavelengths in mm; step, size : the grid; late_s : of the path, and its variance (0: known); before :
+    the wavenumber that was known, 0 for none; proved : the one that many looks agreed on, 0 for none.
     hums_Hz : frequencies that time may be locked to, known_hums_Hz : that it was of late; rate_Hz : of the samples.
     ridge_pitch_mm : of the finger's own ridges, 0 where there are none or nobody knows.
     """
@@ -34,7 +33,6 @@ class Task(NamedTuple):
     size: int
     late_s: float
     late_variance: float
-    trial_s: float
     before: float
     proved: float
     hums_Hz: tuple[float, ...]
@@ -80,7 +78,7 @@ def forward(strokes: Strokes) -> np.ndarray:
     return np.repeat(way, np.diff(strokes.begin)) * strokes.place
 
 
-def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: float = 0.0) -> Strokes:
+def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: float = 0.0) -> Parts[Strokes]:
     """The strokes without the lines over time (m,), but for those that the harmonics of a wavenumber make; without
     one, less those alone that are as strong as the strongest."""
     if wavenumber == 0:
@@ -94,6 +92,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
     atoms = np.exp(2j * np.pi * np.concatenate(turns))
     readings = strokes.readings.copy()
     for first, last in zip(strokes.begin[:-1], strokes.begin[1:], strict=True):
+        yield
         own, weight = atoms[:, first:last], strokes.weight[first:last]
         weighted = np.conj(own) * weight
         gram = weighted @ own.T
@@ -113,13 +112,16 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
     return strokes._replace(readings=np.where(strokes.seen, readings, 0.0))
 
 
-def credits_of(line: Line, spectrum: Spectrum, strokes: Strokes, time: np.ndarray, others: list[Line]):
+def credits_of(
+    line: Line, spectrum: Spectrum, strokes: Strokes, time: np.ndarray, others: list[Line]
+) -> Parts[tuple[float, float]]:
     """Energy over the background that only this line explains, and the most that only one of time's lines does."""
     weight = strokes.weight
     turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
     atoms = np.exp(2j * np.pi * np.array(turns))
     credit = np.zeros(len(atoms))
     for first, last in zip(strokes.begin[:-1], strokes.begin[1:], strict=True):
+        yield
         own = atoms[:, first:last]
         weighted = np.conj(own) * weight[first:last]
         gram = weighted @ own.T

@@ -5,14 +5,22 @@ their powers added: the skin trails the finger by an unknown distance after each
 wavelength from stroke to stroke but not its phase. The same for the gauges.
 """
 
-from typing import NamedTuple
+from collections.abc import Generator
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from papilla.estimators.background import background
 
+Told = TypeVar("Told")
+Parts = Generator[None, None, Told]
+"""A computation in parts of less than a tenth of a millisecond, so that no sample waits long for it."""
+
 GRID = 4
 """Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
+
+SPARE_TOPS = 8
+"""Peaks beside those that are wanted: some are too near to drift to be told from it."""
 
 
 class Strokes(NamedTuple):
@@ -66,29 +74,34 @@ class Spectrum(NamedTuple):
 
     def lines(self, low: float, high: float, most: int) -> list[Line]:
         """The greatest peaks over the background between two wavenumbers, most amplitude first."""
+        from scipy.ndimage import maximum_filter1d
+
         power = self.power
         first, last = max(int(low / self.step), 1), min(int(high / self.step) + 2, len(power) - 1)
         inner = power[first:last]
-        tops = first + np.flatnonzero((inner > power[first - 1 : last - 1]) & (inner >= power[first + 1 : last + 1]))
-        if not len(tops):
-            return []
-        tops = tops[np.argsort(-power[tops])[: 4 * most]]
+        # A side lobe, or the shoulder of a stronger line, is within the width of the taper.
+        highest = maximum_filter1d(power, 2 * int(2 * self.resolution) + 1)[first:last]
+        tops = first + np.flatnonzero((inner == highest) & (inner > power[first - 1 : last - 1]))
+        tops = tops[np.argsort(-power[tops])[: most + SPARE_TOPS]]
         noise = background(power, tops, self.resolution, pooled=False)
-        chances = noise.chance(power[tops])
-        found = []
-        for top, level, chance in zip(tops.tolist(), noise.power.tolist(), chances.tolist(), strict=True):
-            # A side lobe, or the shoulder of a stronger line, is within the width of the taper.
-            reach = int(2 * self.resolution)
-            if power[max(top - reach, 0) : top + reach + 1].max() > power[top] or not level < np.inf:
-                continue
-            place = (top + _vertex(*np.log(power[top - 1 : top + 2]).tolist())) * self.step
-            if low <= place <= high:
-                height = float(power[top])
-                found.append(Line(place, height / level, height**0.5, chance, top))
-        return found[:most]
+        # The vertex of the parabola through the logarithms.
+        left, middle, right = np.log(power[np.add.outer((-1, 0, 1), tops)])
+        places = self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
+        kept = (noise.power < np.inf) & (places >= low) & (places <= high)
+        rows = places, power[tops] / noise.power, power[tops] ** 0.5, noise.chance(power[tops]), tops
+        return [Line(*row) for row in zip(*(row[kept][:most].tolist() for row in rows), strict=True)]
 
 
-def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Strokes:
+def whole(parts: Parts[Told]) -> Told:
+    """What a computation tells in the end, all parts at once."""
+    while True:
+        try:
+            next(parts)
+        except StopIteration as end:
+            return end.value
+
+
+def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Parts[Strokes]:
     """Strokes of rows at `place` (m,) with readings (m, g), NaN where missing; begin as in `Strokes`."""
     origin, weight = np.empty(len(place)), np.empty(len(place))
     flat, extents = np.empty_like(readings), []
@@ -103,32 +116,34 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
         flat[rows] = _less_trend(basis, taper, readings[rows], seen[rows])
         origin[rows], weight[rows] = start, taper
         extents.append(extent)
+        yield
     return Strokes(place, flat, seen, weight, begin, origin, min(extents))
 
 
-def spectrum_of(strokes: Strokes, step: float, size: int) -> Spectrum:
+def spectrum_of(strokes: Strokes, step: float, size: int) -> Parts[Spectrum]:
     """Spectrum on a grid of `size` points (a power of two), `step` apart, of each stroke and gauge."""
-    gauges, count = strokes.readings.shape[1], len(strokes.begin) - 1
-    at = (strokes.place - strokes.origin) / step
-    cell = at.astype(int)
-    share = (at - cell)[:, None]
-    stroke = np.repeat(np.arange(count), np.diff(strokes.begin))
-    index = ((stroke * gauges)[:, None] + np.arange(gauges)) * size + np.minimum(cell, size - 2)[:, None]
-    values = strokes.weight[:, None] * strokes.readings
-    total = count * gauges * size
-    grid = np.bincount(index.ravel(), ((1 - share) * values).ravel(), total)
-    grid += np.bincount(index.ravel() + 1, (share * values).ravel(), total)
     from scipy.fft import rfft
 
-    transform = rfft(grid.reshape(count, gauges, size))
-    power = (transform.real**2 + transform.imag**2).sum(axis=0)
+    gauges, power = strokes.readings.shape[1], np.zeros((size // 2 + 1, strokes.readings.shape[1]))
+    for first, last in zip(strokes.begin[:-1].tolist(), strokes.begin[1:].tolist(), strict=True):
+        at = (strokes.place[first:last] - strokes.origin[first:last]) / step
+        cell = np.minimum(at.astype(int), size - 2)
+        share = (at - cell)[:, None]
+        index = (cell[:, None] + size * np.arange(gauges)).ravel()
+        values = strokes.weight[first:last, None] * strokes.readings[first:last]
+        grid = np.bincount(index, ((1 - share) * values).ravel(), gauges * size)
+        grid += np.bincount(index + 1, (share * values).ravel(), gauges * size)
+        transform = rfft(grid.reshape(gauges, size))
+        power += (transform.real**2 + transform.imag**2).T
+        yield
     # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
-    power = power / np.sinc(np.arange(power.shape[1]) / size) ** 4
+    yield
+    power /= np.sinc(np.arange(len(power)) / size)[:, None] ** 4
     resolution = size * step / strokes.extent
-    own = np.median(power[:, int(resolution) :: max(int(resolution), 1)], axis=1)
+    own = np.median(power[int(resolution) :: max(int(resolution), 1)], axis=0)
     own = np.where(own > 1e-12 * own.max(), own, np.inf)
     shown = max(int(np.isfinite(own).sum()), 1)
-    return Spectrum(np.maximum(((1 / own) @ power) / shown, 1e-300), own, 1 / (size * step), resolution)
+    return Spectrum(np.maximum((power @ (1 / own)) / shown, 1e-300), own, 1 / (size * step), resolution)
 
 
 def slope(values: np.ndarray) -> np.ndarray:
@@ -137,6 +152,18 @@ def slope(values: np.ndarray) -> np.ndarray:
     change[1:-1] = 0.5 * (values[2:] - values[:-2])
     change[0], change[-1] = values[1] - values[0], values[-1] - values[-2]
     return change
+
+
+def share_of(values: np.ndarray, share: float) -> float:
+    """What this share of the values (m,) is below: a `np.quantile` that is one of them."""
+    place = int(share * (len(values) - 1))
+    return float(np.partition(values, place)[place])
+
+
+def middle(values: np.ndarray) -> float:
+    """Median of values (m,), 0 for none: `np.median` at a fifth of its price."""
+    ranked, half = np.sort(values), len(values) // 2
+    return float(0.5 * (ranked[(len(values) - 1) // 2] + ranked[half])) if len(values) else 0.0
 
 
 def _less_trend(basis: np.ndarray, weight: np.ndarray, readings: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -152,9 +179,3 @@ def _less_trend(basis: np.ndarray, weight: np.ndarray, readings: np.ndarray, see
     fit = np.linalg.solve(gram, ((used * values).T @ basis)[..., None])[..., 0]
     values = seen * (values - basis @ fit.T)
     return np.where(np.abs(values) > least, values, 0.0)
-
-
-def _vertex(left: float, middle: float, right: float) -> float:
-    """Where the parabola through three values has its vertex, in steps from the middle."""
-    curvature = left - 2 * middle + right
-    return 0.5 * (left - right) / curvature if curvature < 0 else 0.0

@@ -9,7 +9,7 @@ from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.follower import Follower, checked
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import credits_of
-from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of, whole
 from papilla.studies.estimator_bench.scenes import scene
 
 RATE = 1000.0
@@ -235,10 +235,10 @@ def test_credits_are_the_same_whichever_way_the_finger_goes():
     place = 100 * time + 3 * time**2
     readings = np.sin(2 * np.pi * 50 * time)[:, None]
     for way in (1, -1):
-        strokes = strokes_of(way * place, readings, np.array([0, 300]))
-        spectrum = spectrum_of(strokes, 0.1, 1024)
+        strokes = whole(strokes_of(way * place, readings, np.array([0, 300])))
+        spectrum = whole(spectrum_of(strokes, 0.1, 1024))
         line = max(spectrum.lines(0.2, 1.5, 3), key=lambda found: found.amplitude)
-        path, time_locked = credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)])
+        path, time_locked = whole(credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)]))
         assert time_locked > 10 * path
 
 
