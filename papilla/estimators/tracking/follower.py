@@ -14,7 +14,9 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.look import LOST, SURE, Finding, Look, Verdict, sharpness
+from papilla.estimators.tracking.cells import Cells
+from papilla.estimators.tracking.finding import Finding, Verdict
+from papilla.estimators.tracking.look import LOST, SURE, Look, sharpness
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import MAINS_HZ, Task
 from papilla.estimators.tracking.spectrum import GRID, Parts, slope
@@ -103,12 +105,8 @@ class Looking(NamedTuple):
 
 @dataclass(eq=False)
 class Memory:
-    """rows (2 n, 3 + g) : time, place, samples and mean readings of each cell, oldest first; first : number of the cell
-    in row 0; count : rows in use. open_cell : sums of time, place, samples, and of each gauge's readings and their
-    number; began : place at which it began.
-
-    breaks : cells at which strokes begin; direction, extreme, extreme_cell : of the present stroke.
-    place, moved_s, time_s : where and when the last sample was, and when it last moved; step : its step, fading.
+    """cells : the latest path. place, moved_s : where the last sample was, and when it last moved; step : its step,
+    fading.
 
     begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, hop :
     cells until the next, waited : samples since; look : the one under way.
@@ -118,20 +116,10 @@ class Memory:
     were found. late_s, late_variance, sharper : of the path, and of each trial.
     """
 
-    rows: np.ndarray
-    first: int = 0
-    count: int = 0
-    open_cell: list[float] = field(default_factory=list)
-    began: float = 0.0
-    breaks: list[int] = field(default_factory=list)
-    direction: float = 0.0
-    extreme: float = 0.0
-    extreme_cell: int = 0
+    cells: Cells
     place: float = math.nan
-    time_s: float = math.nan
     moved_s: float = 0.0
     step: float = 0.0
-    broken: bool = False
     begin: int = 0
     limit: float = math.inf
     looked: int = 0
@@ -175,7 +163,7 @@ class Follower:
         """What it remembers when it knows nothing."""
         given = self.options.latency_s
         return Memory(
-            rows=np.zeros((2 * (self._cells + MARGIN), 3 + self._gauges)),
+            Cells(np.zeros((2 * (self._cells + MARGIN), 3 + self._gauges)), self._cell, 0.5 * self.options.low),
             limit=self._span,
             late_s=given or 0.0,
             late_variance=LATE_SIGMA_S**2 if given is None else 0.0,
@@ -184,7 +172,7 @@ class Follower:
 
     def remember(self, memory: Memory) -> None:
         """Go on from this memory; a look that was under way is done again up to where it was."""
-        if memory.rows.shape != (2 * (self._cells + MARGIN), 3 + self._gauges):
+        if memory.cells.rows.shape != (2 * (self._cells + MARGIN), 3 + self._gauges):
             raise InputError(f"the state is not of {self._gauges} gauges and this range of wavelengths")
         self.memory, self._going = memory, None
         if memory.look is not None:
@@ -197,7 +185,7 @@ class Follower:
         memory = self.memory
         moved = place - memory.place
         if not math.isfinite(place):
-            memory.broken = True
+            memory.cells.broken = True
             return TrackingStatus.NO_VELOCITY
         step = abs(moved) if moved == moved else 0.0
         if step > self._span:
@@ -207,10 +195,10 @@ class Follower:
             memory.moved_s = time
         # Of each step by its length: how far apart the readings on the path are.
         memory.step += (step - memory.step) * min(4 * step / self._span, 1.0)
-        memory.place, memory.time_s = place, time
+        memory.place = place
         finite = [value for value in readings if math.isfinite(value)]
         if finite:
-            self._fill(time, place, readings)
+            memory.cells.fill(time, place, readings)
         self._go_on()
         if not finite:
             return TrackingStatus.MISSING
@@ -252,56 +240,6 @@ class Follower:
             return TrackingStatus.OUT_OF_RANGE
         return TrackingStatus.CONSTANT_SPEED if verdict == Verdict.UNDECIDED else TrackingStatus.OK
 
-    def _fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
-        """Add a sample to the open cell, or close that and begin another."""
-        memory, own = self.memory, self.memory.open_cell
-        if own and (abs(place - memory.began) >= self._cell or memory.broken):
-            self._close()
-            own = []
-        if not own:
-            memory.open_cell = own = [0.0] * (3 + 2 * self._gauges)
-            memory.began = place
-        own[0] += time
-        own[1] += place
-        own[2] += 1
-        for number, value in enumerate(readings):
-            if math.isfinite(value):
-                own[3 + 2 * number] += value
-                own[4 + 2 * number] += 1
-
-    def _close(self) -> None:
-        memory, (time, place, samples, *sums) = self.memory, self.memory.open_cell
-        if memory.count == len(memory.rows):
-            kept = self._cells + MARGIN
-            memory.rows[:kept] = memory.rows[-kept:]
-            memory.first += memory.count - kept
-            memory.count = kept
-        means = [total / number if number else math.nan for total, number in zip(sums[::2], sums[1::2], strict=True)]
-        memory.rows[memory.count] = (time / samples, place / samples, samples, *means)
-        number = memory.first + memory.count
-        memory.count += 1
-        self._turn(number, place / samples)
-
-    def _turn(self, number: int, place: float) -> None:
-        """Whether a stroke ends: the path turned, or was not known for a while."""
-        memory = self.memory
-        if memory.broken:
-            memory.broken = False
-            memory.breaks.append(number)
-            memory.extreme, memory.extreme_cell, memory.direction = place, number, 0.0
-        beyond = place - memory.extreme
-        if beyond * memory.direction > 0:
-            memory.extreme, memory.extreme_cell = place, number
-        elif abs(beyond) <= 0.5 * self.options.low:
-            return
-        elif memory.direction == 0.0:
-            memory.extreme, memory.extreme_cell, memory.direction = place, number, math.copysign(1.0, beyond)
-        else:
-            memory.breaks.append(memory.extreme_cell + 1)
-            memory.extreme, memory.extreme_cell, memory.direction = place, number, -memory.direction
-            oldest = number - self._cells - MARGIN
-            memory.breaks = [cell for cell in memory.breaks if cell >= oldest]
-
     def _go_on(self) -> None:
         """Do the next part of a look, or begin one."""
         memory = self.memory
@@ -309,7 +247,7 @@ class Follower:
         if memory.look is not None:
             self._part(memory.look)
             return
-        end = memory.first + memory.count
+        end = memory.cells.end
         spare = memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
         if not memory.doubted and (end - memory.looked < memory.hop or spare):
             self._glance(end)
@@ -317,8 +255,8 @@ class Follower:
         memory.looked, memory.waited = end, 0
         begin = self._window_begin(end)
         if end - begin >= HOP:
-            origin = float(memory.rows[begin - memory.first, 1])
-            self._begin_look(Looking(begin, end, tuple(memory.breaks), origin))
+            origin = float(memory.cells.between(begin, end)[0, 1])
+            self._begin_look(Looking(begin, end, tuple(memory.cells.breaks), origin))
 
     def _begin_look(self, look: Looking) -> None:
         self.memory.look, self._going = look, self._parts_of(look)
@@ -355,14 +293,14 @@ class Follower:
         if end - memory.glanced < GLANCE or not memory.agreed or not self._glances(found):
             return
         memory.glanced = end
-        begin = max(memory.breaks[-1:] + [memory.begin, memory.first]) - memory.first
+        cells = memory.cells
+        begin = max(*cells.breaks[-1:], memory.begin, cells.first)
         # The phase of a stroke that the look did not have is not known, and of this one no more where it turns.
-        along = memory.rows[[begin, max(memory.looked - memory.first - 1, 0)], 1]
-        if memory.extreme_cell < end - 1 or memory.first + begin >= memory.looked or np.ptp(along) < found.extent:
+        along = cells.between(begin, memory.looked)[:, 1]
+        if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < found.extent:
             return
         wavenumber = found.wavenumber
-        longest = max(begin, end - memory.first - int(4 / wavenumber / self._cell))
-        rows = memory.rows[longest : end - memory.first]
+        rows = cells.between(max(begin, end - int(4 / wavenumber / cells.length)), end)
         if len(rows) < 4:
             return
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
@@ -374,15 +312,15 @@ class Follower:
     def _window_begin(self, end: int) -> int:
         """First cell of the window that ends before cell `end`: as much path as is allowed, of this texture."""
         memory = self.memory
-        begin = max(memory.begin, end - self._cells, memory.first)
-        place = memory.rows[begin - memory.first : end - memory.first, 1]
+        begin = max(memory.begin, end - self._cells, memory.cells.first)
+        place = memory.cells.between(begin, end)[:, 1]
         path = np.cumsum(np.abs(np.diff(place)))
         over = int(np.searchsorted(path, path[-1] - min(memory.limit, self._span))) if len(path) else 0
         return begin + over
 
     def _task(self, begin: int, end: int, breaks: tuple[int, ...]) -> Task:
         memory, options = self.memory, self.options
-        rows = memory.rows[begin - memory.first : end - memory.first].copy()
+        rows = memory.cells.between(begin, end).copy()
         # Differences are all that counts: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
         return Task(
@@ -439,7 +377,7 @@ class Follower:
     def _begin_anew(self, end: int, path: float) -> None:
         """Another surface: only the newest path is of it."""
         memory = self.memory
-        place = memory.rows[: end - memory.first, 1]
+        place = memory.cells.between(memory.cells.first, end)[:, 1]
         travelled = np.cumsum(np.abs(np.diff(place[::-1])))
         memory.begin = end - 1 - int(np.searchsorted(travelled, path))
         memory.agreed, memory.proved, memory.changed, memory.limit = 0, 0.0, True, self._span

@@ -10,11 +10,11 @@ A look is made of parts of some tens of microseconds, one a sample, so that none
 - the wavenumber from the phases of all harmonics, with the lateness of the path beside it.
 """
 
-from dataclasses import dataclass, replace
-from enum import IntEnum
+from dataclasses import replace
 
 import numpy as np
 
+from papilla.estimators.tracking.finding import Finding, Verdict
 from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
@@ -53,45 +53,6 @@ LATE_S = 1e-4
 """Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
-
-
-class Verdict(IntEnum):
-    """What a look says of its wavelength."""
-
-    NOTHING = 0
-    FOUND = 1
-    UNDECIDED = 2
-    TIME_LOCKED = 3
-    OUT_OF_RANGE = 4
-    INCOHERENT = 5
-    AMBIGUOUS = 6
-
-
-@dataclass(frozen=True)
-class Finding:
-    """wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
-
-    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
-    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
-    the fundamental in the last stroke, from path 0 on, and variance of a sample about it.
-    kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's.
-    """
-
-    verdict: Verdict = Verdict.NOTHING
-    wavenumber: float = 0.0
-    sigma: float = 0.0
-    extent: float = 0.0
-    lines: tuple[tuple[float, float, float], ...] = ()
-    late_s: float = 0.0
-    late_variance: float = 0.0
-    phase: tuple[float, ...] = ()
-    phase_sigma: tuple[float, ...] = ()
-    amplitude: tuple[complex, ...] = ()
-    noise: tuple[float, ...] = ()
-    kept: float = 1.0
-    kept_sigma: float = 0.0
-    score: float = 0.0
-    hums_Hz: tuple[float, ...] = ()
 
 
 class Look:

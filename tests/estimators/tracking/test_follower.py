@@ -270,9 +270,9 @@ def test_every_turn_of_the_path_ends_a_stroke():
         for number in range(2600):
             time = number / RATE
             follower.advance(time, peak / (2 * np.pi) * (1 - np.cos(2 * np.pi * time)), (float(number % 7),))
-        turns = follower.memory.breaks
-        times = follower.memory.rows[np.array(turns) - follower.memory.first, 0]
-        assert times == pytest.approx(np.arange(1, 6)[-len(turns) :] * 0.5, abs=0.08) and len(turns) >= 2
+        cells = follower.memory.cells
+        times = cells.rows[np.array(cells.breaks) - cells.first, 0]
+        assert times == pytest.approx(np.arange(1, 6)[-len(times) :] * 0.5, abs=0.08) and len(times) >= 2
 
 
 def test_a_hand_with_everything_at_once_is_followed_and_never_wrong():

@@ -1,0 +1,43 @@
+"""What a look at the latest path finds."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Verdict(IntEnum):
+    """What a look says of its wavelength."""
+
+    NOTHING = 0
+    FOUND = 1
+    UNDECIDED = 2
+    TIME_LOCKED = 3
+    OUT_OF_RANGE = 4
+    INCOHERENT = 5
+    AMBIGUOUS = 6
+
+
+@dataclass(frozen=True)
+class Finding:
+    """wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
+
+    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
+    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
+    the fundamental in the last stroke, from path 0 on, and variance of a sample about it.
+    kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's.
+    """
+
+    verdict: Verdict = Verdict.NOTHING
+    wavenumber: float = 0.0
+    sigma: float = 0.0
+    extent: float = 0.0
+    lines: tuple[tuple[float, float, float], ...] = ()
+    late_s: float = 0.0
+    late_variance: float = 0.0
+    phase: tuple[float, ...] = ()
+    phase_sigma: tuple[float, ...] = ()
+    amplitude: tuple[complex, ...] = ()
+    noise: tuple[float, ...] = ()
+    kept: float = 1.0
+    kept_sigma: float = 0.0
+    score: float = 0.0
+    hums_Hz: tuple[float, ...] = ()
