@@ -5,7 +5,8 @@ import pytest
 
 from papilla.estimators.background import FEWEST, GUARD, LOCAL, LOWEST, MEDIAN_EFFICIENCY, WIDTH, background
 from papilla.estimators.tracking.between_gauges import wavelength_between
-from papilla.estimators.tracking.refine import phases_of, regressed
+from papilla.estimators.tracking.fundamental import fundamental_of
+from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import silenced
 from papilla.estimators.tracking.spectrum import Line, slope, spectrum_of, strokes_of
 
@@ -168,3 +169,62 @@ def test_phases_between_gauges_tell_the_wavelength_with_a_true_sigma():
             ratios.append((found - wavelength) / sigma)
     assert len(ratios) > 150 and 0.7 < np.sqrt(np.mean(np.square(ratios))) < 1.1
     assert np.mean(np.abs(ratios) < 2) > 0.93
+
+
+def test_two_gauges_need_the_velocity_to_count_whole_turns():
+    """7 mm apart the next count is 20 % away; 60 mm apart a velocity that is 1 % off leaves it open."""
+    wavelength, sigmas = 1.4, (0.02, 0.02)
+    for distance, told in ((7.0, True), (60.0, False)):
+        for off in (-0.02, 0.0, 0.02):
+            phases = (0.3, np.angle(np.exp(1j * (0.3 + 2 * np.pi * distance / wavelength))))
+            found, sigma = wavelength_between((0.0, distance), phases, sigmas, wavelength * (1 + off))
+            assert np.isfinite(found) == told
+            if told:
+                assert found == pytest.approx(wavelength, rel=1e-6)
+                exact = wavelength**2 / (2 * np.pi * distance) * np.hypot(*sigmas)
+                assert sigma == pytest.approx(exact, rel=1e-6)
+
+
+def line(wavenumber, amplitude, ratio=1000.0):
+    return Line(wavenumber, ratio, amplitude, 1e-9, 0)
+
+
+@pytest.mark.parametrize(
+    "others, fundamental, sure",
+    [
+        ([], 1.0, True),
+        ([line(0.5, 0.5)], 0.5, True),
+        ([line(0.5, 0.5), line(1.5, 0.06)], 0.5, True),
+        ([line(1.5, 0.6), line(2.5, 0.4)], 0.5, True),
+        ([line(4 / 3, 0.6), line(5 / 3, 0.4)], 1 / 3, True),
+        ([line(0.62, 0.9)], 1.0, True),
+        ([line(1.618, 0.5), line(0.777, 0.4)], 1.0, True),
+    ],
+)
+def test_the_fundamental_is_what_the_lines_are_harmonics_of(others, fundamental, sure):
+    assert fundamental_of(line(1.0, 1.0), others, 0.0025, lambda one: True, False) == (fundamental, sure)
+    # What may be another's, as the mains', proves nothing.
+    assert fundamental_of(line(1.0, 1.0), others, 0.0025, lambda one: False, False)[0] == 1.0
+
+
+def test_without_a_wavelength_only_the_loudest_lines_over_time_are_taken_out():
+    time = np.arange(900) / 1000
+    place = 80 * time + 6 * time**2
+    readings = (2 * np.sin(2 * np.pi * 61.0 * time) + 0.3 * np.cos(2 * np.pi * 0.9 * place))[:, None]
+    strokes = strokes_of(place, readings, np.array([0, 900]))
+    loud, faint = Line(61.0, 100.0, 1.0, 0.0, 0), Line(117.0, 100.0, 0.3, 0.0, 0)
+    both, one = silenced(strokes, time, [loud, faint]), silenced(strokes, time, [loud])
+    np.testing.assert_array_equal(both.readings, one.readings)
+    assert np.std(one.readings) < 0.2 * np.std(strokes.readings)
+
+
+def test_the_share_that_is_kept_is_by_path_however_unevenly_that_was_read():
+    place = 10 * np.linspace(0, 1, 400) ** 1.7
+    for share in (1.0, 0.4):
+        wave = np.cos(2 * np.pi * place / 1.1)
+        readings = np.where(place > place[-1] - 4 * 1.1, share, 1.0)[:, None] * wave[:, None]
+        seen = np.ones_like(readings, bool)
+        kept, sigma = share_kept(place, readings, seen, 1 / 1.1, [1.0 + 0j], [0.01], 3)
+        assert kept == pytest.approx(share, abs=0.03) and sigma < 0.05
+        both = np.column_stack([readings, np.zeros(400)]), np.column_stack([seen, np.zeros(400, bool)])
+        assert share_kept(place, *both, 1 / 1.1, [1.0, 1.0], [0.01, 0.01], 3) == pytest.approx((kept, sigma))

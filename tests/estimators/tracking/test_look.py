@@ -1,0 +1,146 @@
+"""One look at a window: every number of its finding against the truth of the window, and its verdict."""
+
+import numpy as np
+import pytest
+
+from papilla.estimators.tracking.look import Look, Verdict
+from papilla.estimators.tracking.rivals import Task
+
+COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
+PLACES = {
+    "constant": lambda t: 96 * t,
+    "bent": lambda t: 96 * t + 8 * np.sin(7 * t),
+    "strokes": lambda t: 25 * (1 - np.cos(2 * np.pi * 1.1 * t)),
+}
+HUMS_HZ = tuple(sorted({n * mains for mains in (50.0, 60.0) for n in range(1, 9)}))
+
+
+def window(motion, seed, *, wavelength=TRUE_MM, late_s=0.0, hum=0.0, gauges=1, harmonics=(1.0, 0.4)):
+    """Rows of time, place as it is told, samples and readings; and the rows at which strokes begin."""
+    time = np.arange(COUNT) / RATE
+    true, told = PLACES[motion](time), PLACES[motion](time - late_s)
+    readings = NOISE * np.random.default_rng(seed).standard_normal((COUNT, gauges))
+    readings += hum * np.sin(2 * np.pi * 50 * time)[:, None]
+    for order, size in enumerate(harmonics, 1):
+        turns = order * (true[:, None] - APART_MM * np.arange(gauges)) / wavelength
+        readings += size * np.cos(2 * np.pi * turns + order)
+    breaks = np.flatnonzero(np.diff(np.sign(np.diff(told)))) + 1 if motion == "strokes" else ()
+    return np.column_stack([time, told - told[0], np.ones(COUNT), readings]), tuple(map(int, breaks))
+
+
+def looked(rows, breaks, *, low=0.4, high=6.0, late_s=0.0, late_variance=0.0, trial_s=np.nan, before=0.0, proved=0.0):
+    look = Look(Task(
+        rows, breaks, low, high, low / 4, 2048, late_s, late_variance, trial_s, before, proved, HUMS_HZ, (), RATE, 0.0
+    ))  # fmt: skip
+    while not look.advance():
+        pass
+    return look
+
+
+@pytest.mark.parametrize(
+    "motion, options, verdict",
+    [
+        ("constant", {}, Verdict.UNDECIDED),
+        ("bent", {}, Verdict.FOUND),
+        ("bent", {"hum": 3.0}, Verdict.FOUND),
+        ("strokes", {"hum": 3.0}, Verdict.FOUND),
+        ("strokes", {"late_s": 0.006}, Verdict.FOUND),
+        ("bent", {"late_s": 0.003, "gauges": 2}, Verdict.FOUND),
+    ],
+)
+def test_a_finding_is_the_truth_within_its_sigma(motion, options, verdict):
+    late, hum, off, ratios, levels = options.get("late_s", 0.0), options.get("hum", 0.0), [], [], []
+    for seed in range(8):
+        rows, breaks = window(motion, seed, **options)
+        found = looked(rows, breaks, late_variance=1e-4 if late else 0.0).finding
+        assert found.verdict == verdict
+        off.append(found.wavenumber * TRUE_MM - 1)
+        ratios.append((found.wavenumber - 1 / TRUE_MM) / found.sigma)
+        levels.append(found.noise)
+        assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1) and abs(found.kept - 1) < 4 * found.kept_sigma
+        assert 0 < found.kept_sigma < 0.15 and found.late_s == pytest.approx(late, abs=5e-4)
+        places = [wavelength for wavelength, *_ in found.lines]
+        assert min(abs(one / TRUE_MM - 1) for one in places) < 0.01
+    assert np.abs(off).max() < 1e-3
+    # Hum is taken out as well as it is known.
+    if not hum:
+        assert 0.25 < np.sqrt(np.mean(np.square(ratios))) < 2.0
+        assert np.mean(levels, axis=0) == pytest.approx(NOISE**2, rel=0.5)
+        last = COUNT - (breaks[-1] if breaks else 0)
+        exact = np.sqrt(2 * np.array(found.noise) / (np.abs(found.amplitude) ** 2 * last)) / (2 * np.pi)
+        assert found.phase_sigma == pytest.approx(exact.tolist(), rel=0.02)
+    else:
+        assert found.hums_Hz == () or min(abs(one - 50) for one in found.hums_Hz) < 1.0
+    assert found.extent == pytest.approx(np.ptp(rows[:, 1]), rel=0.02)
+    if len(found.phase) > 1:
+        apart = (found.phase[0] - found.phase[1]) % 1
+        assert apart == pytest.approx(APART_MM / TRUE_MM, abs=0.01)
+
+
+def test_noise_alone_is_nothing():
+    verdicts = [looked(*window("bent", seed, harmonics=())).finding.verdict for seed in range(25)]
+    assert verdicts == [Verdict.NOTHING] * 25
+
+
+@pytest.mark.parametrize(
+    "motion, options, task, verdict",
+    [
+        ("constant", {"wavelength": 1.92}, {}, Verdict.TIME_LOCKED),
+        ("constant", {"wavelength": 1.92 / 2.4}, {}, Verdict.TIME_LOCKED),
+        ("bent", {}, {"high": 1.2}, Verdict.OUT_OF_RANGE),
+    ],
+)
+def test_what_is_not_the_surface_s_or_not_asked_for_is_refused(motion, options, task, verdict):
+    for seed in range(4):
+        assert looked(*window(motion, seed, **options), **task).finding.verdict == verdict
+
+
+@pytest.mark.parametrize("motion", ["bent", "strokes"])
+@pytest.mark.parametrize("options", [{"harmonics": (), "hum": 3.0}, {"wavelength": 7.0}])
+def test_hum_and_what_is_too_long_are_never_found(motion, options):
+    for seed in range(4):
+        found = looked(*window(motion, seed, **options)).finding
+        assert found.verdict not in (Verdict.FOUND, Verdict.UNDECIDED)
+        assert "hum" not in options or found.hums_Hz == pytest.approx((50.0,), abs=0.5)
+
+
+def test_a_wave_whose_phase_wanders_is_incoherent():
+    rows, breaks = window("bent", 0, harmonics=())
+    wander = 0.8 * np.cumsum(np.random.default_rng(1).standard_normal(COUNT)) / 10
+    rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
+    assert looked(rows, breaks).finding.verdict in (Verdict.INCOHERENT, Verdict.NOTHING)
+    rows[:, 3] -= np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
+    rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + 0.02 * wander))
+    assert looked(rows, breaks).finding.verdict == Verdict.FOUND
+
+
+def test_the_newest_periods_tell_that_the_line_is_gone():
+    rows, breaks = window("bent", 0)
+    gone = rows[:, 1] > rows[-1, 1] - 3 * TRUE_MM
+    rows[gone, 3] = NOISE * np.random.default_rng(5).standard_normal(gone.sum())
+    found = looked(rows, breaks).finding
+    assert found.kept + 3 * found.kept_sigma < 0.5 and found.verdict == Verdict.FOUND
+    rows, breaks = window("bent", 0)
+    rows[:, 3] *= np.where(rows[:, 1] > rows[-1, 1] - 17 * TRUE_MM, 0.6, 1.0)
+    found = looked(rows, breaks).finding
+    assert found.kept == pytest.approx(0.6 / np.abs(found.amplitude[0]), abs=4 * found.kept_sigma)
+
+
+def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
+    rows, breaks = window("strokes", 0, late_s=0.008)
+    scores = {trial: looked(rows, breaks, late_variance=1e-4, trial_s=trial) for trial in (-0.004, 0.0, 0.008, 0.02)}
+    sharp = {trial: look.trial for trial, look in scores.items()}
+    assert max(sharp, key=sharp.get) == 0.008 and sharp[0.008] > 1.3 * sharp[0.0]
+    assert sharp[0.0] == pytest.approx(scores[0.0].finding.score, rel=0.01)
+
+
+def test_what_was_known_is_gone_on_from_and_helps_a_faint_line():
+    seen = {proved: 0 for proved in (0.0, 1 / TRUE_MM)}
+    for seed in range(12):
+        for proved in seen:
+            found = looked(*window("bent", seed, harmonics=(0.08,)), proved=proved).finding
+            seen[proved] += found.verdict == Verdict.FOUND and abs(found.wavenumber * TRUE_MM - 1) < 0.02
+    assert seen[1 / TRUE_MM] >= seen[0.0] > 3
+    rows, breaks = window("bent", 0)
+    plain, known = (looked(rows, breaks, before=before).finding for before in (0.0, 1 / TRUE_MM + 1e-4))
+    assert known.wavenumber == pytest.approx(plain.wavenumber, abs=0.3 * plain.sigma)
