@@ -26,6 +26,8 @@ BEYOND = 4.0
 """The spectrum reaches to wavenumbers so many times higher than those searched, where the log shows them: a line that
 is also a harmonic, or a background, is seen there."""
 
+LEAST = 1e-100
+"""No reading changes by less; the square's square of more is not zero."""
 LONGEST_GRID = 2**19
 """Points of the grid of a spectrum above which `latest_stretch` shortens a log: 4 million padded points a channel."""
 
@@ -123,7 +125,7 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
 
     Raises `InputError` for no movement and an unusable range.
     """
-    position = np.asarray(position_mm, float)
+    position = checks.believable(np.asarray(position_mm, float))
     rows = np.flatnonzero(np.isfinite(position))
     known = position[rows]
     if known.size < 2:
@@ -136,9 +138,9 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
 
 
 def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
-    """Positions and readings (n, c) of finite rows and changing channels; how many rows were left out, and the numbers
-    (c,) of the channels."""
-    position, table = np.asarray(position_mm, float), np.asarray(readings, float)
+    """Positions and readings (n, c) of rows that a sensor may give, and of changing channels; how many rows were left
+    out, and the numbers (c,) of the channels."""
+    position, table = (checks.believable(np.asarray(own, float)) for own in (position_mm, readings))
     table = table[:, None] if table.ndim == 1 else table
     if position.ndim != 1 or table.ndim != 2 or len(table) != len(position):
         raise InputError(f"position_mm (n,) and readings (n, channels) do not fit: {position.shape}, {table.shape}")
@@ -148,7 +150,7 @@ def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarr
     if rows.sum() < 16:
         raise InputError(f"a spectrum needs 16 rows with a position and finite readings, got {int(rows.sum())}")
     kept = table[np.ix_(rows, alive)]
-    changing = np.ptp(kept, axis=0) > 0
+    changing = np.ptp(kept, axis=0) > LEAST
     if not changing.any():
         raise InputError("no channel has changing, finite readings")
     return position[rows], kept[:, changing], int((~rows).sum()), np.flatnonzero(alive)[changing]

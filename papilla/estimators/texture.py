@@ -53,15 +53,21 @@ class Features:
 
     def of(self, position_mm, readings) -> np.ndarray:
         """(windows, bands x channels) features of a run: position (n,) and readings (n, channels); rows that are not
-        finite, and rests, are left out.
+        finite, or no sensor gives, and rests, are left out; a window has no gap over half of the shortest wavelength.
 
         Raises `InputError` for a run without a whole window, and for steps too long for the shortest wavelength.
         """
-        place, rows = np.asarray(position_mm, float), np.asarray(readings, float)
+        place, rows = (checks.believable(np.asarray(own, float)) for own in (position_mm, readings))
         if rows.ndim != 2 or place.shape != rows.shape[:1]:
             raise InputError(f"readings (n, channels) must fit position (n,), got {rows.shape} and {place.shape}")
         good = np.isfinite(place) & np.isfinite(rows).all(axis=1)
-        found = [own for part in _strokes(place[good]) for own in self._windows(place[good][part], rows[good][part])]
+        place, rows, widest = place[good], rows[good], self.shortest_mm / 2
+        steps = np.abs(np.diff(place))
+        if steps.any() and (usual := float(np.median(steps[steps > 0]))) > widest:
+            raise InputError(
+                f"samples are {usual:.3g} mm apart: wavelengths of {self.shortest_mm:g} mm need half of that at most"
+            )
+        found = [own for part in _strokes(place, widest) for own in self._windows(place[part], rows[part])]
         if not found:
             raise InputError(f"the run has no stroke of {self.window_mm:g} mm")
         return np.array(found)
@@ -72,11 +78,6 @@ class Features:
         even = np.arange(place[0], place[-1], step)
         if len(even) < length:
             return []
-        widest = float(np.median(np.diff(place)))
-        if widest > self.shortest_mm / 2:
-            raise InputError(
-                f"samples are {widest:.3g} mm apart: wavelengths of {self.shortest_mm:g} mm need half of that at most"
-            )
         if rows.shape[1] > 2:
             rows = rows - rows.mean(axis=1, keepdims=True)
         spaced = np.column_stack([np.interp(even, place, column) for column in rows.T])
@@ -94,11 +95,13 @@ class Features:
         return (levels if self.levels else levels - levels.mean()).T.ravel()
 
 
-def _strokes(place: np.ndarray) -> list[np.ndarray]:
-    """Indices of the samples of each movement one way, made to rise; samples without progress are left out."""
-    steps = np.sign(np.diff(place))
+def _strokes(place: np.ndarray, widest: float) -> list[np.ndarray]:
+    """Indices of the samples of each movement one way without a step over `widest`, made to rise; samples without
+    progress are left out."""
+    steps = np.diff(place)
     moving = np.flatnonzero(steps)
-    parts = np.split(moving, np.flatnonzero(np.diff(steps[moving])) + 1)
+    breaks = (np.diff(np.sign(steps[moving])) != 0) | (np.abs(steps[moving[:-1]]) > widest)
+    parts = np.split(moving, np.flatnonzero(breaks) + 1)
     return [part if steps[part[0]] > 0 else part[::-1] for part in parts if len(part)]
 
 

@@ -281,3 +281,17 @@ def test_lags_scatter_as_their_sigma_says(noise, wander_mm):
         found = channel_lags(position, channels + noise * rng.standard_normal((700, 2)), 4.0)
         off.append((abs(found.lag_mm).max() - 0.6) / found.sigma_mm.max())
     assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.5
+
+
+@pytest.mark.parametrize("size", [1e-160, 1e-60, 1e300])
+def test_numbers_that_no_sensor_gives_are_left_out_or_refused(size):
+    position, rng = np.arange(800) * 0.1, np.random.default_rng(0)
+    readings = np.sin(2 * np.pi * position / 1.7)[:, None] + rng.normal(0, 0.2, (800, 2))
+    if size == 1e-60:
+        assert find_lines(position, size * readings).lines[0].wavelength_mm == pytest.approx(1.7, rel=1e-3)
+        return
+    with pytest.raises(InputError, match="finite readings"):
+        find_lines(position, size * readings)
+    readings[50:60, 0], position[70] = 1e300, 1e300
+    assert find_lines(position, readings).unused_samples == 11
+    assert latest_stretch(position) == 0

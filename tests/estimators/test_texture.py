@@ -123,3 +123,16 @@ def test_a_window_a_run_is_too_few_and_one_more_of_some_label_is_enough():
         train(few, features=how)
     model = train([*few, *(("fine", speed, *run(1.2, float(speed), 90)) for speed in ("30", "60"))], features=how)
     assert model.labels == ("coarse", "fine") and set(model.accuracy) == {"linear discriminant", "nearest neighbours"}
+
+
+def test_a_gap_is_not_bridged_and_what_no_sensor_gives_is_left_out():
+    """360 mm in windows of 30 mm; after 75 mm the finger is lifted over 7 mm, and a new window begins behind them."""
+    place, readings = run(2.5, 60.0, 5)
+    whole = HOW.of(place, readings)
+    lifted = place + np.where(place > 75.0, 7.0, 0.0)
+    parted = HOW.of(lifted, readings)
+    behind = HOW.of(place[place > 75.0], readings[place > 75.0])
+    np.testing.assert_allclose(parted, np.concatenate([whole[:2], behind]), rtol=1e-9)
+    spoilt, wild = readings.copy(), place.copy()
+    spoilt[5000, 1], wild[5500] = 1e300, -1e15
+    np.testing.assert_array_equal(HOW.of(wild, spoilt)[:9], whole[:9])
