@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.tracking.look import Look, Verdict
+from papilla.estimators.tracking.finding import Verdict
+from papilla.estimators.tracking.look import Look, sharpness
 from papilla.estimators.tracking.rivals import Task
+from papilla.estimators.tracking.spectrum import whole
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
 PLACES = {
@@ -28,13 +30,15 @@ def window(motion, seed, *, wavelength=TRUE_MM, late_s=0.0, hum=0.0, gauges=1, h
     return np.column_stack([time, told - told[0], np.ones(COUNT), readings]), tuple(map(int, breaks))
 
 
-def looked(rows, breaks, *, low=0.4, high=6.0, late_s=0.0, late_variance=0.0, trial_s=np.nan, before=0.0, proved=0.0):
-    look = Look(Task(
-        rows, breaks, low, high, low / 4, 2048, late_s, late_variance, trial_s, before, proved, HUMS_HZ, (), RATE, 0.0
-    ))  # fmt: skip
-    while not look.advance():
-        pass
-    return look
+def task_of(rows, breaks, *, low=0.4, high=6.0, late_variance=0.0, before=0.0, proved=0.0):
+    return Task(
+        rows=rows, breaks=breaks, low=low, high=high, step=low / 4, size=2048, late_s=0.0, late_variance=late_variance,
+        before=before, proved=proved, hums_Hz=HUMS_HZ, known_hums_Hz=(), rate_Hz=RATE, ridge_pitch_mm=0.0,
+    )  # fmt: skip
+
+
+def looked(rows, breaks, **known):
+    return whole(Look(task_of(rows, breaks, **known)).run())
 
 
 @pytest.mark.parametrize(
@@ -52,7 +56,7 @@ def test_a_finding_is_the_truth_within_its_sigma(motion, options, verdict):
     late, hum, off, ratios, levels = options.get("late_s", 0.0), options.get("hum", 0.0), [], [], []
     for seed in range(8):
         rows, breaks = window(motion, seed, **options)
-        found = looked(rows, breaks, late_variance=1e-4 if late else 0.0).finding
+        found = looked(rows, breaks, late_variance=1e-4 if late else 0.0)
         assert found.verdict == verdict
         off.append(found.wavenumber * TRUE_MM - 1)
         ratios.append((found.wavenumber - 1 / TRUE_MM) / found.sigma)
@@ -78,7 +82,7 @@ def test_a_finding_is_the_truth_within_its_sigma(motion, options, verdict):
 
 
 def test_noise_alone_is_nothing():
-    verdicts = [looked(*window("bent", seed, harmonics=())).finding.verdict for seed in range(25)]
+    verdicts = [looked(*window("bent", seed, harmonics=())).verdict for seed in range(25)]
     assert verdicts == [Verdict.NOTHING] * 25
 
 
@@ -92,14 +96,14 @@ def test_noise_alone_is_nothing():
 )
 def test_what_is_not_the_surface_s_or_not_asked_for_is_refused(motion, options, task, verdict):
     for seed in range(4):
-        assert looked(*window(motion, seed, **options), **task).finding.verdict == verdict
+        assert looked(*window(motion, seed, **options), **task).verdict == verdict
 
 
 @pytest.mark.parametrize("motion", ["bent", "strokes"])
 @pytest.mark.parametrize("options", [{"harmonics": (), "hum": 3.0}, {"wavelength": 7.0}])
 def test_hum_and_what_is_too_long_are_never_found(motion, options):
     for seed in range(4):
-        found = looked(*window(motion, seed, **options)).finding
+        found = looked(*window(motion, seed, **options))
         assert found.verdict not in (Verdict.FOUND, Verdict.UNDECIDED)
         assert "hum" not in options or found.hums_Hz == pytest.approx((50.0,), abs=0.5)
 
@@ -108,39 +112,38 @@ def test_a_wave_whose_phase_wanders_is_incoherent():
     rows, breaks = window("bent", 0, harmonics=())
     wander = 0.8 * np.cumsum(np.random.default_rng(1).standard_normal(COUNT)) / 10
     rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
-    assert looked(rows, breaks).finding.verdict in (Verdict.INCOHERENT, Verdict.NOTHING)
+    assert looked(rows, breaks).verdict in (Verdict.INCOHERENT, Verdict.NOTHING)
     rows[:, 3] -= np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
     rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + 0.02 * wander))
-    assert looked(rows, breaks).finding.verdict == Verdict.FOUND
+    assert looked(rows, breaks).verdict == Verdict.FOUND
 
 
 def test_the_newest_periods_tell_that_the_line_is_gone():
     rows, breaks = window("bent", 0)
     gone = rows[:, 1] > rows[-1, 1] - 3 * TRUE_MM
     rows[gone, 3] = NOISE * np.random.default_rng(5).standard_normal(gone.sum())
-    found = looked(rows, breaks).finding
+    found = looked(rows, breaks)
     assert found.kept + 3 * found.kept_sigma < 0.5 and found.verdict == Verdict.FOUND
     rows, breaks = window("bent", 0)
     rows[:, 3] *= np.where(rows[:, 1] > rows[-1, 1] - 17 * TRUE_MM, 0.6, 1.0)
-    found = looked(rows, breaks).finding
+    found = looked(rows, breaks)
     assert found.kept == pytest.approx(0.6 / np.abs(found.amplitude[0]), abs=4 * found.kept_sigma)
 
 
 def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
-    rows, breaks = window("strokes", 0, late_s=0.008)
-    scores = {trial: looked(rows, breaks, late_variance=1e-4, trial_s=trial) for trial in (-0.004, 0.0, 0.008, 0.02)}
-    sharp = {trial: look.trial for trial, look in scores.items()}
+    task = task_of(*window("strokes", 0, late_s=0.008))
+    sharp = {late: whole(sharpness(task, late)) for late in (-0.004, 0.0, 0.008, 0.02)}
     assert max(sharp, key=sharp.get) == 0.008 and sharp[0.008] > 1.3 * sharp[0.0]
-    assert sharp[0.0] == pytest.approx(scores[0.0].finding.score, rel=0.01)
+    assert sharp[0.0] == pytest.approx(looked(*window("strokes", 0, late_s=0.008)).score, rel=0.01)
 
 
 def test_what_was_known_is_gone_on_from_and_helps_a_faint_line():
     seen = {proved: 0 for proved in (0.0, 1 / TRUE_MM)}
     for seed in range(12):
         for proved in seen:
-            found = looked(*window("bent", seed, harmonics=(0.08,)), proved=proved).finding
+            found = looked(*window("bent", seed, harmonics=(0.08,)), proved=proved)
             seen[proved] += found.verdict == Verdict.FOUND and abs(found.wavenumber * TRUE_MM - 1) < 0.02
     assert seen[1 / TRUE_MM] >= seen[0.0] > 3
     rows, breaks = window("bent", 0)
-    plain, known = (looked(rows, breaks, before=before).finding for before in (0.0, 1 / TRUE_MM + 1e-4))
+    plain, known = (looked(rows, breaks, before=before) for before in (0.0, 1 / TRUE_MM + 1e-4))
     assert known.wavenumber == pytest.approx(plain.wavenumber, abs=0.3 * plain.sigma)

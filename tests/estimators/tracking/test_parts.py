@@ -8,7 +8,7 @@ from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.estimators.tracking.fundamental import fundamental_of
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import silenced
-from papilla.estimators.tracking.spectrum import Line, slope, spectrum_of, strokes_of
+from papilla.estimators.tracking.spectrum import Line, middle, share_of, slope, spectrum_of, strokes_of, whole
 
 
 @pytest.fixture(scope="module")
@@ -27,9 +27,19 @@ def test_the_slope_is_that_of_numpy():
     np.testing.assert_allclose(slope(values[:2]), np.gradient(values[:2]), rtol=1e-12)
 
 
+def test_middles_and_shares_are_those_of_numpy():
+    values = np.random.default_rng(6).normal(size=41)
+    for count in (1, 2, 7, 40, 41):
+        assert middle(values[:count]) == pytest.approx(np.median(values[:count]), rel=1e-12)
+        for share in (0.0, 0.3, 0.95, 1.0):
+            lower = np.quantile(values[:count], share, method="lower")
+            assert share_of(values[:count], share) == lower
+    assert middle(values[:0]) == 0.0
+
+
 def test_a_stroke_is_tapered_by_path_and_has_no_trend(uneven):
     place, readings = uneven
-    strokes = strokes_of(place, readings, np.array([0, 180, 300]))
+    strokes = whole(strokes_of(place, readings, np.array([0, 180, 300])))
     for first, last in ((0, 180), (180, 300)):
         x, rows = place[first:last], slice(first, last)
         at = (x - x[0]) / (x[-1] - x[0])
@@ -49,8 +59,8 @@ def test_a_stroke_is_tapered_by_path_and_has_no_trend(uneven):
 
 def test_a_spectrum_is_the_sum_of_strokes_and_gauges_over_their_own_level(uneven):
     place, readings = uneven
-    strokes, step, size = strokes_of(place, readings, np.array([0, 180, 300])), 0.025, 4096
-    found = spectrum_of(strokes, step, size)
+    strokes, step, size = whole(strokes_of(place, readings, np.array([0, 180, 300]))), 0.025, 4096
+    found = whole(spectrum_of(strokes, step, size))
     k = np.arange(1, 400) / (size * step)
     power = np.zeros((2, len(k)))
     for rows in (slice(0, 180), slice(180, 300)):
@@ -107,11 +117,11 @@ def wave(wavenumber, noise, seed, turn=None, gauges=1):
 def fitted(place, readings, stroke, wavenumber, noise):
     spread = np.full((2, readings.shape[1]), noise**2)
     ones = np.ones(len(place))
-    phases = phases_of(
+    phases = whole(phases_of(
         wavenumber * place, place[:, None] - place[-1], np.abs(np.gradient(place)), ones, readings,
         np.ones_like(readings, bool), stroke, spread,
-    )  # fmt: skip
-    return phases, regressed(phases, np.array([1e-12]), np.zeros(1))
+    ))  # fmt: skip
+    return phases, whole(regressed(phases, np.array([1e-12]), np.zeros(1)))
 
 
 @pytest.mark.parametrize("turn, gauges", [(None, 1), (None, 2), (30.0, 1)])
@@ -145,14 +155,14 @@ def test_a_line_over_time_is_taken_out_and_the_surface_is_left():
     place = 80 * time + 6 * time**2
     surface = np.cos(2 * np.pi * 0.5 * place) + 0.3 * np.cos(2 * np.pi * 1.0 * place + 1)
     hum = 2 * np.sin(2 * np.pi * 61.0 * time)
-    strokes = strokes_of(place, np.column_stack([surface + hum, 0.1 * surface - hum]), np.array([0, 900]))
-    alone = strokes_of(place, np.column_stack([surface, 0.1 * surface]), np.array([0, 900]))
+    strokes = whole(strokes_of(place, np.column_stack([surface + hum, 0.1 * surface - hum]), np.array([0, 900])))
+    alone = whole(strokes_of(place, np.column_stack([surface, 0.1 * surface]), np.array([0, 900])))
     lines = [Line(61.0, 100.0, 1.0, 0.0, 0), Line(117.0, 100.0, 0.9, 0.0, 0)]
-    for cleaned in (silenced(strokes, time, lines, 0.5), silenced(strokes, time, lines[:1])):
+    for cleaned in (whole(silenced(strokes, time, lines, 0.5)), whole(silenced(strokes, time, lines[:1]))):
         inner = slice(100, 800)
         rest = cleaned.readings[inner] - alone.readings[inner]
         assert np.abs(rest).max() < 0.2 and np.abs(hum).max() > 1.9
-    untouched = silenced(strokes, time, [], 0.5)
+    untouched = whole(silenced(strokes, time, [], 0.5))
     np.testing.assert_array_equal(untouched.readings, strokes.readings)
 
 
@@ -202,18 +212,18 @@ def line(wavenumber, amplitude, ratio=1000.0):
     ],
 )
 def test_the_fundamental_is_what_the_lines_are_harmonics_of(others, fundamental, sure):
-    assert fundamental_of(line(1.0, 1.0), others, 0.0025, lambda one: True, False) == (fundamental, sure)
+    assert fundamental_of(line(1.0, 1.0), others, 0.0025, others, False) == (fundamental, sure)
     # What may be another's, as the mains', proves nothing.
-    assert fundamental_of(line(1.0, 1.0), others, 0.0025, lambda one: False, False)[0] == 1.0
+    assert fundamental_of(line(1.0, 1.0), others, 0.0025, [], False)[0] == 1.0
 
 
 def test_without_a_wavelength_only_the_loudest_lines_over_time_are_taken_out():
     time = np.arange(900) / 1000
     place = 80 * time + 6 * time**2
     readings = (2 * np.sin(2 * np.pi * 61.0 * time) + 0.3 * np.cos(2 * np.pi * 0.9 * place))[:, None]
-    strokes = strokes_of(place, readings, np.array([0, 900]))
+    strokes = whole(strokes_of(place, readings, np.array([0, 900])))
     loud, faint = Line(61.0, 100.0, 1.0, 0.0, 0), Line(117.0, 100.0, 0.3, 0.0, 0)
-    both, one = silenced(strokes, time, [loud, faint]), silenced(strokes, time, [loud])
+    both, one = whole(silenced(strokes, time, [loud, faint])), whole(silenced(strokes, time, [loud]))
     np.testing.assert_array_equal(both.readings, one.readings)
     assert np.std(one.readings) < 0.2 * np.std(strokes.readings)
 
