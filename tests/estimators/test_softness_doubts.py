@@ -182,8 +182,8 @@ def test_slots_of_samples_tell_what_every_sample_by_itself_does(calibration, fiv
         own = kind(calibration if kind is Softness else five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
         if single:
             own._fitter.slot = lambda belief: 1
-        fit, made = own._fitter.fit, []
-        own._fitter.fit = lambda *of, fit=fit, made=made: made.append(1) or fit(*of)
+        fit, made = own._fitter.learn, []
+        own._fitter.learn = lambda *of, fit=fit, made=made: made.append(1) or fit(*of)
         found = []
         for row in rows:
             answer = own.update(row)

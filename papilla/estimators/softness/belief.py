@@ -35,12 +35,10 @@ class Tangent(NamedTuple):
     reach: tuple[tuple[float, float], ...]
     slack: tuple[float, ...]
 
-    def steps(self, y: np.ndarray, rows: np.ndarray, reach, usual: float) -> tuple[float, float] | None:
-        """Steps to a sample (c + 1,) of the channels `rows`; None where the tangent does not hold for it: other
-        channels, steps beyond `reach`, or a rest whose square is above the usual."""
-        if not same(rows, self.rows):
-            return None
-        force, place, *rest = (self.split @ y[rows] - self.origin).tolist()
+    def steps(self, y: np.ndarray, reach, usual: float) -> tuple[float, float] | None:
+        """Steps to a sample (c + 1,); None where the tangent does not hold for it: steps beyond `reach`, or a rest
+        whose square is above the usual."""
+        force, place, *rest = (self.split @ y[self.rows] - self.origin).tolist()
         (low, high), (left, right) = reach
         within = low <= force <= high and left <= place <= right
         return (force, place) if within and sum([one * one for one in rest]) <= usual else None
@@ -55,13 +53,13 @@ class Belief(NamedTuple):
     """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; node: where slopes (c + 1, m) are
     taken; offset: by how much ln force and place of the filter differ from those of noise alone.
 
-    Of noise alone: ln_force, place_mm: of the last slot; tangent: what samples near it read; information, score,
+    Of noise alone: ln_force, place_mm: of the last slot; linear: what samples near it read; information, score,
     square: for h - anchor; freedom: degrees of freedom of `square`; samples: how many were learnt.
     """
 
     mean: np.ndarray
     covariance: np.ndarray
-    tangent: Tangent | None = None
+    linear: Linear | None = None
     node: Linear | None = None
     offset: tuple[float, float] = (0.0, 0.0)
     place_sigma_mm: float = 0.0
@@ -108,22 +106,9 @@ def share_of(weighted: np.ndarray, precision: np.ndarray, at: np.ndarray) -> np.
     return (own * np.linalg.solve(precision[:, at[:, None], at], own[..., None])[..., 0]).sum(axis=1)
 
 
-class Fit(NamedTuple):
-    """A mean of samples against a belief: first and last linearisation's contrast, the belief with its node there, P H'
-    at it, ln force and place, and the standard deviation of that."""
-
-    first: Contrast
-    last: Contrast
-    belief: Belief
-    PH: np.ndarray
-    ln_force: float
-    place_mm: float
-    place_sigma_mm: float
-
-
 class Alone(NamedTuple):
     """A mean of `samples` with which nothing is wrong but noise: information, score and square of h - anchor, the
-    square at the best h so far, degrees of freedom, ln force and place, and the tangent there."""
+    square at the best h so far, degrees of freedom, ln force and place, and the linearisation that told it."""
 
     information: float
     score: float
@@ -133,9 +118,4 @@ class Alone(NamedTuple):
     ln_force: float
     place_mm: float
     samples: int
-    tangent: Tangent
-
-
-def same(rows: np.ndarray, others: np.ndarray) -> bool:
-    """Whether two lists of channels are the same: nearly always they are the same object."""
-    return rows is others or np.array_equal(rows, others)
+    linear: Linear

@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.estimators.softness.belief import BENT_PLACE, Alone, Belief, Contrast, Fit, Linear, Tangent, same
+from papilla.estimators.softness.belief import BENT_PLACE, Alone, Belief, Contrast, Linear, Tangent
 from papilla.estimators.softness.doubts import SHIFT_POWER, Doubts
 from papilla.estimators.softness.surfaces import distance_curve
 from papilla.specimen import THICKNESS_MM
@@ -194,11 +194,9 @@ class Fitter:
     def alone(self, y: np.ndarray, rows: np.ndarray, belief: Belief, count: int = 1) -> Alone:
         """What a mean (c + 1,) of `count` samples of the channels `rows` says if noise is all that is wrong: its own
         force and place, and with these eliminated what it says of h."""
-        h, white, tangent = self.sharp(belief), (y * self.whiten)[rows], belief.tangent
-        greatest = float(np.abs(white).max())
-        if tangent is not None and not same(tangent.rows, rows):
-            tangent = None
-        linear = tangent.linear if tangent else self.linear(belief.ln_force, belief.place_mm, h)
+        h, white, near = self.sharp(belief), (y * self.whiten)[rows], belief.linear is not None
+        linear = belief.linear or self.linear(belief.ln_force, belief.place_mm, h)
+        greatest = float(np.abs(white).max()) * math.sqrt(count)
         table = np.empty((4, len(rows)))
         for _ in range(STEPS):
             table[0] = slope = linear.H[rows, 0]
@@ -209,33 +207,29 @@ class Fitter:
             det = ll * mm - lm * lm
             steps = (mm * rl - lm * rm) / det, (ll * rm - lm * rl) / det
             at, place = self.moved(linear, steps)
-            if self.bend(linear, at, place, h, 0.0) * greatest * math.sqrt(count) < (NEAR if tangent else BENT):
+            if self.bend(linear, at, place, h, 0.0) * greatest < (NEAR if near else BENT):
                 break
-            linear, tangent = self.linear(at, place, h), None
+            linear, near = self.linear(at, place, h), False
         to_l, to_m = (mm * al - lm * am) / det, (ll * am - lm * al) / det
         here = count * (rr - rl * steps[0] - rm * steps[1])
         information, score = count * (aa - to_l * al - to_m * am), count * (ar - to_l * rl - to_m * rm)
         away = h - belief.anchor
         square = here + away * (2 * score + away * information)
-        if tangent is None:
-            own = np.array(((mm, -lm), (-lm, ll))) / det
-            tangent = self._tangent(linear, rows, own, max(greatest, 1.0) ** -0.5)
         freedom = len(rows) - 1 - self.anywhere
-        return Alone(information, score + away * information, square, here, freedom, at, place, count, tangent)
+        return Alone(information, score + away * information, square, here, freedom, at, place, count, linear)
 
-    def _tangent(self, linear: Linear, rows: np.ndarray, own: np.ndarray, bent: float) -> Tangent:
-        """The tangent at a linearisation; own (2, 2) : covariance of a sample's ln force and place in their spreads;
-        bent : step of ln force that bends the readings by the noise of one."""
-        B, (force, place) = linear.B[:, rows], (self.spread * np.sqrt(own.diagonal())).tolist()
-        gain = own @ B
+    def tangent(self, linear: Linear, rows: np.ndarray) -> Tangent:
+        """What samples of some channels say near a linearisation."""
+        B, expected = linear.B[:, rows], linear.expected[rows]
+        own = np.linalg.inv(B @ B.T + np.eye(2) / SLOT)
+        gain, jitter = own @ B, self.spread * np.sqrt(own.diagonal())
         split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
-        slack = LEVEL**0.5 * bent + JITTER * force, LEVEL**0.5 * bent / BENT_PLACE + JITTER * place
+        bent = math.sqrt(LEVEL / max(float(np.abs(expected).max()), 1.0))
+        slack = bent + JITTER * float(jitter[0]), bent / BENT_PLACE + JITTER * float(jitter[1])
         (at, there, *_), beside = linear.at, self.surfaces.reach
-        limits = (self.low - at, self.high - at), (-beside - there, beside - there)
-        reach = tuple(
-            [(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in zip(slack, limits, strict=True)]
-        )
-        return Tangent(linear, rows, split * self.whiten[rows], split @ linear.expected[rows], reach, slack)
+        ends = zip(slack, ((self.low - at, self.high - at), (-beside - there, beside - there)), strict=True)
+        reach = tuple([(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in ends])
+        return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)
 
     def slot(self, belief: Belief) -> int:
         """How many samples are learnt together."""
@@ -250,15 +244,18 @@ class Fitter:
         weighted = precision @ innovation
         return Contrast(weighted, precision, rows, float(innovation @ weighted)), PH
 
-    def fit(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone | None = None) -> Fit:
-        """A mean (c + 1,) of samples against a belief, of the channels `rows`, linearised where `alone` has it; without
-        it a sample, where the last one lay."""
+    def learn(
+        self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone | None = None, keep: float = 1.0
+    ) -> tuple[Contrast, Belief]:
+        """What a mean (c + 1,) of samples of the channels `rows` says against a belief, and the belief with it; noise
+        alone learns what `alone` says, and of what it knew each sample leaves a share `keep`. Without `alone` it is a
+        sample that may be spoilt, and nothing is learnt from it: it is looked at where the last one lay.
+        """
         white, samples = (y * self.whiten)[rows], alone.samples if alone else 1
         h, thickness = min(max(float(belief.mean[0]), 0.0), self.top), float(belief.mean[1])
         at, place = (alone.ln_force, alone.place_mm) if alone else (belief.ln_force, belief.place_mm)
         at, place = at + belief.offset[0], place + belief.offset[1]
-        greatest, contrasts = float(np.abs(white).max()), []
-        linear = alone.tangent.linear if alone else None
+        linear, greatest, first = alone.linear if alone else None, float(np.abs(white).max()), None
         if linear is None or self.bend(linear, at, place, h, thickness) * greatest > NEAR:
             linear = self.linear(at, place, h, thickness)
         for _ in range(STEPS):
@@ -267,14 +264,38 @@ class Fitter:
             x[:2] -= linear.at[2:]
             innovation = white - linear.expected[rows] - linear.H[rows] @ x
             contrast, PH = self.weighed(rows, innovation, belief.node.H[rows], B, belief.covariance, samples)  # type: ignore[union-attr]
-            contrasts.append(contrast)
+            first = first or contrast
             at, place = self.moved(linear, (B @ contrast.weighted).tolist())
             if self.bend(linear, at, place, *linear.at[2:]) * greatest < BENT:
                 break
             linear = self.linear(at, place, h, thickness)
-        left = 1.0 - float(B[1] @ contrast.precision @ B[1])
-        sigma = self.surfaces.reach * math.sqrt(max(left, 0.0))
-        return Fit(contrasts[0], contrast, belief, PH, at, place, sigma)
+        if alone is None:
+            return first, belief  # type: ignore[return-value]
+        place_sigma = self.surfaces.reach * math.sqrt(max(samples * (1 - float(B[1] @ contrast.precision @ B[1])), 0.0))
+        mean, covariance = self._corrected(belief, PH, contrast, samples, keep)
+        kept = keep**samples
+        return first, Belief(  # type: ignore[return-value]
+            mean, covariance, alone.linear, belief.node, (at - alone.ln_force, place - alone.place_mm), place_sigma,
+            alone.ln_force, alone.place_mm, belief.anchor,
+            information=kept * belief.information + alone.information,
+            score=kept * belief.score + alone.score,
+            square=kept * belief.square + alone.square,
+            freedom=kept * belief.freedom + alone.own,
+            samples=kept * belief.samples + samples,
+        )  # fmt: skip
+
+    def _corrected(
+        self, belief: Belief, PH: np.ndarray, contrast: Contrast, samples: int, keep: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and covariance of x after a Kalman correction, and after the time of its samples has passed."""
+        faded = self._faded_by(samples)
+        covariance = belief.covariance - PH @ contrast.precision @ PH.T
+        covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
+        covariance.flat[:: self.size + 1] += 1 - faded * faded
+        if keep < 1.0:
+            covariance[0] /= keep ** (0.25 * samples)
+            covariance[:, 0] /= keep ** (0.25 * samples)
+        return faded * (belief.mean + PH @ contrast.weighted), covariance
 
     def sharp(self, belief: Belief) -> float:
         """h of noise alone; that of the start before the first sample."""
@@ -292,34 +313,6 @@ class Fitter:
         if belief.node is not None:
             covariance.flat[self._drifting] += DRIFT**2
         return belief._replace(node=linear, covariance=covariance)
-
-    def learnt(self, fit: Fit, alone: Alone, keep: float = 1.0) -> Belief:
-        """The belief after the filter has learnt a fit of it, and noise alone what `alone` says, of which each sample
-        leaves a share `keep`."""
-        belief, kept, faded = fit.belief, keep**alone.samples, self._faded_by(alone.samples)
-        gain = fit.PH @ fit.last.precision
-        covariance = belief.covariance - gain @ fit.PH.T
-        covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
-        covariance.flat[:: self.size + 1] += 1 - faded * faded
-        if keep < 1.0:
-            covariance[0] /= keep ** (0.25 * alone.samples)
-            covariance[:, 0] /= keep ** (0.25 * alone.samples)
-        return Belief(
-            mean=faded * (belief.mean + fit.PH @ fit.last.weighted),
-            covariance=covariance,
-            tangent=alone.tangent,
-            node=belief.node,
-            offset=(fit.ln_force - alone.ln_force, fit.place_mm - alone.place_mm),
-            place_sigma_mm=fit.place_sigma_mm * math.sqrt(alone.samples),
-            ln_force=alone.ln_force,
-            place_mm=alone.place_mm,
-            anchor=belief.anchor,
-            information=kept * belief.information + alone.information,
-            score=kept * belief.score + alone.score,
-            square=kept * belief.square + alone.square,
-            freedom=kept * belief.freedom + alone.own,
-            samples=kept * belief.samples + alone.samples,
-        )
 
     def estimate(self, belief: Belief) -> tuple[float, float]:
         """h and its standard deviation."""

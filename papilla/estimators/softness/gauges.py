@@ -141,7 +141,7 @@ class GaugeSoftness(Touch):
         fitter, rows = self._fitter, self._of(faults)
         alone = fitter.alone(y, rows, belief, count)
         if alone.here > belief.usual:
-            contrast = fitter.fit(y, rows, belief).first
+            contrast, _ = fitter.learn(y, rows, belief)
             if contrast.misfit > LIMIT:
                 return self._contradict(y, rows, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)
@@ -175,7 +175,7 @@ class GaugeSoftness(Touch):
             if blame is not None:
                 faults, rows = self._left_out(y, faults, blame, belief)
                 alone = self._fitter.alone(y, rows, belief)
-                if self._fitter.fit(y, rows, belief, alone).first.misfit < LIMIT:
+                if self._fitter.learn(y, rows, belief, alone)[0].misfit < LIMIT:
                     return self._learn(y, rows, faults, belief, alone)
             elif anew.misfit < LIMIT:
                 self._note(contradicted=self._state.contradicted + DOUBTED)
@@ -238,7 +238,7 @@ class GaugeSoftness(Touch):
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, int]:
         """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
-        rest, variance = self._fitter.fit(y, rows, belief).first.expected(*blamed)
+        rest, variance = self._fitter.learn(y, rows, belief)[0].expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
         expected, limit = y[list(blamed)] - rest * scale, FITS * variance * scale**2
 
@@ -260,10 +260,10 @@ class GaugeSoftness(Touch):
             self._watch_returning(y, rows, belief, alone)
         if outside := self._outside(alone):
             return self._refused(outside, faults)
-        fit = self._learnt(y, rows, belief, alone)
-        if fit.first.misfit > LIMIT and belief.samples:
+        contrast = self._learnt(y, rows, belief, alone)
+        if contrast.misfit > LIMIT and belief.samples:
             self._note(belief=belief)
-            return self._contradict(y, rows, faults, belief, fit.first)
+            return self._contradict(y, rows, faults, belief, contrast)
         self._trusted(alone.samples)
         return self._answer(alone.ln_force, alone.place_mm, faults)
 
@@ -284,7 +284,7 @@ class GaugeSoftness(Touch):
         for channel, fault in enumerate(faults):
             if fault and math.isfinite(y[channel]):
                 whole = np.sort(np.append(rows, channel))
-                rest, variance = self._fitter.fit(y, whole, belief, alone).first.expected(channel)
+                rest, variance = self._fitter.learn(y, whole, belief, alone)[0].expected(channel)
                 returning[channel] = (
                     returning[channel] + alone.samples if rest[0] ** 2 < FITS_AGAIN * variance[0] else 0
                 )

@@ -10,7 +10,7 @@ from papilla import checks
 from papilla.calibration import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import GaugeHealth, HealthState, numbered
-from papilla.estimators.softness.belief import Alone, Belief, Fit
+from papilla.estimators.softness.belief import Alone, Belief, Contrast, Tangent
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.start import Start
 from papilla.estimators.stream import Stream
@@ -123,6 +123,7 @@ class Touch(Stream):
         self._health.state, self._state, self._light = memory.health, memory, memory.light
         self._slot = memory.slot
         self._told: Told | None = None
+        self._tangent: Tangent | None = None
 
     def _note(self, **changes) -> None:
         """Remember what has changed."""
@@ -195,11 +196,11 @@ class Touch(Stream):
         if belief is None:
             self._slot = None
             return self._begin(y, faults)
-        tangent, size = belief.tangent, self._fitter.slot(belief)
-        steps = None
-        if size > 1 and tangent is not None and (slot is None or slot.faults == faults):
-            steps = tangent.steps(y, self._of(faults), slot.reach if slot else tangent.reach, belief.usual)
-        if steps is None or tangent is None:
+        size, steps = self._fitter.slot(belief), None
+        if size > 1 and (slot is None or slot.faults == faults):
+            tangent = self._near(belief, self._of(faults))
+            steps = tangent.steps(y, slot.reach if slot else tangent.reach, belief.usual)
+        if steps is None:
             if slot is None:
                 return self._follow(y, faults, belief, 1)
             self._close(slot, belief)
@@ -214,16 +215,24 @@ class Touch(Stream):
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
 
+    def _near(self, belief: Belief, rows: np.ndarray) -> Tangent:
+        """The tangent of a touch, for these channels."""
+        known = self._tangent
+        if known is None or known.linear is not belief.linear or known.rows is not rows:
+            assert belief.linear is not None
+            self._tangent = known = self._fitter.tangent(belief.linear, rows)
+        return known
+
     def _close(self, slot: Slot, belief: Belief):
         """Learn what waits in a slot."""
         self._slot = None
         return self._follow(slot.total / slot.samples, slot.faults, belief, slot.samples)
 
-    def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Fit:
-        """Learn a mean of samples; what the filter made of it."""
-        fit = self._fitter.fit(y, rows, belief, alone)
-        self._note(belief=self._fitter.learnt(fit, alone, keep))
-        return fit
+    def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Contrast:
+        """Learn a mean of samples; what it says against what was known."""
+        contrast, learnt = self._fitter.learn(y, rows, belief, alone, keep)
+        self._note(belief=learnt)
+        return contrast
 
     def _modulus(self) -> Told:
         """What is known now, worked out when it is asked for."""
