@@ -106,7 +106,7 @@ def find_lines(
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     spectrum = position_spectrum(position, channels, 1 / max(shortest, low / BEYOND), TREND)
-    power, octaves = _pooled(spectrum), float(np.log(high / low)) / spectrum.resolution
+    power, octaves = spectrum.pooled(), float(np.log(high / low)) / spectrum.resolution
     peaks = _peaks(spectrum, power, used, false_alarm, octaves)
     inside = np.flatnonzero((spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low))
     return LineSpectrum(
@@ -181,16 +181,9 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     return low, high
 
 
-def _pooled(spectrum: PositionSpectrum) -> np.ndarray:
-    """Power (n,) as the mean over the channels, each over its own median."""
-    own = np.median(spectrum.power[spectrum.independent()], axis=0)
-    own = np.maximum(own, 1e-12 * own.max())
-    return np.maximum(spectrum.power @ (1 / own) / len(own), 1e-300)
-
-
 def _level(spectrum: PositionSpectrum, power: np.ndarray, at: np.ndarray) -> Level:
     """Background at these indices of the spectrum."""
-    return background(power, at, spectrum.resolution / spectrum.wavenumber[1])
+    return background(power, at, spectrum.resolution / spectrum.step)
 
 
 def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], octaves: float) -> list[SpectralLine]:
@@ -224,8 +217,11 @@ def _peaks(
 ) -> list[Peak]:
     """All peaks that noise reaches more rarely than `false_alarm` in all trials, greatest first; used : the channels'
     numbers."""
-    k = spectrum.wavenumber
-    tops = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
+    from scipy.ndimage import maximum_filter1d
+
+    # A side lobe, or the shoulder of a stronger line, is within the width of the taper.
+    highest = maximum_filter1d(power, 2 * round(2 * spectrum.resolution / spectrum.step) + 1)
+    tops = 1 + np.flatnonzero((power == highest)[1:-1] & (power[1:-1] > power[:-2]))
     level = _level(spectrum, power, tops)
     # A line that a few channels show is lost in the mean with others: the most telling one counts, for as many trials.
     each = np.maximum(spectrum.power, 1e-300).T
@@ -237,19 +233,12 @@ def _peaks(
     for top, noise, chance, single, independent in zip(
         tops.tolist(), level.power, chances, alone.T, independents, strict=True
     ):
-        rare = false_alarm / _trials(octaves, k[top])
-        if chance >= rare or _on_a_flank(power, top, spectrum):
+        rare = false_alarm / _trials(octaves, top * spectrum.step)
+        if chance >= rare:
             continue
         over = float(power[top] / noise)
-        place = float(k[top] + vertex(power[top - 1 : top + 2]) * k[1])
-        amplitude = float(np.sqrt(np.mean(spectrum.amplitude(top) ** 2)))
-        sigma = spectrum.wavenumber_sigma(over * independent)
+        place = (top + vertex(power[top - 1 : top + 2])) * spectrum.step
+        amplitude = float(np.sqrt(np.mean(spectrum.power[top]))) / spectrum.gain
+        sigma = spectrum.spread / float(np.sqrt(over * independent))
         found.append(Peak(place, sigma, amplitude, over, float(chance), tuple(used[single < rare].tolist())))
     return sorted(found, key=lambda peak: -peak.amplitude)
-
-
-def _on_a_flank(power, peak, spectrum) -> bool:
-    """Whether a peak is a side lobe or the shoulder of a stronger one within the width of the taper."""
-    reach = round(2 * spectrum.resolution / (spectrum.wavenumber[1] - spectrum.wavenumber[0]))
-    around = power[max(peak - reach, 0) : peak + reach + 1]
-    return bool(around.max() > power[peak])

@@ -11,36 +11,29 @@ PADDING = 8
 
 @dataclass(frozen=True, eq=False)
 class PositionSpectrum:
-    """wavenumber (n,) in periods a mm, even from 0; transform (n, channels) complex; power its squared magnitude.
+    """power (n, channels) : squared magnitude at the wavenumbers 0, step, 2 step ... in periods a mm.
 
-    gain : transform of a unit cosine at its own wavenumber. resolution : one over the path, per mm.
+    gain : magnitude of a unit cosine at its own wavenumber. resolution : one over the path, per mm.
     spread : standard deviation of the wavenumber of a line times the square root of (line power / background).
     """
 
-    wavenumber: np.ndarray
-    transform: np.ndarray
+    power: np.ndarray
+    step: float
     gain: float
     resolution: float
     spread: float
 
     @property
-    def power(self) -> np.ndarray:
-        """(n, channels) squared magnitude."""
-        return np.abs(self.transform) ** 2
+    def wavenumber(self) -> np.ndarray:
+        """(n,) in periods a mm."""
+        return self.step * np.arange(len(self.power))
 
-    def amplitude(self, place: int) -> np.ndarray:
-        """(channels,) amplitude of a sinusoid at this index of the wavenumber, in units of the readings."""
-        return np.abs(self.transform[place]) / self.gain
-
-    def independent(self) -> np.ndarray:
-        """Indices of lines one resolution apart, from 1.5 resolutions on."""
-        step = self.wavenumber[1] - self.wavenumber[0]
-        places = np.arange(1.5 * self.resolution, self.wavenumber[-1], self.resolution) / step
-        return np.round(places).astype(int)
-
-    def wavenumber_sigma(self, signal_to_noise: float) -> float:
-        """Standard deviation in 1/mm of the wavenumber of a line whose power is so many times the background."""
-        return self.spread / float(np.sqrt(signal_to_noise))
+    def pooled(self) -> np.ndarray:
+        """(n,) mean over the channels of each one's power over its own median, from 1.5 resolutions on."""
+        apart = np.arange(1.5 * self.resolution, self.step * (len(self.power) - 1), self.resolution) / self.step
+        own = np.median(self.power[np.round(apart).astype(int)], axis=0)
+        own = np.maximum(own, 1e-12 * own.max())
+        return np.maximum(self.power @ (1 / own) / len(own), 1e-300)
 
 
 def position_spectrum(
@@ -62,12 +55,12 @@ def position_spectrum(
     grid = _spread_out(at * path / step, weights[:, None] * (channels - level))
     length = 1 << int(np.ceil(np.log2(PADDING * len(grid))))
     count = int((highest_per_mm + 3 / path) * length * step) + 1
-    wavenumber = np.arange(count) / (length * step)
     # One channel at a time: of each padded spectrum only the part below the highest wavenumber is kept.
-    transform = np.stack([np.fft.rfft(column, length)[:count] for column in grid.T], axis=1)
+    power = np.stack([np.abs(np.fft.rfft(column, length)[:count]) ** 2 for column in grid.T], axis=1)
     # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
-    transform /= np.sinc(wavenumber * step)[:, None] ** 2
-    return PositionSpectrum(wavenumber, transform, 0.5 * float(weights.sum()), 1 / path, _spread(position, weights))
+    power /= np.sinc(np.arange(count) / length)[:, None] ** 4
+    gain = 0.5 * float(weights.sum())
+    return PositionSpectrum(power, 1 / (length * step), gain, 1 / path, _spread(position, weights))
 
 
 def _spread_out(places: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ class Window:
 
     channels: int
     count: int
-    hop: int = 1
+    hop: int
     beside: int = 0
     _ring: np.ndarray = field(init=False)
     _missing: list[bool] = field(init=False)

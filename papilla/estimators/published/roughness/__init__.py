@@ -1,7 +1,7 @@
 """The roughness estimators of the papers, exactly as printed and corrected, one module a method."""
 
 from papilla.estimators.published.roughness.answer import RoughnessEstimate, RoughnessStatus
-from papilla.estimators.published.roughness.counting_error import expected_error, optimal_period, wavelength_of_optimum
+from papilla.estimators.published.roughness.counting_error import expected_error, optimal_period
 from papilla.estimators.published.roughness.impulse_density import ImpulseDensity
 from papilla.estimators.published.roughness.interval import ImpulseInterval
 from papilla.estimators.published.roughness.okamoto import AmplitudeFit, Okamoto, fit_amplitude
@@ -22,5 +22,4 @@ __all__ = [
     "expected_error",
     "fit_amplitude",
     "optimal_period",
-    "wavelength_of_optimum",
 ]

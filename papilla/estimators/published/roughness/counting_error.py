@@ -43,22 +43,8 @@ def optimal_period(wavelength_mm: float, peak_speed_mm_s: float, touch_Hz: float
     Raises `InputError` for what is not positive.
     """
     wavelength = checks.positive("wavelength_mm", wavelength_mm)
-    return float((4 / 3) ** 0.25 * np.sqrt(wavelength / _acceleration(peak_speed_mm_s, touch_Hz)))
-
-
-def wavelength_of_optimum(period_s: float, peak_speed_mm_s: float, touch_Hz: float) -> float:
-    """The wavelength in mm for which `period_s` is the optimal A under this touch: the inverse of `optimal_period`.
-
-    Raises `InputError` for what is not positive.
-    """
-    period = checks.positive("period_s", period_s)
-    return float(period**2 * _acceleration(peak_speed_mm_s, touch_Hz) / np.sqrt(4 / 3))
-
-
-def _acceleration(peak_speed_mm_s: float, touch_Hz: float) -> float:
-    """Greatest acceleration of the touch, mm/s^2."""
-    speed = checks.positive("peak_speed_mm_s", peak_speed_mm_s)
-    return 2 * np.pi * checks.positive("touch_Hz", touch_Hz) * speed
+    speed, turns = checks.positive("peak_speed_mm_s", peak_speed_mm_s), checks.positive("touch_Hz", touch_Hz)
+    return float((4 / 3) ** 0.25 * np.sqrt(wavelength / (2 * np.pi * turns * speed)))
 
 
 def _periods(period_s) -> np.ndarray:

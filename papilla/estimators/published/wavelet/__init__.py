@@ -2,7 +2,7 @@
 
 from papilla.estimators.published.wavelet.cross import CrossWavelet, Ridge, Window, cross_wavelet
 from papilla.estimators.published.wavelet.phase import periods_of_phase
-from papilla.estimators.published.wavelet.significance import RedNoise, cross_quantile, cross_threshold, threshold
+from papilla.estimators.published.wavelet.significance import RedNoise, cross_quantile, cross_threshold
 from papilla.estimators.published.wavelet.streaming import CrossRidge, RidgeEstimate, RidgeState, RidgeStatus
 from papilla.estimators.published.wavelet.transform import Wavelet, morlet, octaves
 
@@ -22,5 +22,4 @@ __all__ = [
     "morlet",
     "octaves",
     "periods_of_phase",
-    "threshold",
 ]

@@ -1,4 +1,4 @@
-"""Which wavelet power red noise does not explain (Torrence and Compo 1998, equations (16)-(18) and (31))."""
+"""Which wavelet power red noise does not explain (Torrence and Compo 1998, equations (16) and (31))."""
 
 import math
 from functools import lru_cache
@@ -33,14 +33,6 @@ class RedNoise(NamedTuple):
         """Mean wavelet power (m,) at frequencies: variance (1 - a^2) / (1 + a^2 - 2 a cos(2 pi f / rate)), (16)."""
         cosine = np.cos(2 * np.pi * np.asarray(frequency_Hz, float) / sample_rate_Hz)
         return self.variance * (1 - self.alpha**2) / (1 + self.alpha**2 - 2 * self.alpha * cosine)
-
-
-def threshold(samples, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
-    """Wavelet power (m,) that red noise of the samples' variance and correlation exceeds with this chance.
-
-    Its mean x chi-square with 2 degrees of freedom / 2 (equation (18)): -ln(level) times the mean.
-    """
-    return RedNoise.of(samples).power(frequency_Hz, sample_rate_Hz) * -np.log(checks.within("level", level, 1e-12, 0.5))
 
 
 @lru_cache

@@ -170,6 +170,8 @@ def test_four_fabrics_prove_little():
         concordance([1, 1, 1, 1], [1, 2, 3, 4])
     with pytest.raises(InputError, match="finite"):
         concordance([1, 2, 3, np.nan], [1, 2, 3, 4])
+    with pytest.raises(InputError, match="finite"):
+        concordance([1, 2, 3, 4], [1, 2, 3, np.inf])
 
 
 @pytest.mark.parametrize(

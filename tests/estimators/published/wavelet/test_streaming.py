@@ -109,6 +109,17 @@ def test_faults_are_statuses():
     assert make().update(rows[0]).sentence == "the wavelets reach beyond the first sample"
 
 
+def test_by_default_it_hears_a_kilohertz_from_10_to_100_hz():
+    """At 10 Hz the scale is 97 ms; three of them to either side."""
+    estimator = CrossRidge()
+    assert estimator.lag_s == pytest.approx(3 * (6 + np.sqrt(38)) / (4 * np.pi * 10), abs=1e-3)
+    assert estimator.frequency_Hz[0] == 10.0 and 95 < estimator.frequency_Hz[-1] <= 100.0
+    time = np.arange(800) / 1000
+    rows = np.column_stack([np.sin(2 * np.pi * 40 * time), np.sin(2 * np.pi * 40 * time - 1)])
+    found = estimator.process(rows)
+    assert found.frequency_Hz[-1] == pytest.approx(40, rel=0.03) and found.phase[-1] == pytest.approx(1, abs=0.02)
+
+
 def test_unusable_values_are_refused():
     with pytest.raises(InputError, match="high_Hz must be below half of sample_rate_Hz, got 100 at 150 Hz"):
         CrossRidge(sample_rate_Hz=150.0)

@@ -11,7 +11,6 @@ from papilla.estimators.published.wavelet import (
     morlet,
     octaves,
     periods_of_phase,
-    threshold,
 )
 
 RATE = 300.0
@@ -68,7 +67,7 @@ def test_significance_levels_hold_for_noise():
     for _ in range(25):
         a, b = generator.normal(size=(2, 1200))
         wave = morlet(a, RATE, frequency)
-        single.append((wave.power > threshold(a, RATE, frequency)[:, None])[wave.inside].mean())
+        single.append((wave.power > RedNoise.of(a).power(frequency, RATE)[:, None] * -np.log(0.05))[wave.inside].mean())
         pair = cross_wavelet(a, b, RATE, frequency)
         cross.append(pair.significant[pair.inside].mean())
     assert np.mean(single) == pytest.approx(0.05, abs=0.015)
