@@ -29,7 +29,7 @@ NEIGHBOURS = 3
 @dataclass(frozen=True)
 class Features:
     """How windows become features: window_mm of path; bands, evenly spaced in the logarithm of the wavelength from
-    shortest_mm to longest_mm, of each channel; levels: whether the overall level counts too, or the shape alone.
+    shortest_mm to longest_mm, of each channel.
 
     Raises `InputError` for wavelengths that do not rise or do not fit the window twice, and fewer than two bands.
     """
@@ -38,7 +38,6 @@ class Features:
     shortest_mm: float = 1.0
     longest_mm: float = 50.0
     bands: int = 8
-    levels: bool = True
 
     def __post_init__(self):
         for name in ("window_mm", "shortest_mm", "longest_mm"):
@@ -91,8 +90,7 @@ class Features:
         count = len(window)
         power = np.abs(np.fft.rfft(detrend(window, axis=0) * np.hanning(count)[:, None], axis=0)) ** 2
         edges = np.geomspace(1 / self.longest_mm, 1 / self.shortest_mm, self.bands + 1) * count * step
-        levels = np.log(np.maximum(integral(power, edges) / np.diff(edges)[:, None], np.finfo(float).tiny))
-        return (levels if self.levels else levels - levels.mean()).T.ravel()
+        return np.log(np.maximum(integral(power, edges) / np.diff(edges)[:, None], np.finfo(float).tiny)).T.ravel()
 
 
 def _strokes(place: np.ndarray, widest: float) -> list[np.ndarray]:

@@ -19,3 +19,8 @@ def periods_of_phase(phase, distance_mm: float, period_range_mm: tuple[float, fl
     first, last = np.ceil(distance / high - turns - 1e-12), np.floor(distance / low - turns + 1e-12)
     whole = turns + np.arange(first, last + 1)
     return distance / whole[whole > 0]
+
+
+def lag_of_phase(phase, period_mm: float) -> float:
+    """Distance in mm along the movement that a phase in radians means on a surface of this period (4)."""
+    return checks.finite("phase", phase) / (2 * np.pi) * checks.positive("period_mm", period_mm)

@@ -8,6 +8,7 @@ from papilla.estimators.published.wavelet import (
     RedNoise,
     cross_threshold,
     cross_wavelet,
+    lag_of_phase,
     morlet,
     octaves,
     periods_of_phase,
@@ -137,7 +138,7 @@ def test_the_phase_inverts_to_the_period_whatever_the_speed(period_mm):
     first, second, speed = touch(period_mm)
     ridge = cross_wavelet(first, second, RATE, octaves(8, 120, 50)).ridge
     phase = float(np.angle(np.sum((ridge.magnitude * np.exp(1j * ridge.phase))[250:401])))
-    whole_periods = phase / (2 * np.pi) - 0.6 / period_mm
+    whole_periods = (lag_of_phase(phase, period_mm) - 0.6) / period_mm
     assert whole_periods == pytest.approx(round(whole_periods), abs=0.02)
     found = periods_of_phase(phase, 0.6, (0.3, 2.0))
     assert np.abs(found / period_mm - 1).min() < 0.02
