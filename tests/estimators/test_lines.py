@@ -270,17 +270,19 @@ def test_harmonics_sharpen_the_fundamental_by_their_order():
     assert spread > 1 and apart.sigma == pytest.approx((spread / weights.sum()) ** 0.5), "Birge's ratio"
 
 
-@pytest.mark.parametrize("noise, wander_mm", [(0.5, 0.0), (0.05, 0.15)])
-def test_lags_scatter_as_their_sigma_says(noise, wander_mm):
+@pytest.mark.parametrize("noise, wander_mm, waves", [(0.5, 0.0, 17), (0.05, 0.15, 17), (0.05, 0.15, 5)])
+def test_lags_scatter_as_their_sigma_says(noise, wander_mm, waves):
     """In noise, and where the second channel's lag wanders from place to place along the path."""
-    position, off = np.arange(700) * 0.1, []
+    position, off = np.arange(40 * waves) * 0.1, []
     for seed in range(40):
         rng = np.random.default_rng(seed)
         lag = 0.6 + wander_mm * np.interp(position, np.arange(0, 75, 5.0), rng.standard_normal(15))
         channels = np.cos(2 * np.pi * (position[:, None] - np.column_stack([0 * lag, lag])) / 4.0)
-        found = channel_lags(position, channels + noise * rng.standard_normal((700, 2)), 4.0)
-        off.append((abs(found.lag_mm).max() - 0.6) / found.sigma_mm.max())
-    assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.5
+        found = channel_lags(position, channels + noise * rng.standard_normal((len(lag), 2)), 4.0)
+        off.append(abs(abs(found.lag_mm).max() - 0.6) / found.sigma_mm.max())
+    assert 0.35 < np.median(off) < 1.1, "0.67 of a normal distribution"
+    # Three parts of a path know their own scatter badly (Student's distribution).
+    assert np.mean(np.array(off) < 2) > (0.75 if waves < 6 else 0.87)
 
 
 @pytest.mark.parametrize("size", [1e-160, 1e-60, 1e300])
