@@ -90,7 +90,7 @@ class ChirpLook:
         step = 0.5 / self.rate_Hz
         spectrum = whole(spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.2 * strokes.extent / step))))
         if np.isfinite(spectrum.own).any():
-            for line in spectrum.lines(self.low, self.high, 3):
+            for line in whole(spectrum.lines(self.low, self.high, 3)):
                 motion = np.array([0.0, line.wavenumber, line.wavenumber * chirp, 0.0])
                 self.places.append((line.ratio * strokes.extent, motion))
 

@@ -29,10 +29,10 @@ spectrum is padded for."""
 MOST_CELLS = 1024
 HOP, MARGIN = 24, 256
 """Cells between two looks, and cells that are kept beside those of a look, while it is under way."""
-PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 3000, 3
+PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 1000, 2
 """Parts of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
 and how many of those a sample takes at most."""
-STEADY, SPARE_S, SPARE = 4, 0.05, 0.125
+STEADY, SPARE_S, SPARE = 4, 0.1, 0.25
 """After so many looks that agree there is so much time at least between two; and where every lateness of the path was
 tried since, so much of the path that a look has."""
 GLANCE, CLEARLY = 8, 3.0
@@ -241,22 +241,24 @@ class Follower:
         return TrackingStatus.CONSTANT_SPEED if verdict == Verdict.UNDECIDED else TrackingStatus.OK
 
     def _go_on(self) -> None:
-        """Do the next part of a look, or begin one."""
-        memory = self.memory
+        """Glance, do the next part of a look, or begin one."""
+        memory, end = self.memory, self.memory.cells.end
         memory.waited += 1
-        if memory.look is not None:
+        if not memory.doubted and self._glance(end):
+            if memory.doubted:
+                memory.look = self._going = None
+        elif memory.look is not None:
             self._part(memory.look)
-            return
-        end = memory.cells.end
-        spare = memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
-        if not memory.doubted and (end - memory.looked < memory.hop or spare):
-            self._glance(end)
-            return
-        memory.looked, memory.waited = end, 0
-        begin = self._window_begin(end)
-        if end - begin >= HOP:
+        elif memory.doubted or (end - memory.looked >= memory.hop and not self._spare()):
+            begin, memory.waited = self._window_begin(end), 0
+            if end - begin < HOP:
+                memory.looked = end
+                return
             origin = float(memory.cells.between(begin, end)[0, 1])
             self._begin_look(Looking(begin, end, tuple(memory.cells.breaks), origin))
+
+    def _spare(self) -> bool:
+        return self.memory.agreed > STEADY and self.memory.waited < SPARE_S * self.options.rate_Hz
 
     def _begin_look(self, look: Looking) -> None:
         self.memory.look, self._going = look, self._parts_of(look)
@@ -287,27 +289,28 @@ class Follower:
         power = np.abs(found.amplitude) ** 2 / 2
         return bool(found.amplitude) and not self.memory.hums_Hz and bool((power > found.noise).any())
 
-    def _glance(self, end: int) -> None:
-        """Whether the newest periods still have the line: if not, a look is due."""
+    def _glance(self, end: int) -> bool:
+        """See whether the newest periods still have the line: if not, a look is due; False where it is not time to."""
         memory, found = self.memory, self.memory.finding
         if end - memory.glanced < GLANCE or not memory.agreed or not self._glances(found):
-            return
+            return False
         memory.glanced = end
         cells = memory.cells
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
         # The phase of a stroke that the look did not have is not known, and of this one no more where it turns.
         along = cells.between(begin, memory.looked)[:, 1]
         if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < found.extent:
-            return
+            return False
         wavenumber = found.wavenumber
         rows = cells.between(max(begin, end - int(4 / wavenumber / cells.length)), end)
         if len(rows) < 4:
-            return
+            return False
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
         seen = np.isfinite(rows[:, 3:])
         readings = np.where(seen, rows[:, 3:], 0.0)
         share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
         memory.doubted = share is not None and share[0] + CLEARLY * share[1] < LOST
+        return True
 
     def _window_begin(self, end: int) -> int:
         """First cell of the window that ends before cell `end`: as much path as is allowed, of this texture."""
@@ -332,6 +335,7 @@ class Follower:
     def _conclude(self, found: Finding, look: Looking) -> None:
         """What a look that is done adds."""
         memory, end = self.memory, look.end
+        memory.looked = end
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
             if found.score > 0:

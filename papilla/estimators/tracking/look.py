@@ -131,7 +131,7 @@ class Look:
         yield
         highest = highest_of(task, self._place)
         resolution = 1 / self._strokes.extent
-        found = spectrum.lines(2 * resolution, min(2 / task.low, highest * 2), 3 * MOST_LINES)
+        found = yield from spectrum.lines(2 * resolution, min(2 / task.low, highest * 2), 3 * MOST_LINES)
         yield
         octaves = np.log(max(task.high / task.low, 2.0)) / resolution
         real = [
@@ -182,7 +182,7 @@ class Look:
             strokes = yield from strokes_of(time, readings, self._begin, 1)
             spectrum = yield from spectrum_of(strokes, step, size)
             yield
-            self._time_lines += spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
+            self._time_lines += yield from spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
 
     def _chosen(self) -> Parts[tuple[Line, Verdict, bool] | None]:
         """The strongest line that is the surface's, as `_line` tells it."""
@@ -416,5 +416,5 @@ def sharpness(task: Task, late_s: float) -> Parts[float]:
     strokes = yield from strokes_of(place, readings, begin)
     spectrum = yield from spectrum_of(strokes, task.step, task.size)
     yield
-    lines = spectrum.lines(1 / task.high, highest_of(task, place), MOST_LINES)
+    lines = yield from spectrum.lines(1 / task.high, highest_of(task, place), MOST_LINES)
     return max((line.ratio for line in lines), default=0.0)

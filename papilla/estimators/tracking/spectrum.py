@@ -6,6 +6,7 @@ wavelength from stroke to stroke but not its phase. The same for the gauges.
 """
 
 from collections.abc import Generator
+from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -72,7 +73,7 @@ class Spectrum(NamedTuple):
         top = at[[int(self.power[at].argmax())]]
         return float(background(self.power, top, self.resolution, pooled=False).chance(self.power[top])[0])
 
-    def lines(self, low: float, high: float, most: int) -> list[Line]:
+    def lines(self, low: float, high: float, most: int) -> Parts[list[Line]]:
         """The greatest peaks over the background between two wavenumbers, most amplitude first."""
         from scipy.ndimage import maximum_filter1d
 
@@ -83,7 +84,9 @@ class Spectrum(NamedTuple):
         highest = maximum_filter1d(power, 2 * int(2 * self.resolution) + 1)[first:last]
         tops = first + np.flatnonzero((inner == highest) & (inner > power[first - 1 : last - 1]))
         tops = tops[np.argsort(-power[tops])[: most + SPARE_TOPS]]
+        yield
         noise = background(power, tops, self.resolution, pooled=False)
+        yield
         # The vertex of the parabola through the logarithms.
         left, middle, right = np.log(power[np.add.outer((-1, 0, 1), tops)])
         places = self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
@@ -112,7 +115,8 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
         start, extent = float(x.min()), float(np.ptp(x))
         at = (x - start) / extent
         taper = np.sin(np.pi * at) ** 2 * np.abs(slope(x))
-        basis = np.polynomial.legendre.legvander(2 * at - 1, trend)
+        basis = np.vander(2 * at - 1, trend + 1)
+        yield
         flat[rows] = _less_trend(basis, taper, readings[rows], seen[rows])
         origin[rows], weight[rows] = start, taper
         extents.append(extent)
@@ -138,12 +142,18 @@ def spectrum_of(strokes: Strokes, step: float, size: int) -> Parts[Spectrum]:
         yield
     # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
     yield
-    power /= np.sinc(np.arange(len(power)) / size)[:, None] ** 4
+    power /= _spread(size)
     resolution = size * step / strokes.extent
     own = np.median(power[int(resolution) :: max(int(resolution), 1)], axis=0)
     own = np.where(own > 1e-12 * own.max(), own, np.inf)
     shown = max(int(np.isfinite(own).sum()), 1)
     return Spectrum(np.maximum((power @ (1 / own)) / shown, 1e-300), own, 1 / (size * step), resolution)
+
+
+@lru_cache(maxsize=16)
+def _spread(size: int) -> np.ndarray:
+    """(n, 1) what spreading a sample over two points of a grid does to its power."""
+    return np.sinc(np.arange(size // 2 + 1) / size)[:, None] ** 4
 
 
 def slope(values: np.ndarray) -> np.ndarray:

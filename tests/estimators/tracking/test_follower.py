@@ -237,7 +237,7 @@ def test_credits_are_the_same_whichever_way_the_finger_goes():
     for way in (1, -1):
         strokes = whole(strokes_of(way * place, readings, np.array([0, 300])))
         spectrum = whole(spectrum_of(strokes, 0.1, 1024))
-        line = max(spectrum.lines(0.2, 1.5, 3), key=lambda found: found.amplitude)
+        line = max(whole(spectrum.lines(0.2, 1.5, 3)), key=lambda found: found.amplitude)
         path, time_locked = whole(credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)]))
         assert time_locked > 10 * path
 
