@@ -9,6 +9,7 @@ from papilla.calibration import SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import unpack
+from papilla.estimators.softness import fitter
 
 PRESS = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 80))
 HOLD = np.full(80, 0.5)
@@ -195,3 +196,27 @@ def test_slots_of_samples_tell_what_every_sample_by_itself_does(calibration, fiv
     assert np.abs(off[learnt[50:] == 1]).max() < most, "once a slot is learnt"
     assert np.abs(off).max() < 2, "while it waits it lacks an eighth of what is known at most"
     assert fits[1] == len(rows) and fits[0] < len(rows) / 3
+
+
+@pytest.mark.parametrize("kind", [GaugeSoftness, Softness])
+@pytest.mark.parametrize("doubts, most", [(None, 1e-4), (Doubts.NONE, 2e-3)])
+def test_a_linearisation_that_serves_several_slots_moves_no_answer(
+    calibration, five_gauges, touch, kind, doubts, most, monkeypatch
+):
+    """In sigmas, against one that is made for every slot; and fewer are made."""
+    force = 0.5 + 0.002 * np.sin(np.linspace(0, 3, 400))
+    rows = samples(five_gauges, 0.2, force, lambda readings, force, rng: (readings, force), 3)
+    if kind is Softness:
+        rows = touch(0.2, force, 20, 0.002)
+    answers, made = [], []
+    for near in (fitter.NEAR, 0.0):
+        monkeypatch.setattr(fitter, "NEAR", near)
+        own = kind(calibration if kind is Softness else five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
+        linear, count = own._fitter.linear, []
+        own._fitter.linear = lambda *at, linear=linear, count=count: count.append(1) or linear(*at)
+        answers.append(own.process(rows))
+        made.append(len(count))
+    found, expected = answers
+    off = np.abs(found.modulus_MPa - expected.modulus_MPa) / expected.modulus_sigma_MPa
+    assert off[20:].max() < most and made[0] < 0.7 * made[1]
+    np.testing.assert_allclose(found.modulus_sigma_MPa, expected.modulus_sigma_MPa, rtol=2e-3)

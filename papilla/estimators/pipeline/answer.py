@@ -26,8 +26,3 @@ class PipelineEstimate(NamedTuple):
 
 COLUMNS = PipelineEstimate._fields[:-1]
 """Those that `papilla estimate` writes."""
-
-
-def sentence(live: list[str], off: dict[str, str]) -> str:
-    """One status of the sentences of what runs (without those that are ok) and of what is switched off."""
-    return "; ".join([*(live or ["ok"]), *(f"no {output}: {why}" for output, why in off.items())])

@@ -11,7 +11,7 @@ from papilla.errors import InputError
 from papilla.estimators import health
 from papilla.estimators.friction import MEMORY_MM, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
-from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate, sentence
+from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
 from papilla.estimators.pipeline.parts import (
     LOW_PASS_HZ,
@@ -298,4 +298,4 @@ class Pipeline(Stream):
             elif text != "ok":
                 live.append(f"{name}: {text}")
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
-        return sentence(live, self.off), alone
+        return "; ".join([*live, *(f"no {output}: {why}" for output, why in self.off.items())]), alone

@@ -26,7 +26,7 @@ class CreepState(NamedTuple):
 
 
 class Creep:
-    """Equivalent force over force of a stream of samples: `Prony.strained`, a sample at a time.
+    """Equivalent force over force of a stream of samples: `Prony.strained`, a sample at a time; `state` is remembered.
 
     Parameters
     ----------
@@ -46,11 +46,6 @@ class Creep:
             ) from error
         self._terms, self._least = series.retardation, least_N
         self._low, self._high = low - LEAST_CHANGE, high + LEAST_CHANGE
-        self._steps: dict[float, tuple[tuple[float, float], ...]] = {}
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything."""
         self.state = CreepState(math.nan, 0.0, (0.0,) * len(self._terms))
 
     def feel(self, time_s: float, force_N: float) -> int:
@@ -59,25 +54,14 @@ class Creep:
         step = time_s - before.time_s
         if force_N != force_N or step <= 0:
             return 0
+        kept = (force_N,) * len(self._terms)
         if step > 0:
-            rise, steps = force_N - before.force_N, zip(self._factors(step), before.kept, strict=True)
-            kept = tuple([one * decay + rise * grown for (decay, grown), one in steps])
-        else:
-            kept = (force_N,) * len(self._terms)
+            # What was kept creeps away, and of a rise of the force that is linear over the step a part has already.
+            rise, lost = force_N - before.force_N, [(-math.expm1(-step / tau), tau) for _, tau in self._terms]
+            each = zip(lost, before.kept, strict=True)
+            kept = tuple([one * (1 - share) + rise * tau / step * share for (share, tau), one in each])
         self.state = CreepState(time_s, force_N, kept)
         if force_N < self._least:
             return 0
         crept = 1.0 + sum([c * (1 - one / force_N) for (c, _), one in zip(self._terms, kept, strict=True)])
         return 1 if crept < self._low else 2 if crept > self._high else 0
-
-    def _factors(self, step: float) -> tuple[tuple[float, float], ...]:
-        """Of what was kept, and of a rise of the force that is linear over the step; those of a step are kept."""
-        step = round(step, 9)
-        found = self._steps.get(step)
-        if found is None:
-            if len(self._steps) > 64:
-                self._steps.clear()
-            lost = [-math.expm1(-step / tau) for _, tau in self._terms]
-            found = tuple((1 - one, tau / step * one) for one, (_, tau) in zip(lost, self._terms, strict=True))
-            self._steps[step] = found
-        return found

@@ -26,7 +26,7 @@ SHAPE_ERROR = 0.4
 """How little is known of how the thickness' effect grows with force: relative, per factor of e of the force."""
 SPREAD_FORCE = 0.5
 """A sample's ln force may differ from that of the one before by this, and its place by the reach: next to no prior."""
-BENT, NEAR = 0.4, 0.02
+BENT, NEAR = 0.4, 0.005
 """Squared step of ln force times the greatest whitened reading, below which a sample is not linearised anew; and below
 which the linearisation of another sample will do for it."""
 LEVEL, FAR, JITTER = 0.05, 3.0, 6.0

@@ -28,7 +28,8 @@ class Expected(NamedTuple):
 class GaugeSurfaces:
     """The readings of every gauge; with `anywhere`, also beside the apex.
 
-    groups : number of the group of each gauge, those that mirror each other are in one.
+    groups : number of the group of each gauge, those that mirror each other are in one. friction_known : whether
+    presses have the friction of the calibration.
     Raises `InputError` where the gauges' surfaces are cut differently, or contacts beside the apex are not known.
     """
 
@@ -48,6 +49,7 @@ class GaugeSurfaces:
         self._apex = _spline(surfaces)
         self.ln_nodes = np.log(first.modulus_axis.nodes)
         self._moved, self.reach, self._nothing = None, 0.0, np.zeros(self.channels)
+        self._place_errors = None
         if anywhere:
             terms, domain = calibration.position_terms, calibration.domain
             if (terms.force_N, terms.modulus_MPa) != (domain["force_N"], domain["modulus_MPa"]):
@@ -60,7 +62,8 @@ class GaugeSurfaces:
         self.groups = _groups(table)
         changes = [gauge.uncertainty.friction for gauge in calibration.gauges]
         known = [change for change in changes if change is not None]
-        self._friction = _spline(known) if len(known) == self.channels else None
+        self.friction_known = len(known) < self.channels
+        self._friction = None if self.friction_known else _spline(known)
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
         """What is read within the domain."""
@@ -77,23 +80,15 @@ class GaugeSurfaces:
         force = math.exp(ln_force)
         return np.array([gauge.uncertainty.sigma_at(force) for gauge in self._calibration.gauges])
 
-    @property
-    def friction_known(self) -> bool:
-        """Whether presses have the friction of the calibration."""
-        return self._friction is None
-
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
         """(c,) what readings change where there is no friction, if it is not known, microstrain / N."""
         return self._nothing if self._friction is None else self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
         """(c,) one sigma of each gauge's change at a place, microstrain / N."""
-        if self._moved is None or x == 0.0:
+        if self._place_errors is None:
             return self._nothing
-        nodes, errors = self._place_nodes, self._place_errors
-        after = min(max(int(nodes.searchsorted(x, "right")), 1), len(nodes) - 1)
-        slope = (errors[:, after] - errors[:, after - 1]) / (nodes[after] - nodes[after - 1])
-        return slope * (x - nodes[after - 1]) + errors[:, after - 1]
+        return np.array([np.interp(x, self._place_nodes, errors) for errors in self._place_errors])
 
 
 class SdSurface:
@@ -103,7 +98,7 @@ class SdSurface:
 
     def __init__(self, calibration: Calibration):
         surface = calibration.surface
-        self._surface = surface
+        self._surface, self.friction_known = surface, surface.uncertainty.friction is None
         own = surface.surface
         self.force_N, self.modulus_MPa = own.force_N, own.modulus_MPa
         self._spline = _spline([own])
@@ -129,11 +124,6 @@ class SdSurface:
         """(1,) one sigma of the calibration, friction apart, microstrain / N."""
         force, middle = math.exp(ln_force), float(self.ln_nodes[len(self.ln_nodes) // 2])
         return self._surface.uncertainty.sigma_at(force) * self.at(ln_force, middle, 0.0).reading / force
-
-    @property
-    def friction_known(self) -> bool:
-        """Whether presses have the friction of the calibration."""
-        return self._surface.uncertainty.friction is None
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
         """(1,) what S_d changes where there is no friction, if it is not known, microstrain / N."""
