@@ -45,6 +45,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/record.py", "math.hypot(sd_sigma / sd, along_force * force_sigma / force)",
      "math.hypot(along_force * force_sigma / force, sd_sigma / sd)"): "symmetric",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
+    ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla/estimators/published/wavelet/transform.py", "6", "7"): "zeros behind where a wavelet has died away",
     ("papilla/estimators/softness/start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/start.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",

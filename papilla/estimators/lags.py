@@ -14,6 +14,10 @@ PART_WAVES, SHORT_WAVES, INDEPENDENT = 2.0, 1.25, 2.0
 FEWEST_PARTS, MOST_PARTS = 3, 8
 """Wavelengths in a part of the path whose lags are compared, and the least of them where the parts are few; how many
 parts, which wander together, tell as much as one; and how many there are."""
+SHOWN = np.sqrt(-2 * np.log(0.01))
+"""Amplitude over noise that noise alone reaches in one of a hundred."""
+EVENLY = 1 / np.sqrt(12)
+"""Standard deviation, in turns, of a phase that is any."""
 _MEDIAN_TO_SIGMA = 1 / np.sqrt(2 * np.log(2))
 
 
@@ -57,9 +61,11 @@ def channel_lags(position_mm, readings, wavelength_mm: float) -> ChannelLags:
     turns = np.angle(at_line[reference] * np.conj(at_line)) / (2 * np.pi)
     own = noise / np.maximum(amplitude, 1e-300)
     sigma = np.maximum(np.hypot(own, own[reference]) / (2 * np.pi), _scatter(position, channels, wavelength, reference))
+    # A phase that noise alone may have is spread evenly over one wavelength.
+    shown = amplitude > SHOWN * noise
+    sigma = np.where(shown & shown[reference], np.minimum(sigma, EVENLY), EVENLY)
     sigma[reference] = 0.0
-    # A phase that is not known at all is spread evenly over one wavelength.
-    return ChannelLags(turns * wavelength, np.minimum(sigma, 1 / np.sqrt(12)) * wavelength, reference, amplitude)
+    return ChannelLags(turns * wavelength, sigma * wavelength, reference, amplitude)
 
 
 def phasors(position: np.ndarray, channels: np.ndarray, wavelength_mm: float) -> np.ndarray:

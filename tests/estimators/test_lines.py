@@ -225,6 +225,23 @@ def test_a_lag_that_wanders_along_the_path_is_known_less():
     assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.6
 
 
+@pytest.mark.parametrize("waves", [5, 40])
+def test_the_sigma_of_a_lag_is_what_noise_scatters_it_by_and_at_most_that_of_any_phase(waves):
+    """Few parts of a short path tell little of how lags wander; the noise beside the line is known even there."""
+    position, ratios, none = np.arange(40 * waves) * 0.1, [], []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        line = np.sin(2 * np.pi * position / 4.0)[:, None] * [1.0, 1.0, 0.0]
+        lags = channel_lags(position, line + rng.normal(0, 0.4, line.shape), 4.0)
+        other = 1 - lags.reference
+        ratios.append(lags.lag_mm[other] / lags.sigma_mm[other])
+        none.append(lags.sigma_mm[2])
+    assert 0.6 < np.sqrt(np.mean(np.square(ratios))) < 1.4
+    assert np.mean(np.isclose(none, 4.0 / np.sqrt(12))) > 0.9, "a channel without the line may have any phase"
+    nothing = channel_lags(position, np.random.default_rng(0).normal(size=(len(position), 3)), 4.0)
+    assert sorted(nothing.sigma_mm) == pytest.approx([0.0, 4.0 / np.sqrt(12), 4.0 / np.sqrt(12)])
+
+
 def test_lags_refuse_what_has_none():
     position = np.arange(400) * 0.1
     with pytest.raises(InputError, match="two or more channels"):

@@ -136,3 +136,21 @@ def test_a_gap_is_not_bridged_and_what_no_sensor_gives_is_left_out():
     spoilt, wild = readings.copy(), place.copy()
     spoilt[5000, 1], wild[5500] = 1e300, -1e15
     np.testing.assert_array_equal(HOW.of(wild, spoilt)[:9], whole[:9])
+
+
+@pytest.mark.parametrize("wavelength", [0.95, 2.0, 8.5])
+@pytest.mark.parametrize("channels", [1, 2, 3])
+def test_a_line_is_in_the_band_of_its_wavelength_with_its_power(wavelength, channels):
+    """Six bands of 0.8-10 mm. Its power there rises with the square of the amplitude, shared by a band's width."""
+    place = np.arange(0, 30.0 + 1e-9, 0.02)
+    line = np.sin(2 * np.pi * place / wavelength)[:, None] * np.array([1.0, -1.0, 2.0])[:channels]
+    found = HOW.of(place, line)
+    assert found.shape == (1, 6 * channels), "a stroke of one window is one"
+    edges = np.geomspace(1 / 10.0, 1 / 0.8, 7)
+    band = int(np.searchsorted(edges, 1 / wavelength)) - 1
+    by_channel = found.reshape(channels, 6)
+    assert (by_channel.argmax(axis=1) == band).all()
+    np.testing.assert_allclose(HOW.of(place, 3 * line) - found, np.log(9), rtol=1e-6)
+    # Of three, the mean of all is taken away: 1, -1, 2 become 1/3, -5/3, 4/3.
+    sizes = {1: [1.0], 2: [1.0, 1.0], 3: [1 / 3, 5 / 3, 4 / 3]}[channels]
+    np.testing.assert_allclose(np.diff(by_channel[:, band]), np.diff(2 * np.log(sizes)), atol=1e-9)
