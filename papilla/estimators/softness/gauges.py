@@ -136,12 +136,11 @@ class GaugeSoftness(Touch):
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
         return self._listen(y, faults)
 
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int) -> GaugeEstimate:
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> GaugeEstimate:
         """A mean of samples of a touch that is known already."""
-        fitter, rows = self._fitter, self._of(faults)
-        alone = fitter.alone(y, rows, belief, count)
+        rows = self._of(faults)
         if alone.here > belief.usual:
-            contrast, _ = fitter.learn(y, rows, belief)
+            contrast, _ = self._fitter.learn(y, rows, belief)
             if contrast.misfit > LIMIT:
                 return self._contradict(y, rows, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)

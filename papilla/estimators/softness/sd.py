@@ -10,7 +10,7 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES
-from papilla.estimators.softness.belief import Belief
+from papilla.estimators.softness.belief import Alone, Belief
 from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
@@ -110,11 +110,11 @@ class Softness(Touch):
         return _BOTH
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        return self._follow(y, faults, self._start(y, _BOTH, self._unknown())[1], 1)
+        belief = self._start(y, _BOTH, self._unknown())[1]
+        return self._follow(y, faults, belief, self._fitter.alone(y, _BOTH, belief))
 
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int) -> SoftnessEstimate:
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> SoftnessEstimate:
         fitter = self._fitter
-        alone = fitter.alone(y, _BOTH, belief, count)
         if outside := self._outside(alone):
             return _nothing(outside)
         softest, hardest = self._surface.usable(alone.ln_force)

@@ -30,12 +30,13 @@ AIR_SAMPLES = 100.0
 
 class Slot(NamedTuple):
     """Samples that are learnt together: their sum (c + 1,), their number, the (lowest, highest) steps from the tangent
-    that they may have, and the faults that all of them have."""
+    that they may have, the faults that all of them have, and once there are enough what noise alone makes of them."""
 
     total: np.ndarray
     samples: int
     reach: tuple[tuple[float, float], ...]
     faults: tuple[int, ...]
+    alone: Alone | None = None
 
 
 class Told(NamedTuple):
@@ -183,8 +184,8 @@ class Touch(Stream):
         """The answer after the first sample (c + 1,) of a touch."""
 
     @abstractmethod
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, count: int):
-        """The answer after the mean of so many samples of a touch that is known already."""
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone):
+        """The answer after a mean of samples of a touch that is known already, and what noise alone makes of it."""
 
     @abstractmethod
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]):
@@ -197,23 +198,29 @@ class Touch(Stream):
             self._slot = None
             return self._begin(y, faults)
         size, steps = self._fitter.slot(belief), None
-        if size > 1 and (slot is None or slot.faults == faults):
+        if size > 1 and (slot is None or (slot.faults == faults and slot.alone is None)):
             tangent = self._near(belief, self._of(faults))
             steps = tangent.steps(y, slot.reach if slot else tangent.reach, belief.usual)
         if steps is None:
             if slot is None:
-                return self._follow(y, faults, belief, 1)
-            self._close(slot, belief)
+                return self._follow(y, faults, belief, self._fitter.alone(y, self._of(faults), belief))
+            self._slot, mean = None, slot.total / slot.samples
+            self._follow(mean, slot.faults, belief, slot.alone or self._alone(slot, belief))
             return self._listen(y, faults)
         if slot:
             slot = Slot(slot.total + y, slot.samples + 1, slot.reach, faults)
         else:
             slot = Slot(y, 1, tangent.about(steps), faults)
         if slot.samples >= size:
-            return self._close(slot, belief)
+            # The rest of it is done beside the next sample: neither then costs too much.
+            slot = slot._replace(alone=self._alone(slot, belief))
         self._slot = slot
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
+
+    def _alone(self, slot: Slot, belief: Belief) -> Alone:
+        """What noise alone makes of a slot."""
+        return self._fitter.alone(slot.total / slot.samples, self._of(slot.faults), belief, slot.samples)
 
     def _near(self, belief: Belief, rows: np.ndarray) -> Tangent:
         """The tangent of a touch, for these channels."""
@@ -222,11 +229,6 @@ class Touch(Stream):
             assert belief.linear is not None
             self._tangent = known = self._fitter.tangent(belief.linear, rows)
         return known
-
-    def _close(self, slot: Slot, belief: Belief):
-        """Learn what waits in a slot."""
-        self._slot = None
-        return self._follow(slot.total / slot.samples, slot.faults, belief, slot.samples)
 
     def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Contrast:
         """Learn a mean of samples; what it says against what was known."""
