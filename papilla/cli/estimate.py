@@ -63,6 +63,7 @@ def estimate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
+    from papilla import checks
     from papilla.cli.estimate_output import Summary, print_summary
     from papilla.estimators import Doubts, Pipeline
     from papilla.estimators.pipeline.answer import COLUMNS
@@ -72,7 +73,7 @@ def estimate(
     keep_inputs([log, calibration, finger], [out])
     if softness != "surface" and thickness is not None:
         raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
-    wavelengths = _checked_range(wavelength_range)
+    wavelengths = wavelength_range and checks.rising("--wavelength-range", wavelength_range)
     with progress() as bar, _opened(log, lever_mm, bar) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise, zeros = _noise(recorded), _zeros(record)
@@ -124,17 +125,6 @@ def _opened(log: Path, lever_mm: float | None, bar: Progress) -> "TimeLogFile":
 def _show_reading(bar: Progress, rows: int) -> None:
     if rows > SILENT_ROWS:
         bar.line(f"reading the log, {rows:,} rows")
-
-
-def _checked_range(wavelength_range: tuple[float, float] | None) -> tuple[float, float] | None:
-    from papilla import checks
-
-    if wavelength_range is None:
-        return None
-    low, high = (checks.positive("--wavelength-range (mm)", value) for value in wavelength_range)
-    if low >= high:
-        raise InputError(f"--wavelength-range must rise from LO to HI, got {low:g} and {high:g} mm")
-    return low, high
 
 
 def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":

@@ -380,15 +380,8 @@ class ChirpTracker(Stream):
 
 def _checked_range(frequency_range_Hz, rate: float) -> tuple[float, float]:
     top = BAND * rate
-    if frequency_range_Hz is None:
-        frequency_range_Hz = (15.0, min(400.0, top))
-    try:
-        lowest, highest = frequency_range_Hz
-    except (TypeError, ValueError):
-        message = f"frequency_range_Hz must be two numbers (lowest, highest), got {frequency_range_Hz!r}"
-        raise InputError(message) from None
-    lowest = checks.positive("lowest frequency (Hz)", lowest)
-    highest = checks.positive("highest frequency (Hz)", highest)
+    asked = (15.0, min(400.0, top)) if frequency_range_Hz is None else frequency_range_Hz
+    lowest, highest = checks.rising("frequency_range_Hz", asked)
     if not 2 * lowest <= highest <= min(top, 100 * lowest):
         raise InputError(
             f"frequency_range_Hz must span a factor 2 to 100 below {BAND:g} of the sampling rate ({top:g} Hz), "

@@ -72,14 +72,7 @@ class Options(NamedTuple):
 
 def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
     """The options, or `InputError` for what is not usable: a range must span a factor of 1.5 to 100."""
-    try:
-        first, last = wavelength_range_mm
-    except (TypeError, ValueError):
-        raise InputError(f"wavelength_range_mm must be two numbers (low, high), got {wavelength_range_mm!r}") from None
-    low = checks.positive("shortest wavelength (mm)", first)
-    high = checks.positive("longest wavelength (mm)", last)
-    if low >= high:
-        raise InputError(f"wavelength_range_mm must rise, got {low:g} and {high:g}")
+    low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
     if not 1.5 * low <= high <= 100 * low:
         raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {low:g} to {high:g} mm")
     rate = checks.positive("sample_rate_Hz", rate_Hz)

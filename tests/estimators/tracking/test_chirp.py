@@ -149,7 +149,8 @@ def test_scale_and_offset_do_not_matter(scale, offset):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"frequency_range_Hz": (100, 50)}, "must span a factor 2 to 100 below 0.4 of the sampling rate"),
+        ({"frequency_range_Hz": (100, 50)}, "must rise, got 100 and 50"),
+        ({"frequency_range_Hz": (100, 150)}, "must span a factor 2 to 100 below 0.4 of the sampling rate"),
         ({"frequency_range_Hz": (15, 450)}, "got 15 to 450 Hz"),
         ({"frequency_range_Hz": 15}, "must be two numbers"),
         ({"sample_rate_Hz": 0}, "sample_rate_Hz"),
