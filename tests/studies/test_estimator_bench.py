@@ -104,6 +104,13 @@ def test_an_answer_is_asked_for_once_the_path_tells_the_line_from_the_mains(made
         assert made.tellable(np.full(1000, path)).tolist() == [path >= from_mm] * 1000
 
 
+def test_a_grating_without_its_fundamental_has_two_harmonics_at_least():
+    for seed in range(100, 130):
+        made = scene("const, missing fundamental", runner.wavelength_of(seed), seed=seed, seconds=0.2, drawn=True)
+        assert 3 * made.frequency_Hz[0] < 0.4 * made.sample_rate_Hz
+        assert made.wavelength_mm[0] >= runner.wavelength_of(seed)
+
+
 def test_only_what_is_asked_for_counts_as_answered():
     made = scene("const, hum", 1.8, seed=1, seconds=1.0)
     made = dataclasses.replace(made, wavelength_mm=made.velocity_mm_s / 56.0)

@@ -147,9 +147,15 @@ def _felt(draft: Draft, wavelength: float, amplitudes, rows=slice(None)) -> np.n
 def grating(
     draft: Draft, *, duty: float = 0.5, skin_mm: float = SKIN_KERNEL_MM, missing: int = 0, times: float = 1.0
 ) -> None:
-    """A grating: groove = ridge unless `duty` says otherwise, `times` the wavelength asked for, without its first
-    `missing` harmonics."""
+    """A grating: groove = ridge unless `duty` says otherwise, `times` the wavelength asked for.
+
+    Without its first `missing` harmonics it is as long as it takes for two others to pass the amplifier: one alone is
+    a grating of its own.
+    """
     wavelength = times * draft.asked_mm
+    if missing:
+        slowest = float(np.abs(draft.velocity).min())
+        wavelength = max(wavelength, 1.02 * (missing + 2) * slowest / (PASS_BAND * draft.rate_Hz))
     amplitudes = profile_amplitudes(wavelength, duty, skin_mm)
     if missing:
         amplitudes = _of_power_one(amplitudes * (np.arange(HARMONICS) >= missing))
