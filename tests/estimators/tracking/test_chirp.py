@@ -19,6 +19,7 @@ from papilla.estimators.tracking.stroke import (
     phase_at,
     profile,
     rate_at,
+    swung,
     trend_of,
 )  # fmt: skip
 from papilla.studies.estimator_bench.scenes import scene
@@ -234,6 +235,21 @@ def test_the_derivatives_of_a_stroke_are_its_differences():
     assert np.abs(found.residual).max() < 1e-6
     turned, speed = phase_at(found, time), phase_at(other, time)
     assert np.abs(turned[0] - speed[0]).max() < 1e-6 and np.abs(turned[1] - speed[1]).max() < 1e-4
+
+
+@pytest.mark.parametrize("stiffness", [-200.0, -1e-4, 0.0, 1e-7, 1e-4, 300.0])
+def test_a_swing_is_the_oscillator_s_and_its_slopes_are_differences(stiffness):
+    """S'' = -k S from S = 0, S' = 1, and C' = S; by the stiffness, whether it is a number or next to none."""
+    time, h, dk = np.linspace(-0.3, 0.1, 9), 1e-4, 1e-2
+    S, C, by_S, by_C, turned = swung(stiffness, time)
+    later, before = swung(stiffness, time + h), swung(stiffness, time - h)
+    np.testing.assert_allclose((later[0] - before[0]) / (2 * h), turned, rtol=1e-6)
+    np.testing.assert_allclose((later[1] - before[1]) / (2 * h), S, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose((later[4] - before[4]) / (2 * h), -stiffness * S, rtol=1e-4, atol=1e-6)
+    more, less = swung(stiffness + dk, time), swung(stiffness - dk, time)
+    np.testing.assert_allclose((more[0] - less[0]) / (2 * dk), by_S, rtol=2e-2, atol=1e-7)
+    np.testing.assert_allclose((more[1] - less[1]) / (2 * dk), by_C, rtol=2e-2, atol=1e-7)
+    assert swung(stiffness, 0.0)[:2] == (0.0, 0.0) and C.min() >= 0
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 40.0, -25.0])
