@@ -84,6 +84,7 @@ def test_the_printed_threshold_loses_the_finest_grating_and_the_corrected_does_n
     assert rms_error(lambda: ImpulseInterval(variant="corrected"), WAVELENGTHS, snr_dB=40.0) < 0.04
 
 
+@pytest.mark.slow
 def test_the_figures_of_the_docstrings(rms_error):
     corrected = {"variant": "corrected"}
     assert rms_error(ZeroCrossing, WAVELENGTHS) == pytest.approx(0.127, abs=0.02)
