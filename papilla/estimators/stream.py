@@ -1,11 +1,13 @@
 """What every streaming estimator is: `update` one sample, `process` a block, `reset`, and a `state` to keep or set."""
 
 import copy
+import math
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
 
+from papilla.checks import LARGEST, believable
 from papilla.errors import InputError
 
 WHOLE = ("status", "gauges", "left_out", "channels")
@@ -16,7 +18,7 @@ class Stream(ABC):
     """Base of estimators that remember one object, `_memory`; they define `columns`, `answer`, `_fresh` and `_take`.
 
     columns : names of the values of a sample, of which the last `optional` may be left out. answer : the NamedTuple of
-    an estimate; all but `WHOLE` and `texts`, which are words, are floats.
+    an estimate; all but `WHOLE` and `texts`, which are words, are floats. What no sensor gives comes to `_take` as NaN.
     """
 
     columns: tuple[str, ...]
@@ -53,14 +55,14 @@ class Stream(ABC):
         """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
         if not len(self.columns) - self.optional <= len(sample) <= len(self.columns):
             raise InputError(f"a sample must be {self._sample()}, got {len(sample)} values")
-        return self._take(tuple(map(float, sample)))
+        return self._take(tuple(value if abs(value) <= LARGEST else math.nan for value in map(float, sample)))
 
     def process(self, block):
         """Estimates after each row of a block (n, columns), as arrays (n,); bit for bit what `update` gives.
 
         Raises `InputError` for a block of another shape.
         """
-        rows = np.asarray(block, float)
+        rows = believable(np.asarray(block, float))
         widths = range(len(self.columns) - self.optional, len(self.columns) + 1)
         if rows.ndim != 2 or rows.shape[1] not in widths:
             shape = " x ".join(map(str, rows.shape))

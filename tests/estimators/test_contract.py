@@ -270,3 +270,17 @@ def test_blocks_and_samples_of_another_width_are_refused(case):
         make().update((1.0,) * 17)
     nothing = make().process(rows()[:0])
     assert all(len(column) == 0 for column in nothing if isinstance(column, np.ndarray | list))
+
+
+@every
+@pytest.mark.parametrize("size", [1e-300, 1e13, 1e160, 1e300])
+def test_numbers_that_no_sensor_gives_end_in_a_status(case, size):
+    make, rows = case
+    wild = rows()[:400]
+    wild[100:300:7] *= size
+    for column in range(wild.shape[1]):
+        wild[150 + 5 * column : 153 + 5 * column, column] = size
+    whole = make().process(wild)
+    assert all(len(column) == 400 for column in whole if isinstance(column, np.ndarray | list))
+    numbers = [column for column in whole if isinstance(column, np.ndarray) and column.dtype.kind == "f"]
+    assert not any(np.isinf(column).any() for column in numbers)

@@ -265,7 +265,7 @@ class Pipeline(Stream):
             self._parts[name].state = own
 
     def _take(self, sample: tuple[float, ...]) -> PipelineEstimate:
-        known = (*[value if abs(value) <= checks.LARGEST else _NONE for value in sample], _NONE)
+        known = (*sample, _NONE)
         force, velocity, position, tangential = [known[place] for place in self._at]
         tick = self._clock.tick(known[0], velocity, position)
         if tick.status == REPEATED:

@@ -5,15 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from papilla.checks import LARGEST
-
 MOST_MISSING = 0.1
 """Fraction of a window: with more missing samples than this it has no spectrum."""
 
 
 @dataclass(eq=False)
 class Window:
-    """The last `count` samples of `channels`; a value that no sensor gives is missing, and holds the one before.
+    """The last `count` samples of `channels`; NaN is missing, and holds the value before.
 
     Once it is full there is something new to see every `hop` samples. beside : so many more channels, which are
     taken as they are.
@@ -42,7 +40,7 @@ class Window:
         place, count, gap = self._place, self.count, False
         for channel, value in enumerate(sample):
             if channel < self.channels:
-                if not abs(value) <= LARGEST:
+                if value != value:
                     gap, value = True, self._last[channel]
                 self._still[channel] = min(self._still[channel] + 1, count) if value == self._last[channel] else 0
                 self._last[channel] = value

@@ -55,7 +55,7 @@ class RoughnessStream(Stream):
     ----------
     variant : "as_printed" or "corrected".
     window_s : length of the window; None is that of the variant.
-    sample_rate_Hz, saturation : of the readings; |reading| >= saturation, or than any sensor gives, is not used.
+    sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
     wavelength_range_mm : its low end says from which speed on the sampling rate is too low for a corrected variant to
         answer; what is printed knows no such limit.
 
@@ -89,7 +89,7 @@ class RoughnessStream(Stream):
         self._low, self._high = checks.rising("wavelength_range_mm", wavelength_range_mm)
         if not saturation > 0:
             raise InputError(f"saturation (units of the reading) must be greater than 0, got {saturation}")
-        self._saturation = min(float(saturation), checks.LARGEST)
+        self._saturation = float(saturation)
         # Faster than this, the shortest wavelength would be sampled less than twice a period; no paper prints a limit.
         self._fastest = math.inf if variant == "as_printed" else 0.5 * self.sample_rate_Hz * self._low
         # So many samples are answered by "warming up".
@@ -134,11 +134,9 @@ class RoughnessStream(Stream):
         """The answer after one more sample, a period after the last."""
         fault, memory = OK, self._memory
         if not -self._saturation < reading < self._saturation:
-            fault = SATURATED if abs(reading) < math.inf else MISSING
-            reading = NONE
+            fault, reading = SATURATED if reading == reading else MISSING, NONE
         memory.seen = min(memory.seen + 1, self._full + 1)
-        speed = abs(velocity) if abs(velocity) < math.inf else NONE
-        status, frequency, distance, power = self._find(memory.method, reading, speed)
+        status, frequency, distance, power = self._find(memory.method, reading, abs(velocity))
         if fault or memory.seen <= self._full:
             return RoughnessEstimate(NONE, NONE, NONE, fault or WARMING_UP)
         if status in (OK, GAP) and frequency > 0.0:
@@ -152,7 +150,7 @@ class RoughnessStream(Stream):
 
     def _missing_before(self, time: float) -> int:
         """How many samples are missing before the one at this time, -1 for a duplicate; the clock goes on."""
-        if not -math.inf < time < math.inf:
+        if time != time:
             time = self._memory.time_s + 1 / self.sample_rate_Hz
         steps = (time - self._memory.time_s) * self.sample_rate_Hz
         if steps < 0.5:
