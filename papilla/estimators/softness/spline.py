@@ -26,16 +26,17 @@ class TensorSpline:
 
     def __call__(self, *point: float) -> np.ndarray:
         """(2, ... 2, c): value [0, ... 0] and slope [.. 1 ..] along each axis, at a point of the domain."""
-        places, powers = [], []
+        places: list[int] = []
+        powers: list[float] = []
         for value, start, rate, last in zip(point, self._starts, self._rates, self._last, strict=True):
             t = (value - start) * rate
             cell = int(t)
             cell = 0 if cell < 0 else last if cell > last else cell
             t -= cell
             places.append(cell)
-            powers.append(((1.0, t, t * t, t * t * t), (0.0, rate, 2 * rate * t, 3 * rate * t * t)))
+            powers += (1.0, t, t * t, t * t * t, 0.0, rate, 2 * rate * t, 3 * rate * t * t)
         found, lead = self._cells[tuple(places)], 1
-        for two in np.array(powers):
+        for two in np.array(powers).reshape(-1, 2, 4):
             found = np.matmul(two, found.reshape(lead, 4, -1))
             lead *= 2
         return found.reshape(*(2,) * len(places), -1)
