@@ -38,7 +38,7 @@ the filter would come to know what no reading tells."""
 DRIFT = 0.5
 """Gains and calibration errors are constant within so much of their standard deviation from such a node to the next:
 what is known to 3 % is not known to be the same at all forces within 0.01 %."""
-SLOT, SHARE = 32, 8
+SLOT, SHARE = 64, 8
 """What is learnt from is the mean of a slot of samples, at most so many, and of what was learnt already one in so many:
 nothing that is looked for changes from one sample to the next."""
 LEAST_NOISE = 1e-6
