@@ -19,6 +19,7 @@ from papilla.estimators.published.texture import (
     printed_bands,
     random_bands,
 )
+from papilla.estimators.published.texture.bands import integral
 
 RATE = 2000.0
 LARGE = [494, 395, 516, 434, 476, 557, 413, 442, 650, 433, 417, 656, 267, 478, 178, 423, 427]
@@ -107,7 +108,17 @@ def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_lit
         matching_band(records, RATE, scores, [])
 
 
+def test_lines_are_rectangles_around_their_numbers():
+    found = integral(np.array([[1.0], [2.0], [3.0], [4.0]]), [0.0, 0.5, 1.5, 2.0, 2.75])
+    np.testing.assert_allclose(found[:, 0], [0.5, 2.0, 1.5, 0.5 * 3 + 0.25 * 4])
+
+
 def test_bands_refuse_what_they_cannot_show():
+    assert best_band(shaped(1, 0), 1000.0, printed_bands()).number >= 1
+    with pytest.raises(InputError, match="a rate of 999 Hz cannot show"):
+        best_band(shaped(1, 0), 999.0, printed_bands())
+    with pytest.raises(InputError, match="rise from 0 or more to at most 1000 Hz"):
+        band_amplitudes(shaped(1, 0), RATE, [1, 10, 1200])
     with pytest.raises(InputError, match="a rate of 35.6 Hz cannot show"):
         best_band(np.ones(100), 35.6, printed_bands())
     with pytest.raises(InputError, match="rise from 0 or more to at most 1000 Hz"):
