@@ -151,18 +151,15 @@ class Touch(Stream):
         zeros, airborne = old.zeros, old.airborne
         if good and abs(force) < AIR_SHARE * self._contact:
             airborne = min(airborne + 1, AIR_SAMPLES)
-            weight = self._zero_gain(airborne)
+            # Kalman gain of one more reading: zeros that are in no doubt are not learnt from noise.
+            doubted, noise = self._fitter.doubts.zero_microstrain, float(self._fitter.noise[0])
+            weight = doubted**2 / (doubted**2 * airborne + noise**2)
             zeros = tuple([zero + (y - zero) * weight for zero, y in zip(zeros, readings, strict=True)])
         self._slot = None
         if zeros is not old.zeros or old.belief is not None:
             self._note(
                 zeros=zeros, airborne=airborne, belief=None, contradicted=0, patience=PATIENCE, dominant=self.dominant
             )
-
-    def _zero_gain(self, samples: float) -> float:
-        """Kalman gain of one more reading in the air: zeros that are in no doubt are not learnt from noise."""
-        doubted, noise = self._fitter.doubts.zero_microstrain, float(self._fitter.noise[0])
-        return doubted**2 / (doubted**2 * samples + noise**2)
 
     def _unknown(self) -> Belief:
         """What is known at the begin of a touch."""
