@@ -46,6 +46,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
      "math.hypot(along_force * force_sigma / force, sd_sigma / sd)"): "symmetric",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
     ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
+    ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",
     ("papilla/estimators/published/wavelet/transform.py", "6", "7"): "zeros behind where a wavelet has died away",
     ("papilla/estimators/softness/start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/start.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
@@ -93,6 +94,8 @@ def _code(node: ast.AST, free: tuple[str, ...] = ()) -> Iterator[ast.AST]:
     """The nodes that say what is done: no annotations, imports, texts, and nothing that only raises or prints."""
     if isinstance(node, ast.Import | ast.ImportFrom | ast.JoinedStr | ast.Raise | ast.Assert):
         return
+    if isinstance(node, ast.keyword) and node.arg == "strict":
+        return  # a check of lengths, as an assertion is
     if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
         return
     if isinstance(node, ast.Constant | ast.UnaryOp) and ast.unparse(node) in free:

@@ -129,6 +129,7 @@ def test_a_change_of_friction_is_seen_within_a_few_millimetres_and_said():
     np.testing.assert_allclose(after, 0.280, atol=0.005)
     changed = np.flatnonzero(answer.status == FrictionStatus.CHANGED)
     assert 1020 < changed[0] < 1100 and changed[-1] < 1300, "said 1 to 5 mm after it, and not for ever"
+    assert len(changed) > 30 and (np.diff(changed) == 1).all(), "until as much was learnt anew"
 
 
 def test_a_slow_drift_is_followed_and_old_sliding_is_forgotten():

@@ -7,12 +7,14 @@ from papilla.estimators.tracking.finding import Verdict
 from papilla.estimators.tracking.look import Look, sharpness
 from papilla.estimators.tracking.rivals import Task
 from papilla.estimators.tracking.spectrum import whole
+from papilla.studies.estimator_bench.parts import sheared
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
 PLACES = {
     "constant": lambda t: 96 * t,
     "bent": lambda t: 96 * t + 8 * np.sin(7 * t),
     "strokes": lambda t: 25 * (1 - np.cos(2 * np.pi * 1.1 * t)),
+    "quick strokes": lambda t: 12 * (1 - np.cos(2 * np.pi * 2.2 * t)),
 }
 HUMS_HZ = tuple(sorted({n * mains for mains in (50.0, 60.0) for n in range(1, 9)}))
 
@@ -26,7 +28,7 @@ def window(motion, seed, *, wavelength=TRUE_MM, late_s=0.0, hum=0.0, gauges=1, h
     for order, size in enumerate(harmonics, 1):
         turns = order * (true[:, None] - APART_MM * np.arange(gauges)) / wavelength
         readings += size * np.cos(2 * np.pi * turns + order)
-    breaks = np.flatnonzero(np.diff(np.sign(np.diff(told)))) + 1 if motion == "strokes" else ()
+    breaks = np.flatnonzero(np.diff(np.sign(np.diff(told)))) + 1 if "strokes" in motion else ()
     return np.column_stack([time, told - told[0], np.ones(COUNT), readings]), tuple(map(int, breaks))
 
 
@@ -97,6 +99,19 @@ def test_noise_alone_is_nothing():
 def test_what_is_not_the_surface_s_or_not_asked_for_is_refused(motion, options, task, verdict):
     for seed in range(4):
         assert looked(*window(motion, seed, **options), **task).verdict == verdict
+
+
+def test_the_play_of_the_skin_after_a_turn_is_no_error_of_the_wavelength():
+    """The skin trails by 0.3 mm, turning over within 0.5 mm of the way back."""
+    ratios = []
+    for seed in range(8):
+        rows, breaks = window("quick strokes", seed, harmonics=())
+        skin = sheared(rows[:, 1], 0.3, 0.5)
+        rows[:, 3] += np.cos(2 * np.pi * skin / TRUE_MM)
+        found = looked(rows, breaks, late_variance=1e-4)
+        ratios.append((found.wavenumber - 1 / TRUE_MM) / found.sigma)
+        assert found.verdict == Verdict.FOUND and abs(found.late_s) < 3e-4
+    assert np.sqrt(np.mean(np.square(ratios))) < 2.0
 
 
 @pytest.mark.parametrize("motion", ["bent", "strokes"])
