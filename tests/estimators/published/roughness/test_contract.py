@@ -230,6 +230,18 @@ def test_unusable_blocks_and_samples_are_refused(make):
     assert empty.status.shape == (0,)
 
 
+@pytest.mark.parametrize("cls", CLASSES)
+def test_limits_are_where_they_are_said_to_be(cls, grating):
+    """Eight samples a window; half of the rate times the shortest wavelength, 200 mm/s, when corrected."""
+    assert cls(window_s=0.008, **({"hop_s": 0.008} if issubclass(cls, ShortTimeSpectrum) else {})).window_samples == 8
+    with pytest.raises(InputError, match="at least 8 samples, got 0.007 s"):
+        cls(window_s=0.007)
+    rows = grating(1.2, seconds=0.5)
+    for speed, fast in ((198.0, False), (202.0, True)):
+        rows[:, 1] = speed
+        assert (cls(variant="corrected").process(rows).status[-1] == RoughnessStatus.ALIASED) == fast
+
+
 def test_specific_parameters_are_refused():
     with pytest.raises(InputError, match="hop_s must be between one sample and window_s, got 0.3 s"):
         ShortTimeSpectrum(hop_s=0.3)

@@ -228,6 +228,7 @@ def test_features_do_not_see_offset_or_trend_but_the_spectrum():
     assert one.shape == (12,)
     np.testing.assert_allclose(one, other, atol=1e-9)
     np.testing.assert_allclose(log_band_features(2 * window, 35.6, 4) - one, np.log(2))
+    np.testing.assert_allclose(one.reshape(3, 4), [log_band_features(own, 35.6, 4) for own in window.T])
     with pytest.raises(InputError, match="does not change"):
         log_band_features(np.ones((128, 1)), 35.6, 4)
 
@@ -291,3 +292,5 @@ def test_splits_that_cannot_be_are_refused():
         leave_m_out(features, np.zeros(24), 3, seed=0)
     with pytest.raises(InputError, match="must be finite and fit 24 labels"):
         leave_m_out(features[:-1], labels, 3, seed=0)
+    with pytest.raises(InputError, match="must be finite and fit 24 labels"):
+        leave_m_out(np.where(np.arange(24)[:, None] == 3, np.nan, features), labels, 3, seed=0)
