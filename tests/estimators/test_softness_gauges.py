@@ -342,3 +342,17 @@ def test_friction_that_is_not_known_is_a_doubt_of_its_own(exact):
     assert answer.modulus_MPa[-1] == pytest.approx(0.2, rel=0.02)
     stuck = estimator(unknown).process(touched(exact, 0.2, PRESS))
     assert abs(stuck.modulus_MPa[-1] - 0.2) < 2 * stuck.modulus_sigma_MPa[-1]
+
+
+def test_what_was_learnt_with_a_gauge_that_turns_out_to_be_stuck_is_void(exact):
+    """Its last readings were wrong before anybody knew; when it moves again nothing is lost."""
+    force = np.full(160, 0.4) + 0.05 * np.sin(np.arange(160) / 5)
+    samples = touched(exact, 0.3, force)
+    samples[60:120, 1] = samples[60, 1]
+    answer = estimator(exact, stuck_samples=20).process(samples)
+    sigma = answer.modulus_sigma_MPa / answer.modulus_MPa
+    found = np.flatnonzero([bool(unpack(int(left), 6)[1]) for left in answer.left_out])
+    assert 60 < found[0] <= 80 and sigma[80] > 2 * np.nanmin(sigma[:80])
+    after = sigma[122:]
+    assert after.max() < 1.3 * sigma[119], "free again"
+    assert abs(np.log(answer.modulus_MPa[-1] / 0.3)) < 4 * sigma[-1]
