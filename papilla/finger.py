@@ -252,6 +252,11 @@ class Finger:
 
         write_design(self, Path(path))
 
+    @property
+    def ridge_pitch_mm(self) -> float:
+        """Pitch of its ridges, 0 for a smooth skin."""
+        return self.ridges.pitch if self.ridges else 0.0
+
     def __repr__(self) -> str:
         """Name, shape, layers and number of gauges: the whole design is in `describe()`."""
         layers = f"{self.outer.modulus:g} over {self.inner.modulus:g} MPa"

@@ -149,7 +149,7 @@ def calibrate_finger(
     progress("fitting")
     calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
     calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
-    calibration = replace(calibration, finger=calibration.finger | _ridges(finger))
+    calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
     calibration = with_identification(calibration, finger, progress)
     progress("contacts beside the apex")
     calibration = with_positions(calibration, finger, reduced, friction)
@@ -210,17 +210,14 @@ def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrate
             f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
             f"the finger {finger.name!r} has {len(finger.gauges)}"
         )
-    own = {"name": finger.name, "sha256": finger.sha256} | _ridges(finger) if finger else None
+    own = None
+    if finger:
+        own = {"name": finger.name, "sha256": finger.sha256, "ridge_pitch_mm": finger.ridge_pitch_mm}
     calibration = fit_bench(log, own)
     checked = _within(log.force_N, CHECKED_FORCE_N) & _within(log.modulus_MPa, CHECKED_MODULUS_MPA)
     force, modulus = log.force_N[checked], log.modulus_MPa[checked]
     answer = calibration.invert(log.sd_microstrain[checked], force)
     return Calibrated(calibration, log, Recovery(force, modulus, np.asarray(answer.modulus_MPa)))
-
-
-def _ridges(finger: Finger) -> dict[str, float]:
-    """What a calibration tells the estimators of a finger's ridges."""
-    return {"ridge_pitch_mm": finger.ridges.pitch} if finger.ridges else {}
 
 
 def _friction_notes(known: bool, doubts: list[str]) -> list[str]:

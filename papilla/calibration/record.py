@@ -163,7 +163,7 @@ class Calibration:
 
     Parameters
     ----------
-    finger : {"name", "sha256"}, "ridge_pitch_mm" where it has ridges; mesh : what the sweep was computed on
+    finger : {"name", "sha256"}, "ridge_pitch_mm" (0 for a smooth skin); mesh : what the sweep was computed on
         (empty for a bench calibration).
     forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
@@ -192,9 +192,9 @@ class Calibration:
 
     @property
     def ridge_pitch_mm(self) -> float | None:
-        """Pitch of the finger's own ridges in mm, None where it has none or nobody said so; raises `InputError`."""
+        """Pitch of the finger's ridges in mm, 0 for a smooth skin, None where nobody said so; raises `InputError`."""
         pitch = self.finger.get("ridge_pitch_mm")
-        return None if pitch is None else checks.positive("the calibration's finger.ridge_pitch_mm", pitch)
+        return None if pitch is None else checks.within("the calibration's finger.ridge_pitch_mm", pitch, 0, 100)
 
     def __repr__(self) -> str:
         force, modulus = ("-".join(f"{limit:g}" for limit in self.domain[key]) for key in ("force_N", "modulus_MPa"))

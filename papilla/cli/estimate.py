@@ -145,11 +145,10 @@ def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
 
 
 def _ridge_pitch(design: Path | None) -> float | None:
-    """Pitch (mm) of a design's ridges, None where there are none."""
+    """Pitch (mm) of a design's ridges, None where there is no design."""
     from papilla.finger import Finger
 
-    ridges = Finger.load(design).ridges if design else None
-    return ridges.pitch if ridges else None
+    return Finger.load(design).ridge_pitch_mm if design else None
 
 
 def _zeros(record: "Calibration | None") -> "np.ndarray":

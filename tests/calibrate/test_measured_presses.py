@@ -49,7 +49,7 @@ def test_three_moduli_without_noise(truth, tmp_path):
 @pytest.mark.slow
 def test_a_calibration_tells_the_ridges_of_its_finger(truth, tmp_path):
     finger = Finger.default()
-    for own, pitch in ((finger, finger.ridges.pitch), (replace(finger, ridges=None), None), (None, None)):
+    for own, pitch in ((finger, finger.ridges.pitch), (replace(finger, ridges=None), 0.0), (None, None)):
         calibrate_measured(log_of(truth), own).calibration.save(tmp_path / "c.json")
         assert Calibration.load(tmp_path / "c.json").ridge_pitch_mm == pitch
 

@@ -252,7 +252,7 @@ def test_unusable_arguments_are_refused(calibration):
         ({"wavelength_range_mm": (np.nan, 4)}, "must be finite"),
         ({"sample_rate_Hz": 0}, "sample_rate_Hz must be greater than 0"),
         ({"saturation": -1}, "saturation must be greater than 0"),
-        ({"ridge_pitch_mm": 0}, "ridge_pitch_mm must be greater than 0"),
+        ({"ridge_pitch_mm": -1}, "ridge_pitch_mm must lie between 0 and 100"),
         ({"calibration": replace(calibration, finger={"ridge_pitch_mm": -1})}, "calibration's finger.ridge_pitch_mm"),
     ):
         with pytest.raises(InputError, match=message):

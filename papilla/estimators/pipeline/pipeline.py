@@ -72,8 +72,8 @@ class Pipeline(Stream):
     gauge_positions_mm : places (g,) of the gauges along the movement, where they are known.
     wavelength_range_mm : (shortest, longest) wavelength that is looked for.
     scale_sigma, latency_s, resonances_Hz : of the path, see `FusedTracker`; the scale's error is in every wavelength.
-    ridge_pitch_mm : of the finger's own ridges; the calibration's where it is None. A line that they may feel as a
-        harmonic is then not "ok" until the fundamental would be seen.
+    ridge_pitch_mm : of the finger's own ridges, 0 for none; the calibration's where it is None. A line that they may
+        feel as a harmonic is not "ok" until the fundamental would be seen.
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
     doubts : what else of finger, sensors and specimen is not known exactly, see `papilla.estimators.Doubts`.
@@ -181,6 +181,11 @@ class Pipeline(Stream):
             if rate < SLOW_HZ:
                 self._notes.append(
                     "wavelength: one below two steps of the path is not seen at this rate and may pose as a longer one"
+                )
+            if path["ridge_pitch_mm"] is None:
+                self._notes.append(
+                    "wavelength: nobody said which ridges the finger has (ridge_pitch_mm, 0 for none): a harmonic that "
+                    "they feel louder than the fundamental may pose as a shorter wavelength"
                 )
             if path["scale_sigma"] > 0:
                 self._notes.append(

@@ -79,7 +79,7 @@ def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz,
     hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
     hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
     late = None if latency_s is None else checks.within("latency_s", latency_s, -0.1, 0.1)
-    pitch = 0.0 if ridge_pitch_mm is None else checks.positive("ridge_pitch_mm", ridge_pitch_mm)
+    pitch = 0.0 if ridge_pitch_mm is None else checks.within("ridge_pitch_mm", ridge_pitch_mm, 0, 100)
     return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
 
 

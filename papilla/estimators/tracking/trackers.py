@@ -42,8 +42,8 @@ class FusedTracker(Stream):
     scale_sigma : relative standard deviation of the velocity's scale; it is in the wavelength's in full.
     latency_s : how late the velocity is beside the readings; None: it is estimated wherever the speed changes.
     resonances_Hz : frequencies at which the finger or its mount rings: at a constant speed a line there is not ok.
-    ridge_pitch_mm : of the finger's own ridges, which may feel a harmonic louder than all else; None where there are
-        none or nobody knows.
+    ridge_pitch_mm : of the finger's own ridges, which may feel a harmonic louder than all else; 0 or None
+        where there are none or nobody knows.
     saturation : |reading| from which a reading is not one.
 
     Raises `InputError` for unusable values.
