@@ -32,7 +32,7 @@ HOP, MARGIN = 24, 256
 PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 1000, 2
 """Parts of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
 and how many of those a sample takes at most."""
-STEADY, SPARE_S, SPARE = 4, 0.1, 0.25
+STEADY, SPARE_S, SPARE = 4, 0.15, 0.25
 """After so many looks that agree there is so much time at least between two; and where every lateness of the path was
 tried since, so much of the path that a look has."""
 GLANCE, CLEARLY = 8, 3.0

@@ -339,7 +339,6 @@ class Look:
             self._wavenumber * self._place, regressors, np.maximum(np.abs(slope(self._place)), 1e-12), self._count,
             self._strokes.readings, self._strokes.seen, self._stroke, self._level,
         )  # fmt: skip
-        yield
         fit = yield from regressed(phases, np.array([*prior, PLAY_MM**-2]), np.array([*off, 0.0]))
         step, limit = float(fit.step[0]), 0.7 / self._strokes.extent
         self._wavenumber += min(max(step, -limit), limit)
@@ -392,12 +391,12 @@ class Look:
         wanted, kept, sigma = self._phases.amplitude[-1], 1.0, 1.0
         for periods in (2, 4, 8, 12, 16):
             found = share_kept(self._place[rows], readings, seen, self._wavenumber, wanted, self._level[0], periods)
-            yield
             if found is None:
                 break
             kept, sigma = found
             if kept + SURE * sigma < LOST:
                 break
+            yield
         return kept, sigma
 
 

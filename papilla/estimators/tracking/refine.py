@@ -108,6 +108,7 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Parts[Fit]:
     columns = np.column_stack([phases.regressors, phases.cycles])
     spare = max(int(known.sum()) - stroke.shape[1] - len(prior), 1)
     for _ in range(3):
+        yield
         share = weight[:, None] * stroke
         means = share.T @ columns / np.maximum(share.sum(axis=0), 1e-300)[:, None]
         centred = columns - means[phases.stroke]
@@ -122,7 +123,6 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Parts[Fit]:
         usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
         pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
         weight = phases.information * pull**2
-        yield
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
     noise, usual = middle(1 / phases.information[known]), MEDIAN_TO_SIGMA * middle(left[known])
     return Fit(step, inverse * ratio, max(usual**2 - noise, 0.0) ** 0.5)

@@ -120,7 +120,7 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
         flat[rows] = _less_trend(basis, taper, readings[rows], seen[rows])
         origin[rows], weight[rows] = start, taper
         extents.append(extent)
-        yield
+    yield
     return Strokes(place, flat, seen, weight, begin, origin, min(extents))
 
 
@@ -141,7 +141,6 @@ def spectrum_of(strokes: Strokes, step: float, size: int) -> Parts[Spectrum]:
         power += (transform.real**2 + transform.imag**2).T
         yield
     # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
-    yield
     power /= _spread(size)
     resolution = size * step / strokes.extent
     own = np.median(power[int(resolution) :: max(int(resolution), 1)], axis=0)
