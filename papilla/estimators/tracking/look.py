@@ -69,7 +69,6 @@ class Look:
         if found is None:
             return self.finding
         chosen, verdict, refused = found
-        yield
         fundamental, sure = yield from self._fundamental(chosen)
         self._hum = self._cleaned or refused
         if self._hum:
@@ -87,7 +86,6 @@ class Look:
         for _ in range(2):
             if (yield from self._refined()):
                 break
-            yield
         yield
         return (yield from self._judged(verdict if sure else Verdict.AMBIGUOUS, refused))
 
@@ -128,7 +126,6 @@ class Look:
         self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.step, task.size)
         if not np.isfinite(spectrum.own).any():
             return False
-        yield
         highest = highest_of(task, self._place)
         resolution = 1 / self._strokes.extent
         found = yield from spectrum.lines(2 * resolution, min(2 / task.low, highest * 2), 3 * MOST_LINES)
@@ -156,7 +153,6 @@ class Look:
                 self.finding = replace(self.finding, verdict=Verdict.OUT_OF_RANGE)
             if self._cleaned:
                 self.finding = replace(self.finding, score=0.0)
-        yield
         return bool(self._inside)
 
     def _over_time(self) -> Parts[None]:
@@ -178,10 +174,8 @@ class Look:
         size = 1 << max(int(np.ceil(np.log2(1.5 * longest / step))), 4)
         if size <= 4096:
             readings = np.where(self._strokes.seen, self._strokes.readings, np.nan)
-            yield
             strokes = yield from strokes_of(time, readings, self._begin, 1)
             spectrum = yield from spectrum_of(strokes, step, size)
-            yield
             self._time_lines += yield from spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
 
     def _chosen(self) -> Parts[tuple[Line, Verdict, bool] | None]:
@@ -363,7 +357,6 @@ class Look:
             # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
             verdict = Verdict.TIME_LOCKED if refused else Verdict.INCOHERENT
         kept, kept_sigma = yield from self._newest()
-        yield
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
         power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
@@ -411,9 +404,7 @@ def sharpness(task: Task, late_s: float) -> Parts[float]:
     if window is None:
         return 0.0
     _, place, _, _, begin, readings = window
-    yield
     strokes = yield from strokes_of(place, readings, begin)
     spectrum = yield from spectrum_of(strokes, task.step, task.size)
-    yield
     lines = yield from spectrum.lines(1 / task.high, highest_of(task, place), MOST_LINES)
     return max((line.ratio for line in lines), default=0.0)

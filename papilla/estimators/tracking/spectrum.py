@@ -86,7 +86,6 @@ class Spectrum(NamedTuple):
         tops = tops[np.argsort(-power[tops])[: most + SPARE_TOPS]]
         yield
         noise = background(power, tops, self.resolution, pooled=False)
-        yield
         # The vertex of the parabola through the logarithms.
         left, middle, right = np.log(power[np.add.outer((-1, 0, 1), tops)])
         places = self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
