@@ -23,7 +23,8 @@ class Finding:
     lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
     path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
     the fundamental in the last stroke, from path 0 on, and variance of a sample about it.
-    kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's.
+    kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's;
+    mixed : a louder one, not taken out, may be.
     """
 
     verdict: Verdict = Verdict.NOTHING
@@ -41,3 +42,4 @@ class Finding:
     kept_sigma: float = 0.0
     score: float = 0.0
     hums_Hz: tuple[float, ...] = ()
+    mixed: bool = False

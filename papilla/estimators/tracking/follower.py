@@ -280,7 +280,8 @@ class Follower:
         """Whether a glance tells: what a look takes out of the readings it would see, and where the line is not most of
         what is read, the rest is another wave as well as noise."""
         power = np.abs(found.amplitude) ** 2 / 2
-        return bool(found.amplitude) and not self.memory.hums_Hz and bool((power > found.noise).any())
+        alone = not (found.mixed or self.memory.hums_Hz)
+        return bool(found.amplitude) and alone and bool((power > found.noise).any())
 
     def _glance(self, end: int) -> bool:
         """See whether the newest periods still have the line: if not, a look is due; False where it is not time to."""

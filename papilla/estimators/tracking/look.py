@@ -51,6 +51,8 @@ KNOWN_NEAR, SETTLED = 0.1, 0.3
 """Resolutions within which a wavenumber that was known is gone on from, and sigmas of a step that needs no other."""
 LATE_S = 1e-4
 """Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
+COARSER = 1.5
+"""Times the grid's step, up to which it may be coarser."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
 
@@ -123,7 +125,7 @@ class Look:
     def _detected(self) -> Parts[bool]:
         """Whether there are lines over the path, within reach of what the steps and the extent show."""
         task = self._task
-        self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.step, task.size)
+        self._spectrum = spectrum = yield from spectrum_of(self._strokes, grid_of(task, self._place), task.size)
         if not np.isfinite(spectrum.own).any():
             return False
         highest = highest_of(task, self._place)
@@ -374,6 +376,7 @@ class Look:
             noise=tuple(self._level[0].tolist()),
             kept=kept,
             kept_sigma=kept_sigma,
+            mixed=refused,
         )
 
     def _newest(self) -> Parts[tuple[float, float]]:
@@ -398,6 +401,14 @@ def highest_of(task: Task, place: np.ndarray) -> float:
     return min(1 / task.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
 
 
+def grid_of(task: Task, place: np.ndarray) -> float:
+    """Step of the grid in mm: whole steps of the path where they are near that. Images of a line, which even steps
+    make, then fall on the line itself, and not, folded, beside it as a line of another texture."""
+    own = middle(np.abs(np.diff(place)))
+    step = own * np.ceil(task.step / max(own, 1e-12) - 1e-6)
+    return float(step) if step < COARSER * task.step or own > task.step else task.step
+
+
 def sharpness(task: Task, late_s: float) -> Parts[float]:
     """Power over the background of the sharpest line if the path were late by this, 0 where none can be told."""
     window = window_of(task, late_s)
@@ -405,6 +416,6 @@ def sharpness(task: Task, late_s: float) -> Parts[float]:
         return 0.0
     _, place, _, _, begin, readings = window
     strokes = yield from strokes_of(place, readings, begin)
-    spectrum = yield from spectrum_of(strokes, task.step, task.size)
+    spectrum = yield from spectrum_of(strokes, grid_of(task, place), task.size)
     lines = yield from spectrum.lines(1 / task.high, highest_of(task, place), MOST_LINES)
     return max((line.ratio for line in lines), default=0.0)

@@ -210,6 +210,18 @@ def test_the_mains_make_no_fundamental_of_a_texture():
     assert usable[800:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.01
 
 
+@pytest.mark.parametrize("speed, wavelength, mains", [(132.0, 2.3, 50.0), (146.0, 1.76, 60.0), (142.0, 2.2, 50.0)])
+def test_a_texture_beside_a_louder_hum_is_told_once_they_are_apart(speed, wavelength, mains):
+    """And stays told: neither the hum in the newest periods nor its images on the grid are another surface."""
+    time = np.arange(1800) / RATE
+    hum = 2.5 * (np.sin(2 * np.pi * mains * time) + 0.25 * np.sin(6 * np.pi * mains * time))
+    turns = 2 * np.pi * speed * time / wavelength
+    readings = np.cos(turns) + 0.3 * np.cos(2 * turns + 1) + hum + np.random.default_rng(0).normal(0, 0.1, 1800)
+    found = SpaceTracker().process(np.column_stack([readings, np.full(1800, speed)]))
+    usable = good(found)
+    assert usable[900:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_guess_does_not_replace_what_was_known(seed):
     made = scene("harsh", 1.2, seed=seed, seconds=3.0)
