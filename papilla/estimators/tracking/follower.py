@@ -104,9 +104,9 @@ class Memory:
     begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, hop :
     cells until the next, waited : samples since; look : the one under way.
     finding : of the last, path 0 of which is at origin; known : wavenumber and sigma that are told, guessed : before a
-    look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glanced :
-    cell of the last glance, doubted : whether it missed the line. hums_Hz : lines of time, hummed : looks since they
-    were found. late_s, late_variance, sharper : of the path, and of each trial.
+    look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glances :
+    whether a glance tells, glanced : cell of the last, doubted : whether it missed the line. hums_Hz : lines of time,
+    hummed : looks since they were found. late_s, late_variance, sharper : of the path, and of each trial.
     """
 
     cells: Cells
@@ -124,6 +124,7 @@ class Memory:
     agreed: int = 0
     origin: float = 0.0
     proved: float = 0.0
+    glances: bool = False
     glanced: int = 0
     doubted: bool = False
     changed: bool = False
@@ -251,7 +252,9 @@ class Follower:
             self._begin_look(Looking(begin, end, tuple(memory.cells.breaks), origin))
 
     def _spare(self) -> bool:
-        return self.memory.agreed > STEADY and self.memory.waited < SPARE_S * self.options.rate_Hz
+        """Whether the next look can wait: many agreed, and glances would see another surface."""
+        memory = self.memory
+        return memory.glances and memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
 
     def _begin_look(self, look: Looking) -> None:
         self.memory.look, self._going = look, self._parts_of(look)
@@ -286,7 +289,7 @@ class Follower:
     def _glance(self, end: int) -> bool:
         """See whether the newest periods still have the line: if not, a look is due; False where it is not time to."""
         memory, found = self.memory, self.memory.finding
-        if end - memory.glanced < GLANCE or not memory.agreed or not self._glances(found):
+        if end - memory.glanced < GLANCE or not memory.agreed or not memory.glances:
             return False
         memory.glanced = end
         cells = memory.cells
@@ -339,10 +342,11 @@ class Follower:
             return
         before, memory.finding, memory.doubted = memory.known[0], found, False
         tried = memory.agreed > STEADY + len(self._trials)
-        memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and self._glances(found) else HOP
         memory.hummed += 1
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
+        memory.glances = self._glances(found)
+        memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and memory.glances else HOP
         good = found.verdict in (Verdict.FOUND, Verdict.UNDECIDED)
         if good:
             memory.origin = look.origin
