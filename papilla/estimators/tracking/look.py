@@ -51,8 +51,6 @@ KNOWN_NEAR, SETTLED = 0.1, 0.3
 """Resolutions within which a wavenumber that was known is gone on from, and sigmas of a step that needs no other."""
 LATE_S = 1e-4
 """Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
-COARSER = 1.5
-"""Times the grid's step, up to which it may be coarser."""
 BAND = 0.45
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
 
@@ -402,11 +400,9 @@ def highest_of(task: Task, place: np.ndarray) -> float:
 
 
 def grid_of(task: Task, place: np.ndarray) -> float:
-    """Step of the grid in mm: whole steps of the path where they are near that. Images of a line, which even steps
-    make, then fall on the line itself, and not, folded, beside it as a line of another texture."""
-    own = middle(np.abs(np.diff(place)))
-    step = own * np.ceil(task.step / max(own, 1e-12) - 1e-6)
-    return float(step) if step < COARSER * task.step or own > task.step else task.step
+    """Step of the grid in mm: the path's own where that is longer. Images of a line, which even steps make, then fall
+    on the line itself, and not, folded, beside it as a line of another texture."""
+    return max(task.step, middle(np.abs(np.diff(place))))
 
 
 def sharpness(task: Task, late_s: float) -> Parts[float]:
