@@ -50,7 +50,8 @@ def test_a_foil_is_symmetric_beside_the_apex_too(coarse):
     assert right.reading == pytest.approx(left.reading[::-1], rel=1e-6, abs=1e-6 * np.abs(right.reading).max())
     middle = press(model.reduce((1e-6, 0.0)), Block(0.3, 10), force=0.3, fidelity="contact")
     apex = press(model.reduce(), Block(0.3, 10), force=0.3, fidelity="contact")
-    assert middle.reading == pytest.approx(apex.reading, rel=1e-4, abs=1e-4 * np.abs(apex.reading).max())
+    # Whole elements are in touch or not: a quarter of a patch and a half may differ by one.
+    assert middle.reading == pytest.approx(apex.reading, rel=5e-3, abs=5e-3 * np.abs(apex.reading).max())
 
 
 def test_stiffness_is_not_negative(coarse):
