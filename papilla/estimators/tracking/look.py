@@ -38,8 +38,6 @@ FALSE_ALARM, CONFIRMED = 1e-4, 1e-2
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
-DOUBTFUL = 2.0
-"""By how much the path's must be more than time's where the speed tells by a period (stick-slip in strokes)."""
 KNOWN = 0.02
 """Of the wavenumber, by which a line may differ from the known one and be it."""
 COHERENT, SCATTERED = 0.8, 0.12
@@ -219,9 +217,7 @@ class Look:
             return Verdict.FOUND
         if told and time > enough and time > EXCLUDED * path:
             return Verdict.TIME_LOCKED
-        # Where the speed tells by a period and more, what is clearly nobody's is not the surface's.
-        nobodys = self._bend * line.wavenumber > 1 and DOUBTFUL * time > path
-        return Verdict.TIME_LOCKED if nobodys or self._near_hum(line) else Verdict.UNDECIDED
+        return Verdict.TIME_LOCKED if self._near_hum(line) else Verdict.UNDECIDED
 
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
@@ -378,7 +374,7 @@ class Look:
             noise=tuple(self._level[0].tolist()),
             kept=kept,
             kept_sigma=kept_sigma,
-            mixed=refused and verdict == Verdict.UNDECIDED,
+            mixed=refused,
         )
 
     def _newest(self) -> Parts[tuple[float, float]]:
