@@ -57,9 +57,9 @@ Further out it is at the mercy of the mesh, and the profiles of layers leave the
 TELLING_ELEMENTS, RESOLVING_ELEMENTS = 4.0, 6.0
 """Elements across the contact radius from which the pressure tells q better than Hertz's 0, and than the energy's q."""
 
-EDGE_BAND = 0.5
-"""Elements around the edge by which the active nodes of a true ellipse may differ from it (0.36 was measured at most; a
-slab's line contact, whose low moments an ellipse can match, gives 0.8)."""
+EDGE_BAND = 1.2
+"""Widths of the strip from what pressed nodes own to what their triangles reach, by which a true ellipse may differ
+from what they own (0.93 was measured at most; a square, whose low moments an ellipse can match, gives 1.5 and more)."""
 
 
 class NoContactError(ContactRangeError):
@@ -290,7 +290,8 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     known, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
     q = known + (q - known) / (1 + (needed / elements) ** 12)
     area = 2 * np.pi * spread / mean_square(q)
-    if abs(area - counted.area) > EDGE_BAND * edge * 2 * np.sqrt(np.pi * area):
+    reached = len(patch.images) * float(weights[load > 0].sum())
+    if abs(area - counted.area) > EDGE_BAND * (reached - counted.area):
         return counted
     mean = len(patch.images) * total / area
     return ContactShape(area, mean * peak_over_mean(q), True)
