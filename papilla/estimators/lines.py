@@ -11,9 +11,9 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.background import Level, background
-from papilla.estimators.peaks import Peak, order_of, vertex, with_harmonics
-from papilla.estimators.position_spectrum import GRID_PER_PERIOD, PositionSpectrum, position_spectrum
+from papilla.estimators.background import background
+from papilla.estimators.peaks import Peak, order_of, with_harmonics
+from papilla.estimators.spectrum import Spectrum, Strokes, spectrum_of, strokes_of, whole
 
 FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0
@@ -26,6 +26,9 @@ BEYOND = 4.0
 """The spectrum reaches to wavenumbers so many times higher than those searched, where the log shows them: a line that
 is also a harmonic, or a background, is seen there."""
 
+GRID, PADDING = 8, 8
+"""Grid points in the shortest wavelength: what lies beyond the grid then folds back weaker than 2 %. And how many times
+longer the grid is made, so that a peak is seen at its top."""
 LEAST = 1e-100
 """No reading changes by less; the square's square of more is not zero."""
 LONGEST_GRID = 2**19
@@ -105,16 +108,19 @@ def find_lines(
     position, channels, unused_samples, used = usable(position_mm, readings)
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
-    spectrum = position_spectrum(position, channels, 1 / max(shortest, low / BEYOND), TREND)
-    power, octaves = spectrum.pooled(), float(np.log(high / low)) / spectrum.resolution
-    peaks = _peaks(spectrum, power, used, false_alarm, octaves)
-    inside = np.flatnonzero((spectrum.wavenumber >= 1 / high) & (spectrum.wavenumber <= 1 / low))
+    # Less their mean, so that an offset costs no digits.
+    strokes = whole(strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), TREND))
+    spectrum = _spectrum(strokes, max(shortest, low / BEYOND))
+    octaves = float(np.log(high / low)) * strokes.extent
+    peaks = _peaks(spectrum, strokes, used, false_alarm, octaves)
+    wavenumber = spectrum.step * np.arange(len(spectrum.power))
+    inside = np.flatnonzero((wavenumber >= 1 / high) & (wavenumber <= 1 / low))
     return LineSpectrum(
-        tuple(_lines(peaks, spectrum.resolution, (low, high), octaves)),
+        tuple(_lines(peaks, 1 / strokes.extent, (low, high), octaves)),
         (low, high),
-        spectrum.wavenumber[inside],
-        power[inside],
-        _level(spectrum, power, inside).power,
+        wavenumber[inside],
+        spectrum.power[inside],
+        background(spectrum.power, inside, spectrum.resolution).power,
         unused_samples,
         1 - len(used) if np.ndim(readings) == 1 else np.shape(readings)[1] - len(used),
     )
@@ -133,7 +139,7 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
     low = _shortest(known) if wavelength_range_mm is None else max(wavelength_range_mm[0] / BEYOND, _shortest(known))
     # How far the path of the last rows reaches, for each row that it may begin with.
     reach = np.maximum.accumulate(known[::-1]) - np.minimum.accumulate(known[::-1])
-    fits = int(np.searchsorted(reach, LONGEST_GRID * low / GRID_PER_PERIOD, side="right"))
+    fits = int(np.searchsorted(reach, LONGEST_GRID * low / GRID, side="right"))
     return int(rows[known.size - fits]) if fits < known.size else 0
 
 
@@ -181,9 +187,24 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     return low, high
 
 
-def _level(spectrum: PositionSpectrum, power: np.ndarray, at: np.ndarray) -> Level:
-    """Background at these indices of the spectrum."""
-    return background(power, at, spectrum.resolution / spectrum.step)
+def _spectrum(strokes: Strokes, shortest: float) -> Spectrum:
+    """Spectrum of a log down to a wavelength."""
+    step = shortest / GRID
+    size = 1 << int(np.ceil(np.log2(PADDING * (int(strokes.extent / step) + 2))))
+    return whole(spectrum_of(strokes, step, size, int((1 / shortest + 3 / strokes.extent) * size * step) + 1))
+
+
+def _spread(strokes: Strokes) -> float:
+    """Standard deviation of a line's wavenumber at line power = background.
+
+    The maximum of a weighted periodogram has the angular variance W0^2 sum(w^2 x^2) / (2 r sum(w^2) W2^2), with r the
+    power over the background, W0 = sum w, W2 = sum w x^2 and x from the weighted middle.
+    """
+    weight = strokes.weight
+    x = strokes.place - float(weight @ strokes.place) / float(weight.sum())
+    square = weight**2
+    variance = weight.sum() ** 2 * (square @ x**2) / (2 * square.sum() * (weight @ x**2) ** 2)
+    return float(np.sqrt(variance) / (2 * np.pi))
 
 
 def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], octaves: float) -> list[SpectralLine]:
@@ -200,45 +221,33 @@ def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], 
         if order == 1:
             fundamental = wavelength
             fundamentals.append((peak, fundamental))
-        rarely = min(_trials(octaves, peak.wavenumber) * peak.chance, 1.0)
+        rarely = min(float(_trials(octaves, peak.wavenumber)) * peak.chance, 1.0)
         lines.append(
             SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels)
         )
     return lines
 
 
-def _trials(octaves: float, wavenumber: float) -> float:
+def _trials(octaves: float, wavenumber):
     """How often noise is looked at: a wavelength of any size is as likely, so each octave has as many false alarms."""
-    return max(octaves * wavenumber, 1.0)
+    return np.maximum(octaves * wavenumber, 1.0)
 
 
-def _peaks(
-    spectrum: PositionSpectrum, power: np.ndarray, used: np.ndarray, false_alarm: float, octaves: float
-) -> list[Peak]:
+def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Peak]:
     """All peaks that noise reaches more rarely than `false_alarm` in all trials, greatest first; used : the channels'
     numbers."""
-    from scipy.ndimage import maximum_filter1d
-
-    # A side lobe, or the shoulder of a stronger line, is within the width of the taper.
-    highest = maximum_filter1d(power, 2 * round(2 * spectrum.resolution / spectrum.step) + 1)
-    tops = 1 + np.flatnonzero((power == highest)[1:-1] & (power[1:-1] > power[:-2]))
-    level = _level(spectrum, power, tops)
+    power, each, resolution = spectrum.power, np.maximum(spectrum.each, 1e-300), spectrum.resolution
+    tops = spectrum.tops(1, len(power) - 1)
     # A line that a few channels show is lost in the mean with others: the most telling one counts, for as many trials.
-    each = np.maximum(spectrum.power, 1e-300).T
-    alone = np.array([_level(spectrum, own, tops).chance(own[tops]) for own in each])
-    chances = 2 * np.minimum(level.chance(power[tops]), len(used) * alone.min(axis=0))
+    alone = np.array([background(own, tops, resolution).chance(own[tops]) for own in each])
+    chance = 2 * np.minimum(background(power, tops, resolution).chance(power[tops]), len(used) * alone.min(axis=0))
+    rare = false_alarm / _trials(octaves, tops * spectrum.step)
+    tops, chance, shown = tops[chance < rare], chance[chance < rare], (alone < rare)[:, chance < rare]
+    level = background(power, tops, resolution)
+    ratio = power[tops] / level.power
     # Channels that share their noise count as often as the scatter of the power says, not as they are many.
-    independents = np.minimum(level.freedom / 2, len(used))
-    found = []
-    for top, noise, chance, single, independent in zip(
-        tops.tolist(), level.power, chances, alone.T, independents, strict=True
-    ):
-        rare = false_alarm / _trials(octaves, top * spectrum.step)
-        if chance >= rare:
-            continue
-        over = float(power[top] / noise)
-        place = (top + vertex(power[top - 1 : top + 2])) * spectrum.step
-        amplitude = float(np.sqrt(np.mean(spectrum.power[top]))) / spectrum.gain
-        sigma = spectrum.spread / float(np.sqrt(over * independent))
-        found.append(Peak(place, sigma, amplitude, over, float(chance), tuple(used[single < rare].tolist())))
-    return sorted(found, key=lambda peak: -peak.amplitude)
+    sigma = _spread(strokes) / np.sqrt(ratio * np.minimum(level.freedom / 2, len(used)))
+    amplitude = np.sqrt(np.mean(spectrum.each[:, tops], axis=0)) / (0.5 * float(strokes.weight.sum()))
+    rows = (own.tolist() for own in (spectrum.vertices(tops), sigma, amplitude, ratio, chance))
+    channels = (tuple(used[own].tolist()) for own in shown.T)
+    return sorted(map(Peak._make, zip(*rows, channels, strict=True)), key=lambda peak: -peak.amplitude)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of, whole
+from papilla.estimators.spectrum import spectrum_of, strokes_of, whole
 from papilla.estimators.tracking.stroke import (
     BAND,
     HARMONICS,

@@ -13,13 +13,13 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.spectrum import Parts, slope
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.cells import Cells
 from papilla.estimators.tracking.finding import Finding, Verdict
 from papilla.estimators.tracking.look import LOST, SURE, Look, sharpness
 from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.rivals import MAINS_HZ, Task
-from papilla.estimators.tracking.spectrum import GRID, Parts, slope
+from papilla.estimators.tracking.rivals import GRID, MAINS_HZ, Task
 
 CELL = 0.125
 """Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""

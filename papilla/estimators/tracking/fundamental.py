@@ -1,6 +1,6 @@
 """Of which fundamental a line and the others beside it are harmonics, and whether that is sure."""
 
-from papilla.estimators.tracking.spectrum import Line
+from papilla.estimators.spectrum import Line
 
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which

@@ -14,21 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from papilla.estimators.spectrum import Line, Parts, Strokes, middle, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.tracking.finding import Finding, Verdict
 from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.rivals import HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
-from papilla.estimators.tracking.spectrum import (
-    GRID,
-    Line,
-    Parts,
-    Strokes,
-    middle,
-    share_of,
-    slope,
-    spectrum_of,
-    strokes_of,
-)  # fmt: skip
+from papilla.estimators.tracking.rivals import GRID, HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
 
 BENT = 0.1
 """Periods by which a path must leave the straight line over time for the two to be told apart."""

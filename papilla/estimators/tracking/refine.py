@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.spectrum import Parts, middle, slope
+from papilla.estimators.spectrum import Parts, middle, slope
 
 BLOCKS = 24
 """Blocks along a window at most; each of whole periods."""

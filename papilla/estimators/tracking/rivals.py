@@ -4,8 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.spectrum import Line, Parts, Spectrum, Strokes
+from papilla.estimators.spectrum import Line, Parts, Spectrum, Strokes
 
+GRID = 4
+"""Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
 HARMONICS = 5
 MAINS_HZ = (50.0, 60.0)
 FOREIGN = 0.5

@@ -5,11 +5,11 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
+from papilla.estimators.spectrum import spectrum_of, strokes_of, whole
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.follower import Follower, checked
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import credits_of
-from papilla.estimators.tracking.spectrum import spectrum_of, strokes_of, whole
 from papilla.studies.estimator_bench.scenes import scene
 
 RATE = 1000.0

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from papilla.estimators.spectrum import whole
 from papilla.estimators.tracking.finding import Verdict
 from papilla.estimators.tracking.look import Look, sharpness
 from papilla.estimators.tracking.rivals import Task
-from papilla.estimators.tracking.spectrum import whole
 from papilla.studies.estimator_bench.parts import sheared
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3

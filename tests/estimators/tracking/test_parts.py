@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from papilla.estimators.background import FEWEST, GUARD, LOCAL, LOWEST, MEDIAN_EFFICIENCY, WIDTH, background
+from papilla.estimators.spectrum import Line, middle, share_of, slope, spectrum_of, strokes_of, whole
 from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.estimators.tracking.fundamental import fundamental_of
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import silenced
-from papilla.estimators.tracking.spectrum import Line, middle, share_of, slope, spectrum_of, strokes_of, whole
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +35,15 @@ def test_middles_and_shares_are_those_of_numpy():
             lower = np.quantile(values[:count], share, method="lower")
             assert share_of(values[:count], share) == lower
     assert middle(values[:0]) == 0.0
+
+
+def test_the_lowest_places_of_gauges_one_by_one_are_those_of_all_together(uneven, monkeypatch):
+    place, readings = uneven
+    strokes = whole(strokes_of(place, readings, np.array([0, 150, 300])))
+    together = whole(spectrum_of(strokes, 0.2, 256))
+    monkeypatch.setattr("papilla.estimators.spectrum.POINTS", 256)
+    apart = whole(spectrum_of(strokes, 0.2, 256, 60))
+    np.testing.assert_allclose(apart.each, together.each[:, :60], rtol=1e-12)
 
 
 def test_a_stroke_is_tapered_by_path_and_has_no_trend(uneven):

@@ -2,7 +2,10 @@
 
 The coordinate is the path (wavenumbers), the time (frequencies) or a warped time. Strokes are transformed apart and
 their powers added: the skin trails the finger by an unknown distance after each turn, so that a line keeps its
-wavelength from stroke to stroke but not its phase. The same for the gauges.
+wavelength from stroke to stroke but not its phase. The same for the gauges. A whole log may be taken as one stroke.
+
+A row weighs as much as the path it stands for, so that standing still adds nothing and uneven steps do not matter, and
+the taper is over the coordinate: a path to and fro has its ends at every turn, and would leak there.
 """
 
 from collections.abc import Generator
@@ -17,9 +20,8 @@ Told = TypeVar("Told")
 Parts = Generator[None, None, Told]
 """A computation in parts of less than a tenth of a millisecond, so that no sample waits long for it."""
 
-GRID = 4
-"""Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
-
+POINTS = 2**20
+"""Of a grid, above which gauges are transformed one by one: a long log then does not need them all at once."""
 SPARE_TOPS = 8
 """Peaks beside those that are wanted: some are too near to drift to be told from it."""
 
@@ -52,10 +54,11 @@ class Line(NamedTuple):
 
 
 class Spectrum(NamedTuple):
-    """power (n,) : mean over the gauges of each one's over its own median, at 0, step, 2 step ...; own (g,) : these
-    medians, infinite for a gauge that shows nothing; resolution : in steps."""
+    """power (n,) : mean over the gauges of each one's over its own median, at 0, step, 2 step ...; each (g, n) : their
+    powers; own (g,) : these medians, infinite for a gauge that shows nothing; resolution : in steps."""
 
     power: np.ndarray
+    each: np.ndarray
     own: np.ndarray
     step: float
     resolution: float
@@ -75,23 +78,29 @@ class Spectrum(NamedTuple):
 
     def lines(self, low: float, high: float, most: int) -> Parts[list[Line]]:
         """The greatest peaks over the background between two wavenumbers, most amplitude first."""
-        from scipy.ndimage import maximum_filter1d
-
         power = self.power
-        first, last = max(int(low / self.step), 1), min(int(high / self.step) + 2, len(power) - 1)
-        inner = power[first:last]
-        # A side lobe, or the shoulder of a stronger line, is within the width of the taper.
-        highest = maximum_filter1d(power, 2 * int(2 * self.resolution) + 1)[first:last]
-        tops = first + np.flatnonzero((inner == highest) & (inner > power[first - 1 : last - 1]))
+        tops = self.tops(max(int(low / self.step), 1), min(int(high / self.step) + 2, len(power) - 1))
         tops = tops[np.argsort(-power[tops])[: most + SPARE_TOPS]]
         yield
         noise = background(power, tops, self.resolution, pooled=False)
-        # The vertex of the parabola through the logarithms.
-        left, middle, right = np.log(power[np.add.outer((-1, 0, 1), tops)])
-        places = self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
+        places = self.vertices(tops)
         kept = (noise.power < np.inf) & (places >= low) & (places <= high)
         rows = places, power[tops] / noise.power, power[tops] ** 0.5, noise.chance(power[tops]), tops
         return [Line(*row) for row in zip(*(row[kept][:most].tolist() for row in rows), strict=True)]
+
+    def tops(self, first: int, last: int) -> np.ndarray:
+        """Indices (m,) of the peaks from `first` > 0 to before `last`."""
+        from scipy.ndimage import maximum_filter1d
+
+        inner = self.power[first:last]
+        # A side lobe, or the shoulder of a stronger line, is within the width of the taper.
+        highest = maximum_filter1d(self.power, 2 * int(2 * self.resolution) + 1)[first:last]
+        return first + np.flatnonzero((inner == highest) & (inner > self.power[first - 1 : last - 1]))
+
+    def vertices(self, tops: np.ndarray) -> np.ndarray:
+        """Wavenumbers (m,) of peaks: the vertices of the parabolas through the logarithms about each."""
+        left, middle, right = np.log(self.power[np.add.outer((-1, 0, 1), tops)])
+        return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
 
 
 def whole(parts: Parts[Told]) -> Told:
@@ -123,35 +132,39 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
     return Strokes(place, flat, seen, weight, begin, origin, min(extents))
 
 
-def spectrum_of(strokes: Strokes, step: float, size: int) -> Parts[Spectrum]:
-    """Spectrum on a grid of `size` points (a power of two), `step` apart, of each stroke and gauge."""
+def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = None) -> Parts[Spectrum]:
+    """Spectrum on a grid of `size` points (a power of two), `step` apart, of each stroke and gauge: its first `count`
+    places (all)."""
     from scipy.fft import rfft
 
-    gauges, power = strokes.readings.shape[1], np.zeros((size // 2 + 1, strokes.readings.shape[1]))
+    gauges, count = strokes.readings.shape[1], count or size // 2 + 1
+    each, together = np.zeros((gauges, count)), max(POINTS // size, 1)
     for first, last in zip(strokes.begin[:-1].tolist(), strokes.begin[1:].tolist(), strict=True):
         at = (strokes.place[first:last] - strokes.origin[first:last]) / step
         cell = np.minimum(at.astype(int), size - 2)
         share = (at - cell)[:, None]
-        index = (cell[:, None] + size * np.arange(gauges)).ravel()
         values = strokes.weight[first:last, None] * strokes.readings[first:last]
-        grid = np.bincount(index, ((1 - share) * values).ravel(), gauges * size)
-        grid += np.bincount(index + 1, (share * values).ravel(), gauges * size)
-        transform = rfft(grid.reshape(gauges, size))
-        power += (transform.real**2 + transform.imag**2).T
+        for some in [slice(begin, begin + together) for begin in range(0, gauges, together)]:
+            own, power = values[:, some], each[some]
+            index = (cell[:, None] + size * np.arange(len(power))).ravel()
+            grid = np.bincount(index, ((1 - share) * own).ravel(), len(power) * size)
+            grid += np.bincount(index + 1, (share * own).ravel(), len(power) * size)
+            transform = rfft(grid.reshape(-1, size))[:, :count]
+            power += transform.real**2 + transform.imag**2
         yield
     # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
-    power /= _spread(size)
+    each /= _spread(size, each.shape[1])
     resolution = size * step / strokes.extent
-    own = np.median(power[int(resolution) :: max(int(resolution), 1)], axis=0)
+    own = np.median(each[:, int(resolution) :: max(int(resolution), 1)], axis=1)
     own = np.where(own > 1e-12 * own.max(), own, np.inf)
     shown = max(int(np.isfinite(own).sum()), 1)
-    return Spectrum(np.maximum((power @ (1 / own)) / shown, 1e-300), own, 1 / (size * step), resolution)
+    return Spectrum(np.maximum((1 / own) @ each / shown, 1e-300), each, own, 1 / (size * step), resolution)
 
 
-@lru_cache(maxsize=16)
-def _spread(size: int) -> np.ndarray:
-    """(n, 1) what spreading a sample over two points of a grid does to its power."""
-    return np.sinc(np.arange(size // 2 + 1) / size)[:, None] ** 4
+@lru_cache(maxsize=8)
+def _spread(size: int, count: int) -> np.ndarray:
+    """(count,) what spreading a sample over two of the `size` points of a grid does to its power."""
+    return np.sinc(np.arange(count) / size) ** 4
 
 
 def slope(values: np.ndarray) -> np.ndarray:
