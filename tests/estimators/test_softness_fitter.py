@@ -1,0 +1,322 @@
+"""The fit of softness against its definition written out: slopes as differences, elimination and filter as matrices."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.estimators import Doubts, GaugeSoftness, Softness
+from papilla.estimators.softness.belief import Belief, Contrast, Tangent
+from papilla.estimators.softness.fitter import DRIFT, SPREAD_FORCE, ZERO_WALK
+
+NOISE = np.array([50.0] * 5 + [0.005])
+DOUBTS = Doubts(gauge_gain=0.03, creep=0.02, zero_microstrain=150.0, force_gain=0.04, force_offset_N=0.006,
+                beside_mm=2.0, thickness_mm=6.0, thickness_error=0.1)  # fmt: skip
+FORCE, MODULUS = 0.37, 0.21
+
+
+@pytest.fixture(scope="module")
+def own(five):
+    return GaugeSoftness(five(0.01), gauge_sigma=50.0, force_sigma_N=0.005, doubts=DOUBTS)._fitter
+
+
+def h_of(fitter, modulus):
+    """The scale h of a modulus in MPa."""
+    low, high = 0.0, fitter.top
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fitter.ln_modulus(middle)[0] < math.log(modulus) else (low, middle)
+    return low
+
+
+def near(fitter, force=FORCE, modulus=MODULUS, thickness=0.0):
+    return fitter.linear(math.log(force), 0.0, h_of(fitter, modulus), thickness)
+
+
+def belief_of(fitter, linear, seed=0):
+    """Some belief, of correlated doubts, that was learnt near a linearisation."""
+    root = np.random.default_rng(seed).standard_normal((fitter.size, fitter.size)) * 0.1
+    mean = 0.2 * np.random.default_rng(seed + 1).standard_normal(fitter.size)
+    mean[0] = linear.at[2]
+    covariance = root @ root.T + 0.3 * np.eye(fitter.size)
+    return Belief(mean, covariance, linear, linear, ln_force=linear.at[0], anchor=linear.at[2] - 0.1, samples=40.0)
+
+
+def sample_of(linear, seed=0):
+    """A sample near a linearisation, as sensors read it."""
+    return (linear.expected + np.random.default_rng(seed).standard_normal(6)) * NOISE
+
+
+def test_what_is_expected_is_the_calibrations_reading_of_a_block_of_this_thickness(own, five):
+    """ln E is higher by 10.2 f^0.72 (h^-1.5 - h0^-1.5) for a block h mm thick, calibrated for 10."""
+    shift, sigma = DOUBTS.thickness_shift(10.0)
+    for steps in (0.0, 1.5):
+        found = near(own, thickness=steps)
+        apparent = MODULUS * math.exp((shift + sigma * steps) * FORCE**0.72)
+        readings = five(0.01).predict_readings(FORCE, apparent)
+        assert found.expected * NOISE == pytest.approx([*readings, FORCE], rel=1e-5)
+
+
+def test_slopes_are_differences(own):
+    found, step = near(own), 1e-5
+    at, place, h, _ = found.at
+    for column, (up, down) in {
+        0: (own.linear(at, place, h + step), own.linear(at, place, h - step)),
+        1: (own.linear(at, place, h, step), own.linear(at, place, h, -step)),
+    }.items():
+        np.testing.assert_allclose((up.expected - down.expected) / (2 * step), found.H[:, column], rtol=1e-4, atol=1e-4)
+    up, down = own.linear(at + step, place, h), own.linear(at - step, place, h)
+    np.testing.assert_allclose(SPREAD_FORCE * (up.expected - down.expected) / (2 * step), found.B[0], rtol=1e-3)
+    np.testing.assert_array_equal(found.B[1], 0.0)
+
+
+def test_every_doubt_moves_the_channels_by_its_standard_deviation(own, five):
+    """Each column of H is what one standard deviation adds, over the noise."""
+    found = near(own)
+    readings, parts = found.expected[:5] * NOISE[:5], own.parts
+    moved = {name: found.H[:, columns] * NOISE[:, None] for name, columns in parts.items()}
+    np.testing.assert_allclose(moved["the zero of the gauges"][:5], 150.0 * np.eye(5), rtol=1e-12)
+    np.testing.assert_allclose(moved["the gain of the gauges"][:5], np.diag(0.03 * readings), rtol=1e-12)
+    np.testing.assert_allclose(moved["creep"][:5, 0], 0.02 * readings, rtol=1e-12)
+    np.testing.assert_allclose(moved["the place across the row of gauges (y)"][:5, 0], -0.068 * readings, rtol=1e-12)
+    for name, force in (("the gain of the force", 0.04 * FORCE), ("the offset of the force", 0.006)):
+        np.testing.assert_allclose(moved[name][:, 0], [0, 0, 0, 0, 0, force], rtol=1e-12, atol=1e-15)
+    # The thickness' effect grows with force by another power of it, of which 0.4 of its logarithm is not known.
+    away = 2 * (math.log(FORCE) - 0.5 * (math.log(0.05) + math.log(1.0)))
+    thickness = moved["the thickness of the specimen"]
+    np.testing.assert_allclose(thickness[:, 1], 0.4 * away * thickness[:, 0], rtol=1e-9, atol=1e-12)
+    # Errors of the calibration: of gauges that mirror each other the same, of others independent, a parabola in force.
+    error = moved["the calibration"][:5]
+    stated = [gauge.uncertainty.sigma_at(FORCE) * FORCE for gauge in five(0.01).gauges]
+    z = away / math.log(1.0 / 0.05)
+    np.testing.assert_allclose(error[[0, 4]].sum(axis=0), 2 * error[0])
+    assert error[0] @ error[1] == error[1] @ error[2] == 0.0
+    for row, sigma in zip(error, stated, strict=True):
+        size = sigma * np.array([1.0, 0.5 * z, 0.75 * z * z - 0.25])
+        assert row[row != 0] == pytest.approx(size, rel=0.02)
+
+
+def test_the_doubts_are_all_of_the_columns_and_none_is_in_two(own):
+    places = [own.parts[name] for name in own.parts]
+    covered = np.concatenate([np.arange(part.start, part.stop) for part in places])
+    assert sorted(covered.tolist()) == list(range(1, own.size))
+    assert {name: part.stop - part.start for name, part in own.parts.items() if part.stop - part.start != 1} == {
+        "the thickness of the specimen": 2, "the zero of the gauges": 5, "the gain of the gauges": 5,
+        "the calibration": 9, "the calibration beside the apex": 0, "friction": 0,
+    }  # fmt: skip
+
+
+def test_noise_alone_is_least_squares_with_the_samples_own_force_eliminated(own):
+    """Information a' S^-1 a and so on, S the covariance of a mean of n: noise, and a force of its own."""
+    linear = near(own)
+    belief = belief_of(own, linear)
+    h = own.sharp(belief)
+    for count, rows in ((1, np.arange(6)), (7, np.arange(6)), (7, np.array([0, 2, 3, 5]))):
+        y = sample_of(linear, count)
+        found = own.alone(y, rows, belief, count)
+        at, a, B = found.linear, found.linear.H[rows, 0], found.linear.B[:, rows]
+        S = np.eye(len(rows)) / count + B.T @ B
+        left = (y / NOISE)[rows] - at.expected[rows] - a * (h - at.at[2])
+        away, solved = h - belief.anchor, np.linalg.solve(S, np.column_stack([a, left]))
+        at_anchor = left + a * away
+        assert found.information == pytest.approx(a @ solved[:, 0], rel=1e-9)
+        assert found.score == pytest.approx(at_anchor @ solved[:, 0], rel=1e-9)
+        assert found.here == pytest.approx(left @ solved[:, 1], rel=1e-9)
+        assert found.square == pytest.approx(at_anchor @ np.linalg.solve(S, at_anchor), rel=1e-9)
+        step = (B @ solved[:, 1])[0]
+        assert found.ln_force == pytest.approx(at.at[0] + SPREAD_FORCE * step, abs=1e-12)
+        assert (found.own, found.samples, found.place_mm) == (len(rows) - 1, count, 0.0)
+
+
+@pytest.mark.parametrize("keep", [1.0, 0.99])
+def test_learning_is_kalmans_correction(own, keep):
+    """With S = H P H' + B' B + 1 / n; then zeros and creep fade, and of noise alone a share is kept."""
+    linear = near(own)
+    belief = replace_of(belief_of(own, linear), information=50.0, score=5.0, square=30.0, freedom=70.0)
+    rows, count, y = np.arange(6), 8, sample_of(linear, 3)
+    alone = own.alone(y, rows, belief, count)
+    contrast, learnt = own.learn(y, rows, belief, alone, keep)
+    H, B = belief.node.H, alone.linear.B
+    away = belief.mean - [alone.linear.at[2], alone.linear.at[3], *[0.0] * (own.size - 2)]
+    innovation = y / NOISE - alone.linear.expected - alone.linear.H @ away
+    S = H @ belief.covariance @ H.T + B.T @ B + np.eye(6) / count
+    np.testing.assert_allclose(contrast.precision, np.linalg.inv(S), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(contrast.weighted, np.linalg.solve(S, innovation), rtol=1e-6, atol=1e-8)
+    assert contrast.misfit == pytest.approx(innovation @ np.linalg.solve(S, innovation), rel=1e-6)
+    gain = belief.covariance @ H.T @ np.linalg.inv(S)
+    zero = own.parts["the zero of the gauges"]
+    faded = np.ones(own.size)
+    faded[zero], faded[own.parts["creep"]] = math.exp(-ZERO_WALK * count / 2), 0.99 ** (count / 2)
+    expected = np.outer(faded, faded) * (belief.covariance - gain @ H @ belief.covariance) + np.diag(1 - faded**2)
+    expected[0] /= keep ** (count / 4)
+    expected[:, 0] /= keep ** (count / 4)
+    np.testing.assert_allclose(learnt.covariance, expected, rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(learnt.mean, faded * (belief.mean + gain @ innovation), rtol=1e-5, atol=1e-7)
+    for name, added in (
+        ("information", alone.information), ("score", alone.score), ("square", alone.square), ("freedom", alone.own),
+        ("samples", count),
+    ):  # fmt: skip
+        assert getattr(learnt, name) == pytest.approx(keep**count * getattr(belief, name) + added, rel=1e-12)
+    assert (learnt.anchor, learnt.ln_force, learnt.place_mm) == (belief.anchor, alone.ln_force, alone.place_mm)
+
+
+def replace_of(belief, **some):
+    return belief._replace(**some)
+
+
+def test_gains_drift_where_a_sample_lies_far_from_the_last_node(own):
+    """A node holds within 0.05 in ln force and 0.3 in ln E; from node to node gains and errors are partly others."""
+    linear = near(own)
+    belief, drifting = (
+        belief_of(own, linear),
+        slice(own.parts["the gain of the gauges"].start, own.parts["friction"].start),
+    )
+    for (force, modulus), anew in (
+        ((1.04, 1.0), False), ((1 / 1.04, 1.0), False), ((1.06, 1.0), True), ((1 / 1.06, 1.0), True),
+        ((1.0, 1.25), False), ((1.0, 1 / 1.25), False), ((1.0, 1.5), True), ((1.0, 1 / 1.5), True),
+    ):  # fmt: skip
+        other = near(own, FORCE * force, MODULUS * modulus)
+        found = own._near(belief, other)
+        assert found.node is (other if anew else linear)
+        more = np.diag(found.covariance - belief.covariance)
+        assert more[drifting] == pytest.approx(DRIFT**2 * anew) and more.sum() == pytest.approx(more[drifting].sum())
+    first = own._near(belief._replace(node=None), linear)
+    assert first.node is linear and np.array_equal(first.covariance, belief.covariance)
+
+
+def test_a_tangent_takes_samples_for_what_they_are(own):
+    """Steps are those of a sample's own force, and the rest is what no force explains."""
+    linear, rows = near(own), np.arange(6)
+    tangent = own.tangent(linear, rows)
+    for step in (-0.02, 0.0, 0.03):
+        y = (linear.expected + step * linear.B[0]) * NOISE
+        steps = tangent.steps(y, ((-1, 1), (-1, 1)), 1.0)
+        assert steps == pytest.approx((SPREAD_FORCE * step, 0.0), rel=1e-3, abs=1e-9)
+        assert own.moved(linear, (step, 0.0)) == pytest.approx((math.log(FORCE) + SPREAD_FORCE * step, 0.0))
+    # Beyond its reach, or with a rest above the usual, it does not hold.
+    assert tangent.steps(y, ((-1, SPREAD_FORCE * 0.029), (-1, 1)), 1.0) is None
+    assert tangent.steps(y, ((SPREAD_FORCE * 0.031, 1), (-1, 1)), 1.0) is None
+    odd = y + NOISE * np.array([3.0, 0, 0, 0, -3.0, 0])
+    assert tangent.steps(odd, ((-1, 1), (-1, 1)), 1.0) is None
+    assert tangent.steps(odd, ((-1, 1), (-1, 1)), 20.0) is not None
+
+
+def test_the_samples_of_a_slot_lie_within_what_is_left_of_the_tangents_reach():
+    tangent = Tangent(None, None, None, None, ((-0.3, 0.2), (-1.0, 1.0)), (0.1, 0.5))
+    assert np.ravel(tangent.about((0.0, 0.0))) == pytest.approx([-0.1, 0.1, -0.5, 0.5])
+    assert np.ravel(tangent.about((0.15, -0.8))) == pytest.approx([0.05, 0.2, -1.0, -0.3])
+    assert np.ravel(tangent.about((-0.25, 0.9))) == pytest.approx([-0.3, -0.15, 0.4, 1.0])
+
+
+def test_a_tangent_reaches_to_the_ends_of_the_domain_at_most(own):
+    for force in (0.0501, 0.37, 0.999):
+        (low, high), (left, right) = own.tangent(near(own, force), np.arange(6)).reach
+        assert math.log(0.05 / force) - 1e-12 <= low <= 0 <= high <= -math.log(force) + 1e-12
+        assert left == right == 0.0
+    middle = own.tangent(near(own), np.arange(6))
+    assert middle.reach[0][1] == -middle.reach[0][0] == pytest.approx(3 * middle.slack[0])
+
+
+def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
+    """Then h is its best, score over information from the anchor; else the filter's. Sigma is the filter's."""
+    h = 0.5 * own.top
+    belief = belief_of(own, own.linear(math.log(FORCE), 0.0, h))._replace(
+        anchor=h - 0.2, information=400.0, score=100.0, freedom=1001.0
+    )
+    for misfit, stands in ((1000.0, True), (1200.0, True), (1320.0, False)):
+        known = belief._replace(square=misfit + 25.0)
+        assert own.stands(known) == stands
+        best, sigma = own.estimate(known)
+        assert best == pytest.approx(h - 0.2 + 0.25 if stands else belief.mean[0])
+        assert sigma == pytest.approx(math.sqrt(belief.covariance[0, 0]))
+        assert own.sharp(known) == pytest.approx(h + 0.05)
+    assert not own.stands(belief._replace(information=0.0))
+    assert own.sharp(belief._replace(information=0.0)) == pytest.approx(h - 0.2)
+    assert own.sharp(belief._replace(score=1e9)) == own.top and own.sharp(belief._replace(score=-1e9)) == 0.0
+
+
+def test_a_belief_before_the_first_sample_knows_the_doubts_only(own):
+    for share in (1.0, 0.5):
+        belief = own.fresh(share)
+        spread = np.sqrt(np.diag(belief.covariance))
+        zero = own.parts["the zero of the gauges"]
+        assert spread[zero] == pytest.approx(share) and spread[0] == pytest.approx(own.top / 4)
+        rest = np.delete(spread, [0, *range(zero.start, zero.stop)])
+        assert rest == pytest.approx(1.0) and not belief.mean.any()
+        assert np.count_nonzero(belief.covariance) == own.size
+
+
+def test_samples_learnt_together_are_an_eighth_of_those_before_up_to_64(own):
+    belief = own.fresh(1.0)
+    assert [own.slot(belief._replace(samples=float(n))) for n in (0, 7, 8, 17, 511, 512, 10**6)] == [
+        0, 0, 1, 2, 63, 64, 64,
+    ]  # fmt: skip
+
+
+def test_h_rises_with_the_modulus_and_ends_where_the_calibration_does(own):
+    (low, slope), (high, _) = own.ln_modulus(0.0), own.ln_modulus(own.top)
+    assert (math.exp(low), math.exp(high)) == pytest.approx((0.02, 5.0))
+    assert own.ln_modulus(-1.0)[0] == low and own.ln_modulus(2 * own.top)[0] == high
+    h = 0.3 * own.top
+    rise = own.ln_modulus(h + 1e-6)[0] - own.ln_modulus(h - 1e-6)[0]
+    assert 2e-6 / rise == pytest.approx(own.ln_modulus(h)[1], rel=1e-4)
+
+
+def test_contacts_outside_are_linearised_at_the_nearest_calibrated_one(own):
+    assert own.inside(-9.0, 3.0) == (math.log(0.05), 0.0) and own.inside(2.0, -3.0) == (0.0, 0.0)
+    assert own.inside(-1.0, 0.0) == (-1.0, 0.0)
+
+
+def test_the_doubt_that_dominates_is_the_one_that_would_take_most_off_sigma(own):
+    """In a belief where h depends on creep, on the gauges' gains, or on nothing but noise."""
+    size, h = own.size, near(own).at[2]
+    for name in ("creep", "the gain of the gauges", "the offset of the force"):
+        covariance = np.eye(size)
+        columns = own.parts[name]
+        covariance[0, columns] = covariance[columns, 0] = 0.6 / math.sqrt(columns.stop - columns.start)
+        covariance[0, own.parts["the zero of the gauges"]] = covariance[own.parts["the zero of the gauges"], 0] = 0.1
+        belief = Belief(np.zeros(size), covariance, anchor=h, information=4.0)
+        assert own.dominant(belief) == name
+        assert own.dominant(belief._replace(information=2.0)) == "noise"
+    assert own.dominant(belief._replace(information=0.0)) == "noise"
+
+
+def test_what_others_expect_of_a_channel_is_the_conditional_mean(own):
+    """Of channels with a known covariance: left out, the misfit is that of the others; expected, the regression."""
+    rng = np.random.default_rng(2)
+    root = rng.standard_normal((5, 5))
+    S, innovation, rows = root @ root.T + np.eye(5), rng.standard_normal(5), np.array([0, 1, 3, 4, 5])
+    precision = np.linalg.inv(S)
+    contrast = Contrast(precision @ innovation, precision, rows, float(innovation @ precision @ innovation))
+    for gone, kept in (((3,), [0, 1, 3, 4]), ((0, 5), [1, 2, 3])):
+        at = [int(np.searchsorted(rows, one)) for one in gone]
+        others = np.ix_(kept, kept)
+        left = innovation[list(others[1].ravel())]
+        assert contrast.without([gone])[0] == pytest.approx(left @ np.linalg.solve(S[others], left))
+        across = S[np.ix_(at, others[1].ravel())]
+        mean = across @ np.linalg.solve(S[others], left)
+        rest, variance = contrast.expected(*gone)
+        assert rest == pytest.approx(innovation[at] - mean)
+        conditional = S[np.ix_(at, at)] - across @ np.linalg.solve(S[others], across.T)
+        assert variance == pytest.approx(np.diag(conditional))
+
+
+def test_a_sample_is_odd_from_twenty_times_the_usual_misfit():
+    belief = Belief(np.zeros(1), np.eye(1))
+    assert belief.usual == 20.0
+    assert belief._replace(square=50.0, freedom=100.0).usual == pytest.approx(30.0)
+    assert belief._replace(square=0.5, freedom=0.1).usual == pytest.approx(30.0)
+
+
+def test_s_d_is_one_channel_beside_the_force(calibration):
+    """Its zeros average over the gauges, its reading is the calibration's, and nothing is known of other places."""
+    fitter = Softness(calibration, gauge_sigma=50.0, force_sigma_N=0.005, doubts=DOUBTS)._fitter
+    assert (
+        fitter.channels == 1 and fitter.parts["the calibration beside the apex"].start == fitter.parts["friction"].start
+    )
+    found = near(fitter)
+    noise = np.array([50.0 / math.sqrt(5), 0.005])
+    shift, _ = DOUBTS.thickness_shift(10.0)
+    sd = calibration.predict(FORCE, MODULUS * math.exp(shift * FORCE**0.72))
+    assert found.expected * noise == pytest.approx([sd, FORCE], rel=1e-5)
+    assert found.H[0, fitter.parts["the zero of the gauges"]] * noise[0] == pytest.approx(150.0 / math.sqrt(5))
