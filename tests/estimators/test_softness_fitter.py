@@ -254,7 +254,7 @@ def test_samples_learnt_together_are_an_eighth_of_those_before_up_to_64(own):
 
 
 def test_h_rises_with_the_modulus_and_ends_where_the_calibration_does(own):
-    (low, slope), (high, _) = own.ln_modulus(0.0), own.ln_modulus(own.top)
+    (low, _), (high, _) = own.ln_modulus(0.0), own.ln_modulus(own.top)
     assert (math.exp(low), math.exp(high)) == pytest.approx((0.02, 5.0))
     assert own.ln_modulus(-1.0)[0] == low and own.ln_modulus(2 * own.top)[0] == high
     h = 0.3 * own.top

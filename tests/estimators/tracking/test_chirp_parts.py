@@ -1,4 +1,4 @@
-"""The parts of the velocity-blind tracker by themselves: what a step learns, what a look begins from, what is refused."""
+"""The parts of the velocity-blind tracker by themselves: what a step learns, where a look begins, what is refused."""
 
 import math
 
@@ -252,7 +252,8 @@ def test_another_fit_is_followed_where_it_is_better_by_far_or_the_own_is_lost():
     for price, known, followed in (
         (-101.0, {}, True), (-99.0, {}, False), (-99.0, {"doubt": 5.9}, False), (-99.0, {"doubt": 6.1}, True),
         (-99.0, {"stroke": None}, True), (-99.0, {"stroke": stroke_of(gain=77.0)}, True),
-        (-99.0, {"stroke": stroke_of(gain=78.0)}, False), (-101.0, {"waited": 400}, True), (-101.0, {"waited": 401}, False),
+        (-99.0, {"stroke": stroke_of(gain=78.0)}, False), (-101.0, {"waited": 400}, True),
+        (-101.0, {"waited": 401}, False),
     ):  # fmt: skip
         own = chosen(price, **known)
         memory = own._memory

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.spectrum import whole
+from papilla.estimators.spectrum import Line, whole
 from papilla.estimators.tracking.finding import Verdict
-from papilla.estimators.tracking.look import Look, sharpness
-from papilla.estimators.tracking.rivals import Task
+from papilla.estimators.tracking.look import Look, grid_of, highest_of, sharpness
+from papilla.estimators.tracking.rivals import Task, credits_of, forward, window_of
 from papilla.studies.estimator_bench.parts import sheared
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
@@ -162,3 +162,201 @@ def test_what_was_known_is_gone_on_from_and_helps_a_faint_line():
     rows, breaks = window("bent", 0)
     plain, known = (looked(rows, breaks, before=before) for before in (0.0, 1 / TRUE_MM + 1e-4))
     assert known.wavenumber == pytest.approx(plain.wavenumber, abs=0.3 * plain.sigma)
+
+
+def parted(rows, breaks, **known):
+    """A look up to where it has its lines over the path and over time."""
+    look = Look(task_of(rows, breaks, **known))
+    assert whole(look._gathered(0.0))
+    whole(look._detected())
+    whole(look._over_time())
+    return look
+
+
+def line(wavenumber, amplitude=1.0, ratio=1000.0):
+    return Line(wavenumber, ratio, amplitude, 1e-9, 0)
+
+
+def test_how_far_a_path_bends_and_how_fast_it_is():
+    """x = v t + a t^2 / 2 leaves the straight line through it by a T^2 / 12 at its ends."""
+    rows, breaks = window("constant", 0)
+    bent = rows.copy()
+    bent[:, 1] = 60 * rows[:, 0] + 40 * rows[:, 0] ** 2
+    straight, curved = parted(rows, breaks), parted(bent, breaks)
+    span = rows[-1, 0]
+    assert straight._bend < 1e-9 and curved._bend == pytest.approx(80 * span**2 / 12, rel=0.01)
+    assert curved._speed[5:-5] == pytest.approx(60 + 80 * rows[5:-5, 0], rel=1e-6)
+    assert straight._spans == pytest.approx([span]) and straight._speed == pytest.approx(96.0)
+    rows, breaks = window("strokes", 0)
+    assert parted(rows, breaks)._spans == pytest.approx(np.diff([0, *breaks, COUNT])[:2] / RATE, abs=0.003)
+
+
+@pytest.mark.parametrize("off, near", [(0.0, True), (0.9, True), (-0.9, True), (1.1, False), (-1.1, False)])
+def test_a_line_may_be_the_mains_within_a_resolution_of_their_harmonics(off, near):
+    """At a constant speed, which is all that the path's wavenumber tells of a frequency."""
+    look = parted(*window("constant", 0))
+    resolution = 1 / look._spans[0]
+    for hum in (50.0, 120.0):
+        assert look._near_hum(line((hum + off * resolution) / 96)) == near
+    assert not look._near_hum(line(120.0 / 96), 100.0) and look._near_hum(line(100.0 / 96), 100.0)
+    # A line over time is that of the mains from which it is not told apart.
+    half = 0.5 / look._spans[0]
+    assert look._exact(50 + 0.95 * half) == 50.0 and look._exact(50 + 1.05 * half) == 50 + 1.05 * half
+    assert look._exact(59.6) == 60.0 and look._exact(9.0) == 9.0
+
+
+def test_the_known_line_comes_first_while_no_other_is_much_stronger():
+    look = parted(*window("constant", 0))
+    resolution = 1 / look._strokes.extent
+    for place, amplitude, first in ((0.9, 0.86, True), (1.1, 0.86, False), (0.0, 0.84, False), (-0.9, 0.86, True)):
+        look._inside = [line(1.3), line(0.5 + place * resolution, amplitude), line(0.9, 0.4)]
+        look._task = look._task._replace(before=0.5)
+        ranked = look._ranked()
+        assert [one.wavenumber for one in sorted(ranked)] == sorted(one.wavenumber for one in look._inside)
+        assert (ranked[0] == look._inside[1]) == first and ranked[-1] == look._inside[2]
+
+
+def test_a_harmonic_of_a_louder_hum_may_hide_behind_it():
+    look = parted(*window("constant", 0))
+    resolution = 1 / look._strokes.extent
+    for order, off, loud, hidden in (
+        (2, 0.0, 2.0, True), (5, 2.9, 2.0, True), (5, -3.1, 2.0, False), (3, 3.1, 2.0, False), (2, 0.0, 0.9, False),
+        (1, 0.0, 2.0, False), (6, 0.0, 2.0, False),
+    ):  # fmt: skip
+        hum = line(0.52 + off * resolution, loud)
+        assert look._hidden(line(order * 0.52), [line(3.3, 9.0), hum]) == hidden
+
+
+def test_more_than_noise_at_the_place_of_a_fundamental_is_a_hint():
+    """Unless it is faint beside the line, is a line by itself, or lies where drift is."""
+    look = parted(*window("constant", 0))
+    resolution = 1 / look._strokes.extent
+    spectrum = look._spectrum
+    flat = np.random.default_rng(0).exponential(size=len(spectrum.power))
+    chosen, at = line(1.4, 30.0), round(0.7 / spectrum.step)
+    for power, amplitude, hinted in ((60.0, 30.0, True), (60.0, 200.0, False), (1.0, 1.0, False)):
+        flat[at - 12 : at + 13] = 0.5
+        flat[at] = power
+        look._spectrum, look._lines = spectrum._replace(power=flat.copy()), [chosen]
+        assert look._hinted(chosen._replace(amplitude=amplitude), 2) == hinted
+    look._spectrum = spectrum._replace(power=np.where(np.arange(len(flat)) == at, 60.0, flat))
+    assert look._hinted(chosen, 2)
+    for near, hinted in ((1.9, False), (-1.9, False), (2.1, True)):
+        look._lines = [chosen, line(0.7 + near * resolution)]
+        assert look._hinted(chosen, 2) == hinted
+    low = line(3.8 * resolution, 1.0)
+    assert not look._hinted(low, 2)
+
+
+def test_the_noise_of_a_sample_is_known_at_each_harmonic_that_the_rate_shows():
+    """160 Hz at 1 kHz: the third harmonic is above what anti-aliasing leaves."""
+    look = parted(*window("constant", 0, gauges=2))
+    level = look._noise(1 / 0.6)
+    assert level.shape == (5, 2) and np.isinf(level[2:]).all()
+    assert level[:2] == pytest.approx(NOISE**2, rel=0.7)
+    assert np.isfinite(look._noise(1 / 1.1)).all(axis=1).tolist() == [True] * 5
+    assert np.isfinite(look._noise(1 / 0.2)).all(axis=1).tolist() == [True, False, False, False, False]
+
+
+def test_the_skin_trails_after_a_turn_and_not_where_the_window_begins():
+    """By exp(-s / 0.5 mm) of what it does at the turn, s mm after it, against the way; in cycles."""
+    rows, breaks = window("quick strokes", 0)
+    look = parted(rows, breaks)
+    look._wavenumber = 0.5
+    play, begin = look._play(), look._begin
+    assert not play[: begin[1]].any()
+    for number in range(1, len(begin) - 1):
+        own = slice(begin[number], begin[number + 1])
+        place = look._place[own]
+        way = np.sign(place[-1] - place[0])
+        np.testing.assert_allclose(play[own], 0.5 * way * np.exp(-np.abs(place - place[0]) / 0.5), rtol=1e-9)
+
+
+@pytest.mark.parametrize("step", [0.05, 0.2, 0.5])
+def test_steps_show_wavenumbers_up_to_nearly_half_of_theirs(step):
+    """Of the longest tenth; and the grid is that of the path where that is coarser."""
+    task, place = task_of(*window("constant", 0)), np.arange(200) * step
+    assert highest_of(task, place) == pytest.approx(min(0.45 / step, 1 / 0.4))
+    assert grid_of(task, place) == pytest.approx(max(step, 0.1))
+    uneven = np.cumsum(np.where(np.arange(200) % 4, step, 2 * step))
+    assert highest_of(task, uneven) == pytest.approx(min(0.225 / step, 2.5))
+    assert grid_of(task, -uneven) == pytest.approx(grid_of(task, place))
+
+
+def test_another_texture_is_taken_out_before_the_phases_are_read():
+    rows, breaks = window("bent", 0)
+    rows[:, 3] += 0.7 * np.cos(2 * np.pi * rows[:, 1] * 0.777)
+    look = parted(rows, breaks)
+    look._wavenumber, look._hum = 1 / TRUE_MM, False
+    plain, strokes = look._strokes, whole(look._unmixed())
+
+    def size(readings, wavenumber):
+        wave = np.exp(-2j * np.pi * wavenumber * plain.place)
+        return 2 * abs((plain.weight * readings[:, 0]) @ wave) / plain.weight.sum()
+
+    assert size(plain.readings, 0.777) == pytest.approx(0.7, rel=0.1) and size(strokes.readings, 0.777) < 0.05
+    for order, amplitude in ((1, 1.0), (2, 0.4)):
+        assert size(strokes.readings, order / TRUE_MM) == pytest.approx(amplitude, rel=0.1)
+
+
+def test_a_window_has_the_strokes_that_are_long_enough():
+    """Of a path to and fro: at least 0.6 of the longest, and more than eight rows."""
+    time = np.arange(400) / RATE
+    turns = [0.0, 12.0, 4.0, 12.0, 5.5]
+    ends = np.cumsum([0, 120, 80, 80, 65])
+    place = np.interp(np.arange(400), ends, turns)
+    rows = np.column_stack([time, place, np.ones(400), np.arange(400.0)])[:345]
+    task = task_of(rows, tuple(ends[1:-1].tolist()))
+    own, at, count, stroke, begin, readings = window_of(task, 0.0)
+    assert begin.tolist() == [0, 120, 200, 280] and np.unique(stroke).tolist() == [0, 1, 2]
+    np.testing.assert_array_equal(readings[:, 0], np.arange(280.0))
+    np.testing.assert_array_equal(at, place[:280])
+    assert window_of(task._replace(low=3.1), 0.0) is None and window_of(task._replace(low=2.9), 0.0) is not None
+    # A path that is late by 10 ms is that of the rows 10 ms on, its turns as much earlier.
+    own, at, count, stroke, begin, readings = window_of(task, 0.01)
+    assert begin[1] == 110 and own[0] == 0.0 and len(stroke) == begin[-1]
+    np.testing.assert_allclose(at[:100], place[10:110], atol=1e-9)
+    own, at, *_, readings = window_of(task, -0.01)
+    assert own[0] == pytest.approx(0.01) and readings[0, 0] == 10.0
+    np.testing.assert_allclose(at[:100], place[:100], atol=1e-9)
+
+
+def test_a_place_that_grows_as_time_does_tells_waves_on_the_way_back():
+    rows, breaks = window("strokes", 0)
+    look = parted(rows, breaks)
+    grown = forward(look._strokes)
+    for first, last in zip(look._begin[:-1], look._begin[1:], strict=True):
+        assert grown[last - 1] > grown[first]
+        np.testing.assert_allclose(np.abs(grown[first:last]), np.abs(look._place[first:last]))
+
+
+@pytest.mark.parametrize("motion", ["bent", "strokes"])
+def test_what_only_a_line_explains_is_its_energy(motion):
+    """Over the background: all of it where nothing over time is like it, and next to none for time."""
+    look = parted(*window(motion, 0, harmonics=(1.0,)))
+    best = look._inside[0]
+    path, time = whole(credits_of(best, look._spectrum, look._strokes, look._time, [line(233.0), line(51.0)]))
+    assert path == pytest.approx(best.ratio, rel=0.3) and time < 0.05 * path
+    assert whole(look._origin(best)) == Verdict.FOUND
+    hum = parted(*window(motion, 0, harmonics=(), hum=2.0), proved=0.0)
+    if hum._inside:
+        path, time = whole(credits_of(hum._inside[0], hum._spectrum, hum._strokes, hum._time, [line(50.0)]))
+        assert time > 4 * path
+
+
+def test_where_the_speed_is_constant_time_and_path_are_not_told_apart():
+    look = parted(*window("constant", 0))
+    assert whole(look._origin(look._inside[0])) == Verdict.UNDECIDED
+    look = parted(*window("constant", 0, wavelength=1.92))
+    assert whole(look._origin(look._inside[0])) == Verdict.TIME_LOCKED
+
+
+def test_a_finding_names_eight_lines_at_most_strongest_first():
+    rows, breaks = window("bent", 0, harmonics=())
+    for number in range(11):
+        rows[:, 3] += (1 - 0.05 * number) * np.cos(2 * np.pi * rows[:, 1] * (0.31 + 0.173 * number) + number)
+    found = parted(rows, breaks)
+    amplitudes = [one.amplitude for one in found._lines]
+    assert len(found._lines) == 8 and amplitudes == sorted(amplitudes, reverse=True)
+    assert found.finding.score == pytest.approx(max(one.ratio for one in found._lines))
+    assert [one[0] for one in found.finding.lines] == [1 / one.wavenumber for one in found._inside]
