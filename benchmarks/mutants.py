@@ -144,7 +144,7 @@ def _changed(node: ast.AST) -> Iterator[ast.AST]:
             if not any(isinstance(one, ast.Starred) for one in (first, second)):
                 new.args = [second, first, *rest]
                 yield new
-        case ast.Return(value=ast.Tuple(elts=[first, second, *rest])):
+        case ast.Return(value=ast.Tuple(elts=[first, second, *rest])) if ast.dump(first) != ast.dump(second):
             new.value.elts = [second, first, *rest]
             yield new
 
