@@ -89,6 +89,9 @@ class Look:
         if not (yield from self._detected()):
             return None
         yield from self._over_time()
+        mains = self._mains()
+        if mains and not (yield from self._cleared(mains)):
+            return None
         return (yield from self._chosen())
 
     def _guess(self, wavenumber: float, verdict: Verdict) -> Finding:
@@ -175,14 +178,8 @@ class Look:
             yield
             origin = yield from self._origin(line)
             if origin == Verdict.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
-                # What is left without it is looked at anew.
-                self._cleaned = True
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
-                self._strokes = yield from silenced(self._strokes, self._time, self._time_lines)
-                most = max(hum.amplitude for hum in self._time_lines)
-                loud = tuple(hum.wavenumber for hum in self._time_lines if hum.amplitude > 0.2 * most)
-                self.finding = replace(self.finding, hums_Hz=loud)
-                if (yield from self._detected()):
+                if (yield from self._cleared(self._time_lines)):
                     return (yield from self._chosen())
                 return None
             if origin != Verdict.TIME_LOCKED and not self._hidden(line, hums):
@@ -190,6 +187,27 @@ class Look:
             hums.append(line)
         self.finding = replace(self._guess(self._inside[0].wavenumber, Verdict.TIME_LOCKED), score=0.0)
         return None
+
+    def _mains(self) -> list[Line]:
+        """Lines over time at mains harmonics or resonances, so loud that they bend the surface's line where the speed
+        lingers at their frequency; none where time and path are the same."""
+        if self._cleaned or self._bend * self._inside[0].wavenumber < BENT:
+            return []
+        exact = [(line, self._exact(line.wavenumber)) for line in self._time_lines]
+        return [
+            line._replace(wavenumber=hum)
+            for line, hum in exact
+            if hum in self._task.hums_Hz and line.chance < FALSE_ALARM and line.amplitude > self._inside[0].amplitude
+        ]
+
+    def _cleared(self, hums: list[Line]) -> Parts[bool]:
+        """Whether there are lines over the path in what is left without lines over time."""
+        self._cleaned = True
+        self._strokes = yield from silenced(self._strokes, self._time, hums)
+        most = max(hum.amplitude for hum in hums)
+        loud = tuple(hum.wavenumber for hum in hums if hum.amplitude > 0.2 * most)
+        self.finding = replace(self.finding, hums_Hz=loud)
+        return (yield from self._detected())
 
     def _ranked(self) -> list[Line]:
         """Lines in the range, strongest first; the one that is known comes first while nothing is much stronger."""

@@ -10,7 +10,7 @@ GRID = 4
 """Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
 HARMONICS = 5
 MAINS_HZ = (50.0, 60.0)
-FOREIGN = 0.5
+FOREIGN = 0.7
 """Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
 LOUD = 0.1
 """Energy of a line over time, beside the surface's, from which it is taken out."""
