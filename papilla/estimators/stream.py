@@ -52,17 +52,23 @@ class Stream(ABC):
         self._remember(copy.deepcopy(state))
 
     def update(self, sample):
-        """The estimate after one more sample, in the order of `columns`; raises `InputError` for another length."""
+        """The estimate after one more sample, in the order of `columns`; a number is a sample of one value.
+
+        Raises `InputError` for another length.
+        """
+        sample = sample if hasattr(sample, "__len__") else (sample,)
         if not len(self.columns) - self.optional <= len(sample) <= len(self.columns):
             raise InputError(f"a sample must be {self._sample()}, got {len(sample)} values")
         return self._take(tuple(value if abs(value) <= LARGEST else math.nan for value in map(float, sample)))
 
     def process(self, block):
-        """Estimates after each row of a block (n, columns), as arrays (n,); bit for bit what `update` gives.
+        """Estimates after each row of a block (n, columns), or (n,) of single values, as arrays (n,); bit for bit
+        what `update` gives.
 
         Raises `InputError` for a block of another shape.
         """
         rows = believable(np.asarray(block, float))
+        rows = rows[:, None] if rows.ndim == 1 else rows
         widths = range(len(self.columns) - self.optional, len(self.columns) + 1)
         if rows.ndim != 2 or rows.shape[1] not in widths:
             shape = " x ".join(map(str, rows.shape))

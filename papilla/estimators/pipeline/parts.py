@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
@@ -13,6 +13,7 @@ from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.softness.creep import WORDS, Creep
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
+from papilla.status import Status
 
 LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
 """Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
@@ -40,7 +41,9 @@ class Row(NamedTuple):
 
 
 class Part(ABC):
-    """One or more estimators of the pipeline, each with a `state`."""
+    """One or more estimators of the pipeline, each with a `state`; statuses : what their status is one of."""
+
+    statuses: ClassVar[type[Status]]
 
     def __init__(self, *estimators):
         self._estimators = estimators
@@ -54,9 +57,9 @@ class Part(ABC):
     def take(self, row: Row) -> tuple:
         """The columns of a sample, and last the status as a number."""
 
-    @abstractmethod
     def sentence(self, status: int) -> str:
         """The status in words."""
+        return self.statuses(status).sentence
 
     @property
     def state(self) -> tuple:
@@ -175,6 +178,8 @@ class BlindPart(Part):
     The trackers want samples evenly in time: those that are missing before one are taken as missing.
     """
 
+    statuses = ChirpStatus
+
     def __init__(self, gauges: int, rate_Hz: float):
         super().__init__(*[ChirpTracker(sample_rate_Hz=rate_Hz) for _ in range(gauges)])
         self.lag_s = self._estimators[0].lag_s
@@ -192,13 +197,11 @@ class BlindPart(Part):
         known = sorted(frequency for status, frequency in followed if status == best)
         return 0.5 * (known[(len(known) - 1) // 2] + known[len(known) // 2]), best
 
-    def sentence(self, status):
-        """The status in words."""
-        return ChirpStatus(status).sentence
-
 
 class FrictionPart(Part):
     """mu_kinetic, mu_static; last : the whole answer to the last sample."""
+
+    statuses = FrictionStatus
 
     def __init__(self, rate_Hz: float, low_pass_Hz: float, memory_mm: float):
         self._friction = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz, memory_mm=memory_mm)
@@ -209,7 +212,3 @@ class FrictionPart(Part):
         """The columns of a sample, and last the status as a number."""
         self.last = found = self._friction.update((row.tangential_N, row.force_N, row.tick.slope_mm_s))
         return found.mu_kinetic, found.mu_static, found.status
-
-    def sentence(self, status):
-        """The status in words."""
-        return FrictionStatus(status).sentence

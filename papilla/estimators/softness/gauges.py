@@ -74,13 +74,8 @@ class GaugeSoftness(Touch):
 
     Parameters
     ----------
-    calibration : of the same gauges in the same order.
-    gauge_sigma : standard deviation of a gauge's noise, microstrain, > 0.
+    calibration, gauge_sigma, doubts, contact_force_N, saturation, stuck_samples : as `Softness`.
     force_sigma_N : standard deviation of the force's noise, N, > 0; inf where there is no force sensor.
-    doubts : what else is not known exactly; all of it is in the modulus' sigma.
-    contact_force_N : with force and readings below it there is no contact, and what was learnt is dropped.
-    saturation : |reading| in microstrain from which a gauge is saturated.
-    stuck_samples : a gauge that repeats itself so often while another moves is stuck.
     position_sigma_mm : contacts lie anywhere along the finger (x, at y = 0), with this standard deviation about the
         apex, > 0, inf where nothing is known; every sample has its own position. The calibration must know contact
         positions, and one channel more is needed. None: at the apex.

@@ -50,7 +50,7 @@ class Softness(Touch):
     doubts : what else is not known exactly; all of it is in the modulus' sigma.
     memory_s : time constant of forgetting; inf remembers until contact is lost.
     sample_rate_Hz : what a sample is in time; matters for a finite memory only.
-    contact_force_N : with force and S_d below it there is no contact, and what was learnt is dropped.
+    contact_force_N : with force and readings below it there is no contact, and what was learnt is dropped.
     saturation : |reading| in microstrain from which a gauge is saturated.
     stuck_samples : a gauge that repeats itself so often while another moves is stuck.
 

@@ -49,7 +49,6 @@ class GaugeSurfaces:
         self._apex = _spline(surfaces)
         self.ln_nodes = np.log(first.modulus_axis.nodes)
         self._moved, self.reach, self._nothing = None, 0.0, np.zeros(self.channels)
-        self._place_errors = None
         if anywhere:
             terms, domain = calibration.position_terms, calibration.domain
             if (terms.force_N, terms.modulus_MPa) != (domain["force_N"], domain["modulus_MPa"]):
@@ -63,7 +62,8 @@ class GaugeSurfaces:
         changes = [gauge.uncertainty.friction for gauge in calibration.gauges]
         known = [change for change in changes if change is not None]
         self.friction_known = len(known) < self.channels
-        self._friction = None if self.friction_known else _spline(known)
+        if not self.friction_known:
+            self._friction = _spline(known)
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
         """What is read within the domain."""
@@ -82,12 +82,10 @@ class GaugeSurfaces:
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
         """(c,) what readings change where there is no friction, if it is not known, microstrain / N."""
-        return self._nothing if self._friction is None else self._friction(ln_force, ln_modulus)[0, 0]
+        return self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
-        """(c,) one sigma of each gauge's change at a place, microstrain / N."""
-        if self._place_errors is None:
-            return self._nothing
+        """(c,) one sigma of each gauge's change at a place, microstrain / N, if `anywhere`."""
         return np.array([np.interp(x, self._place_nodes, errors) for errors in self._place_errors])
 
 
@@ -129,10 +127,6 @@ class SdSurface:
         """(1,) what S_d changes where there is no friction, if it is not known, microstrain / N."""
         share = self._surface.uncertainty.friction_at(ln_force, ln_modulus)
         return self.at(ln_force, ln_modulus, 0.0).reading * (share * math.exp(-ln_force))
-
-    def place_error(self, x: float) -> np.ndarray:
-        """(1,) zero: S_d is for touches at the apex."""
-        return np.zeros(1)
 
 
 def _spline(surfaces: list[Surface]) -> TensorSpline:

@@ -7,7 +7,8 @@ nothing is said.
 """
 
 import math
-from typing import NamedTuple
+
+import numpy as np
 
 SPEED_SD, SPEED_REACH = 0.03, 0.1
 """Relative error of a velocity: its standard deviation, and the largest that is reckoned with."""
@@ -15,25 +16,6 @@ CLEAR = 25.0
 """By how much the squared misfit of any other turns must be greater."""
 UNKNOWN = math.nan, math.nan
 TURN = 2 * math.pi
-
-
-class _Lag(NamedTuple):
-    """A gauge against the first one: distance in mm, phase in rad up to whole turns, sigma of its own phase, and weight
-    of the phase between the two."""
-
-    distance: float
-    phase: float
-    sigma: float
-    weight: float
-
-
-class _Count(NamedTuple):
-    """A number of whole turns for each lag: the wavenumber (rad/mm) that fits best then, the squared misfit of the
-    phases, and the squared error of the velocity over its standard deviation."""
-
-    wavenumber: float
-    misfit: float
-    speed: float
 
 
 def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
@@ -44,52 +26,32 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     places : (g,) along the sliding direction, mm. phases, sigmas : (g,) of the fundamental under each gauge, rad.
     wavelength : mm, as the velocity has it.
     """
-    (origin, *others), (base, *rest), (base_sigma, *spreads) = places, phases, sigmas
-    lags = [
-        _Lag(place - origin, phase - base, sigma, 1 / (sigma * sigma + base_sigma * base_sigma))
-        for place, phase, sigma in zip(others, rest, spreads, strict=True)
-    ]
-    stiffness = sum([lag.weight * lag.distance * lag.distance for lag in lags])
-    counts = _counts(lags, base_sigma, wavelength, stiffness)
-    best = min(counts, key=lambda count: count.misfit + count.speed)
+    base, *others = sigmas = np.asarray(sigmas, float)
+    distance, phase = (np.subtract(own[1:], own[0]) for own in (places, phases))
+    pull = distance / (np.square(others) + base**2)
+    stiffness = float(pull @ distance)
+    turned = phase + TURN * _turns(distance, phase, wavelength)
+    wavenumber = turned @ pull / stiffness
+    # The first gauge's phase is 0, and all of them are free to shift together.
+    left = np.pad(turned - np.outer(wavenumber, distance), ((0, 0), (1, 0)))
+    misfit = left**2 @ sigmas**-2 - (left @ sigmas**-2) ** 2 / (sigmas**-2).sum()
+    speed = ((wavenumber * wavelength / TURN - 1) / SPEED_SD) ** 2
+    best = int((misfit + speed).argmin())
     # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): phases may be worse than they say, and tell turns less then.
-    ratio = max(1.0, best.misfit / (len(lags) - 1)) if len(lags) > 1 else 1.0
-    least = best.misfit / ratio + best.speed + CLEAR
-    if best.wavenumber <= 0 or any(count.misfit / ratio + count.speed < least for count in counts if count != best):
+    ratio = max(1.0, float(misfit[best]) / (len(distance) - 1)) if len(distance) > 1 else 1.0
+    price = misfit / ratio + speed
+    if wavenumber[best] <= 0 or (np.delete(price, best) < price[best] + CLEAR).any():
         return UNKNOWN
     # The first gauge's phase error is in every lag: it moves the slope by the sum of the weights, and does not average.
-    own = sum([(lag.weight * lag.distance * lag.sigma) ** 2 for lag in lags])
-    shared = base_sigma * sum([lag.weight * lag.distance for lag in lags])
-    found = TURN / best.wavenumber
-    return found, found * found / TURN * math.sqrt((own + shared * shared) * ratio) / stiffness
+    error = math.hypot(*(pull * others), base * float(pull.sum())) * math.sqrt(ratio) / stiffness
+    found = TURN / float(wavenumber[best])
+    return found, found**2 / TURN * error
 
 
-def _counts(lags: list[_Lag], base_sigma: float, wavelength: float, stiffness: float) -> list[_Count]:
-    """All whole turns that a velocity within `SPEED_REACH` allows; a step is half a turn at the largest distance."""
-    span = max([abs(lag.distance) for lag in lags]) / wavelength
+def _turns(distance: np.ndarray, phase: np.ndarray, wavelength: float) -> np.ndarray:
+    """(n, g - 1) all whole turns that a velocity within `SPEED_REACH` allows; a step is half a turn at the largest
+    distance."""
+    span = float(np.abs(distance).max()) / wavelength
     steps = int(2 * SPEED_REACH * span)
-    counts, before = [], None
-    for step in range(-steps, steps + 1):
-        cycles = (1 + step / (2 * span)) / wavelength
-        whole = [round(cycles * lag.distance - lag.phase / TURN) for lag in lags]
-        if whole == before:
-            continue
-        before = whole
-        turned = [lag.phase + TURN * turns for lag, turns in zip(lags, whole, strict=True)]
-        wavenumber = (
-            sum([lag.weight * lag.distance * phase for lag, phase in zip(lags, turned, strict=True)]) / stiffness
-        )
-        speed = (wavenumber * wavelength / TURN - 1) / SPEED_SD
-        counts.append(_Count(wavenumber, _misfit(wavenumber, base_sigma, lags, turned), speed * speed))
-    return counts
-
-
-def _misfit(wavenumber: float, base_sigma: float, lags: list[_Lag], turned: list[float]) -> float:
-    """Squared misfit of the phases to a line of this slope, the first gauge's 0 among them, free to shift together."""
-    certain, mean, square = base_sigma**-2, 0.0, 0.0
-    for lag, phase in zip(lags, turned, strict=True):
-        off, sure = phase - wavenumber * lag.distance, lag.sigma**-2
-        certain += sure
-        mean += sure * off
-        square += sure * off * off
-    return square - mean * mean / certain
+    cycles = (1 + np.arange(-steps, steps + 1) / (2 * span)) / wavelength
+    return np.unique(np.round(np.outer(cycles, distance) - phase / TURN), axis=0)

@@ -134,7 +134,7 @@ class ChirpTracker(Stream):
     """
 
     answer: ClassVar[Any] = ChirpEstimate
-    columns = ("reading", "velocity_mm_s")
+    columns, optional = ("reading", "velocity_mm_s"), 1
 
     def __init__(
         self,
@@ -166,27 +166,8 @@ class ChirpTracker(Stream):
             raise InputError("the state is not of this sampling rate, range of frequencies and lag")
         super()._remember(memory)
 
-    def process(self, block) -> ChirpEstimate:
-        """Estimates after each row of a block (n,), (n, 1) or (n, 2); bit for bit what `update` gives row by row.
-
-        Raises `InputError` for a block of another shape.
-        """
-        given = np.asarray(block, float)
-        rows = given.reshape(-1, 1) if given.ndim == 1 else given
-        if rows.ndim == 2 and rows.shape[1] == 1:
-            rows = np.column_stack([rows, np.full(len(rows), math.nan)])
-        return super().process(rows)
-
-    def update(self, sample) -> ChirpEstimate:
-        """The estimate after one more sample: a reading, (reading,) or (reading, velocity_mm_s).
-
-        Raises `InputError` for a sample of another length.
-        """
-        values = (sample,) if np.ndim(sample) == 0 else tuple(sample)
-        return super().update((*values, math.nan) if len(values) == 1 else values)
-
     def _take(self, sample):
-        memory, (reading, velocity) = self._memory, sample
+        memory, (reading, velocity) = self._memory, (*sample, math.nan)[:2]
         usable = -self._limit < reading < self._limit
         if memory.count == len(memory.readings):
             memory.readings[: self._kept] = memory.readings[-self._kept :]

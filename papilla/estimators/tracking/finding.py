@@ -1,24 +1,13 @@
 """What a look at the latest path finds."""
 
 from dataclasses import dataclass
-from enum import IntEnum
 
-
-class Verdict(IntEnum):
-    """What a look says of its wavelength."""
-
-    NOTHING = 0
-    FOUND = 1
-    UNDECIDED = 2
-    TIME_LOCKED = 3
-    OUT_OF_RANGE = 4
-    INCOHERENT = 5
-    AMBIGUOUS = 6
+from papilla.estimators.tracking.answer import TrackingStatus
 
 
 @dataclass(frozen=True)
 class Finding:
-    """wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
+    """status : of this look alone. wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
 
     lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
     path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
@@ -27,7 +16,7 @@ class Finding:
     mixed : a louder one, not taken out, may be.
     """
 
-    verdict: Verdict = Verdict.NOTHING
+    status: TrackingStatus = TrackingStatus.SEARCHING
     wavenumber: float = 0.0
     sigma: float = 0.0
     extent: float = 0.0

@@ -16,7 +16,7 @@ from papilla.errors import InputError
 from papilla.estimators.spectrum import Parts, slope
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.cells import Cells
-from papilla.estimators.tracking.finding import Finding, Verdict
+from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.look import LOST, SURE, Look, sharpness
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.rivals import GRID, MAINS_HZ, Task
@@ -210,29 +210,23 @@ class Follower:
         return 1 / wavenumber, math.hypot(sigma / wavenumber, self.options.scale_sigma) / wavenumber
 
     def _status(self) -> TrackingStatus:
-        memory, verdict = self.memory, self.memory.finding.verdict
+        memory, found = self.memory, self.memory.finding.status
         if memory.doubted:
             return TrackingStatus.SEARCHING
-        if verdict == Verdict.TIME_LOCKED:
-            return TrackingStatus.TIME_LOCKED
-        if verdict == Verdict.OUT_OF_RANGE:
-            return TrackingStatus.OUT_OF_RANGE
+        if found in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
+            return found
         # What the look after a change finds, if anything, is told above.
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
+        if not found.good:
+            return found
         wavenumber, sigma = memory.known
-        if verdict == Verdict.INCOHERENT:
-            return TrackingStatus.INCOHERENT
-        if verdict == Verdict.AMBIGUOUS:
-            return TrackingStatus.AMBIGUOUS
-        needed = 3 if memory.hums_Hz else 2
-        if verdict == Verdict.NOTHING or memory.agreed < needed or wavenumber <= 0:
+        if memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
             return TrackingStatus.VAGUE
-        if not self.options.low * 0.98 <= 1 / wavenumber <= self.options.high * 1.02:
-            return TrackingStatus.OUT_OF_RANGE
-        return TrackingStatus.CONSTANT_SPEED if verdict == Verdict.UNDECIDED else TrackingStatus.OK
+        inside = self.options.low * 0.98 <= 1 / wavenumber <= self.options.high * 1.02
+        return found if inside else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
         """Glance, do the next part of a look, or begin one."""
@@ -347,7 +341,7 @@ class Follower:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
         memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and memory.glances else HOP
-        good = found.verdict in (Verdict.FOUND, Verdict.UNDECIDED)
+        good = found.status.good
         if good:
             memory.origin = look.origin
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
@@ -362,7 +356,7 @@ class Follower:
             # What was known is worth more than a guess, until the surface is another one.
             if found.wavenumber > 0 and (before <= 0 or memory.guessed or memory.changed):
                 memory.known, memory.guessed = (found.wavenumber, found.sigma), True
-        if found.verdict == Verdict.INCOHERENT:
+        if found.status == TrackingStatus.INCOHERENT:
             memory.limit = max(0.6 * found.extent, 2 * self.options.high)
         else:
             memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
@@ -374,7 +368,7 @@ class Follower:
         memory = self.memory
         near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
         lost = found.kept + SURE * found.kept_sigma < LOST
-        return found.verdict == Verdict.INCOHERENT and memory.agreed > STEADY and near and not lost
+        return found.status == TrackingStatus.INCOHERENT and memory.agreed > STEADY and near and not lost
 
     def _begin_anew(self, end: int, path: float) -> None:
         """Another surface: only the newest path is of it."""

@@ -15,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from papilla.estimators.spectrum import Line, Parts, Strokes, middle, share_of, slope, spectrum_of, strokes_of
-from papilla.estimators.tracking.finding import Finding, Verdict
+from papilla.estimators.tracking.answer import TrackingStatus
+from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.rivals import GRID, HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
@@ -58,14 +59,14 @@ class Look:
         found = yield from self._line()
         if found is None:
             return self.finding
-        chosen, verdict, refused = found
+        chosen, status, refused = found
         fundamental, sure = yield from self._fundamental(chosen)
         self._hum = self._cleaned or refused
         if self._hum:
             # What time does is as sharp at any lateness.
             self.finding = replace(self.finding, score=0.0)
         if fundamental * 1.02 < 1 / self._task.high:
-            return self._guess(chosen.wavenumber, Verdict.OUT_OF_RANGE)
+            return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # What was known is nearer to what the phases will say than the place of a peak is.
         near = abs(self._task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
         self._wavenumber, self._late = self._task.before if near else fundamental, self._task.late_s
@@ -77,9 +78,9 @@ class Look:
             if (yield from self._refined()):
                 break
         yield
-        return (yield from self._judged(verdict if sure else Verdict.AMBIGUOUS, refused))
+        return (yield from self._judged(status if sure else TrackingStatus.AMBIGUOUS, refused))
 
-    def _line(self) -> Parts[tuple[Line, Verdict, bool] | None]:
+    def _line(self) -> Parts[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, what it is, and whether a louder one was refused; or None."""
         if not (yield from self._gathered(self._task.late_s)):
             return None
@@ -94,10 +95,10 @@ class Look:
             return None
         return (yield from self._chosen())
 
-    def _guess(self, wavenumber: float, verdict: Verdict) -> Finding:
+    def _guess(self, wavenumber: float, status: TrackingStatus) -> Finding:
         """A wavenumber that is told, but not as one that may be used."""
         sigma = 0.3 / self._strokes.extent
-        self.finding = replace(self.finding, verdict=verdict, wavenumber=wavenumber, sigma=sigma)
+        self.finding = replace(self.finding, status=status, wavenumber=wavenumber, sigma=sigma)
         return self.finding
 
     def _gathered(self, late_s: float) -> Parts[bool]:
@@ -141,9 +142,9 @@ class Look:
         if not self._inside:
             near = [line for line in found if 1 / task.high <= line.wavenumber <= highest]
             if near:
-                self._guess(max(near, key=lambda line: line.amplitude).wavenumber, Verdict.NOTHING)
+                self._guess(max(near, key=lambda line: line.amplitude).wavenumber, TrackingStatus.SEARCHING)
             elif self._lines:
-                self.finding = replace(self.finding, verdict=Verdict.OUT_OF_RANGE)
+                self.finding = replace(self.finding, status=TrackingStatus.OUT_OF_RANGE)
             if self._cleaned:
                 self.finding = replace(self.finding, score=0.0)
         return bool(self._inside)
@@ -171,21 +172,21 @@ class Look:
             spectrum = yield from spectrum_of(strokes, step, size)
             self._time_lines += yield from spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
 
-    def _chosen(self) -> Parts[tuple[Line, Verdict, bool] | None]:
+    def _chosen(self) -> Parts[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, as `_line` tells it."""
         hums: list[Line] = []
         for line in self._ranked():
             yield
             origin = yield from self._origin(line)
-            if origin == Verdict.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
+            if origin == TrackingStatus.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
                 if (yield from self._cleared(self._time_lines)):
                     return (yield from self._chosen())
                 return None
-            if origin != Verdict.TIME_LOCKED and not self._hidden(line, hums):
+            if origin != TrackingStatus.TIME_LOCKED and not self._hidden(line, hums):
                 return line, origin, bool(hums)
             hums.append(line)
-        self.finding = replace(self._guess(self._inside[0].wavenumber, Verdict.TIME_LOCKED), score=0.0)
+        self.finding = replace(self._guess(self._inside[0].wavenumber, TrackingStatus.TIME_LOCKED), score=0.0)
         return None
 
     def _mains(self) -> list[Line]:
@@ -216,16 +217,16 @@ class Look:
         known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most]
         return known[:1] + [line for line in self._inside if line not in known[:1]]
 
-    def _origin(self, line: Line) -> Parts[Verdict]:
-        """FOUND for a line that is the path's, UNDECIDED where time may be as well, TIME_LOCKED where it is time's."""
+    def _origin(self, line: Line) -> Parts[TrackingStatus]:
+        """OK for a line of the path, CONSTANT_SPEED where it may be one of time, TIME_LOCKED where it is."""
         path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
         told = self._bend * line.wavenumber > BENT
         if told and path > enough and EXCLUDED * path > time:
-            return Verdict.FOUND
+            return TrackingStatus.OK
         if told and time > enough and time > EXCLUDED * path:
-            return Verdict.TIME_LOCKED
-        return Verdict.TIME_LOCKED if self._near_hum(line) else Verdict.UNDECIDED
+            return TrackingStatus.TIME_LOCKED
+        return TrackingStatus.TIME_LOCKED if self._near_hum(line) else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
@@ -270,7 +271,7 @@ class Look:
             timed = humming and self._near_hum(line)
             if bent:
                 yield
-                timed = (yield from self._origin(line)) == Verdict.TIME_LOCKED
+                timed = (yield from self._origin(line)) == TrackingStatus.TIME_LOCKED
             if not timed:
                 own.add(line)
         fundamental, sure = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
@@ -358,12 +359,12 @@ class Look:
         # Where the window begins there was no turn.
         return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
-    def _judged(self, verdict: Verdict, refused: bool) -> Parts[Finding]:
+    def _judged(self, status: TrackingStatus, refused: bool) -> Parts[Finding]:
         """What the look says in the end of a line that was found to be this; refused : beside a louder one."""
         phases, fit = self._phases, self._fit
         if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
             # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
-            verdict = Verdict.TIME_LOCKED if refused else Verdict.INCOHERENT
+            status = TrackingStatus.TIME_LOCKED if refused else TrackingStatus.INCOHERENT
         kept, kept_sigma = yield from self._newest()
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
@@ -371,7 +372,7 @@ class Look:
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
         return replace(
             self.finding,
-            verdict=verdict,
+            status=status,
             wavenumber=self._wavenumber,
             sigma=float(fit.covariance[0, 0] ** 0.5),
             late_s=self._late,

@@ -2,18 +2,21 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.answer import FusedEstimate, TrackingStatus, WavelengthEstimate
-from papilla.estimators.tracking.between_gauges import UNKNOWN, wavelength_between
+from papilla.estimators.tracking.between_gauges import TURN, UNKNOWN, wavelength_between
 from papilla.estimators.tracking.follower import Follower, Memory, checked
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015
 """A velocity or a path of a hand-held finger is right to 3 %, two standard deviations."""
+SHARP = 0.1
+"""Standard deviation of a gauge's phase, in cycles, from which it is not compared with the others'."""
 _NO_PATH = TrackingStatus.NO_VELOCITY
 
 
@@ -118,19 +121,20 @@ class FusedTracker(Stream):
     def _told(self, wavelength, sigma, frequency, status, readings):
         by_phase = UNKNOWN
         if self._places is not None and TrackingStatus(status).good:
-            by_phase = self._by_phase(wavelength)
+            finding = self._follower.memory.finding
+            by_phase = _by_phase(self._places, finding.phase, finding.phase_sigma, wavelength)
         return FusedEstimate(wavelength, sigma, frequency, status, *by_phase, sum(value == value for value in readings))
 
-    def _by_phase(self, wavelength: float) -> tuple[float, float]:
-        """Wavelength and sigma from the phases between the gauges."""
-        finding = self._follower.memory.finding
-        known = [
-            (place, 2 * math.pi * phase, 2 * math.pi * sigma)
-            for place, phase, sigma in zip(self._places or (), finding.phase, finding.phase_sigma, strict=False)
-            if sigma < 0.1
-        ]
-        places, phases, sigmas = zip(*known, strict=True) if len(known) > 1 else ((), (), ())
-        return wavelength_between(places, phases, sigmas, wavelength) if places else UNKNOWN
+
+@lru_cache(maxsize=16)
+def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
+    """Wavelength and sigma from the phases (cycles) between the gauges, which are new only after a look."""
+    rows = [(place, TURN * phase, TURN * sigma) for place, phase, sigma in zip(places, phases, sigmas, strict=True)]
+    known = [row for row in rows if row[2] < TURN * SHARP]
+    if len(known) < 2:
+        return UNKNOWN
+    where, turned, spread = zip(*known, strict=True)
+    return wavelength_between(where, turned, spread, wavelength)
 
 
 class SpaceTracker(FusedTracker):

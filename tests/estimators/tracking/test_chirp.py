@@ -165,7 +165,7 @@ def test_unusable_values(options, message):
 
 
 def test_samples_and_blocks_of_another_shape():
-    with pytest.raises(InputError, match="a block must be n x 2"):
+    with pytest.raises(InputError, match="a block must be n x 1 or 2"):
         ChirpTracker().process(np.zeros((3, 3)))
     with pytest.raises(InputError, match="a sample must be"):
         ChirpTracker().update((1.0, 2.0, 3.0))

@@ -1,10 +1,10 @@
-"""One look at a window: every number of its finding against the truth of the window, and its verdict."""
+"""One look at a window: every number of its finding against the truth of the window, and its status."""
 
 import numpy as np
 import pytest
 
 from papilla.estimators.spectrum import Line, whole
-from papilla.estimators.tracking.finding import Verdict
+from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.look import Look, grid_of, highest_of, sharpness
 from papilla.estimators.tracking.rivals import Task, credits_of, forward, window_of
 from papilla.studies.estimator_bench.parts import sheared
@@ -44,22 +44,22 @@ def looked(rows, breaks, **known):
 
 
 @pytest.mark.parametrize(
-    "motion, options, verdict",
+    "motion, options, status",
     [
-        ("constant", {}, Verdict.UNDECIDED),
-        ("bent", {}, Verdict.FOUND),
-        ("bent", {"hum": 3.0}, Verdict.FOUND),
-        ("strokes", {"hum": 3.0}, Verdict.FOUND),
-        ("strokes", {"late_s": 0.006}, Verdict.FOUND),
-        ("bent", {"late_s": 0.003, "gauges": 2}, Verdict.FOUND),
+        ("constant", {}, TrackingStatus.CONSTANT_SPEED),
+        ("bent", {}, TrackingStatus.OK),
+        ("bent", {"hum": 3.0}, TrackingStatus.OK),
+        ("strokes", {"hum": 3.0}, TrackingStatus.OK),
+        ("strokes", {"late_s": 0.006}, TrackingStatus.OK),
+        ("bent", {"late_s": 0.003, "gauges": 2}, TrackingStatus.OK),
     ],
 )
-def test_a_finding_is_the_truth_within_its_sigma(motion, options, verdict):
+def test_a_finding_is_the_truth_within_its_sigma(motion, options, status):
     late, hum, off, ratios, levels = options.get("late_s", 0.0), options.get("hum", 0.0), [], [], []
     for seed in range(8):
         rows, breaks = window(motion, seed, **options)
         found = looked(rows, breaks, late_variance=1e-4 if late else 0.0)
-        assert found.verdict == verdict
+        assert found.status == status
         off.append(found.wavenumber * TRUE_MM - 1)
         ratios.append((found.wavenumber - 1 / TRUE_MM) / found.sigma)
         levels.append(found.noise)
@@ -84,21 +84,21 @@ def test_a_finding_is_the_truth_within_its_sigma(motion, options, verdict):
 
 
 def test_noise_alone_is_nothing():
-    verdicts = [looked(*window("bent", seed, harmonics=())).verdict for seed in range(25)]
-    assert verdicts == [Verdict.NOTHING] * 25
+    statuses = [looked(*window("bent", seed, harmonics=())).status for seed in range(25)]
+    assert statuses == [TrackingStatus.SEARCHING] * 25
 
 
 @pytest.mark.parametrize(
-    "motion, options, task, verdict",
+    "motion, options, task, status",
     [
-        ("constant", {"wavelength": 1.92}, {}, Verdict.TIME_LOCKED),
-        ("constant", {"wavelength": 1.92 / 2.4}, {}, Verdict.TIME_LOCKED),
-        ("bent", {}, {"high": 1.2}, Verdict.OUT_OF_RANGE),
+        ("constant", {"wavelength": 1.92}, {}, TrackingStatus.TIME_LOCKED),
+        ("constant", {"wavelength": 1.92 / 2.4}, {}, TrackingStatus.TIME_LOCKED),
+        ("bent", {}, {"high": 1.2}, TrackingStatus.OUT_OF_RANGE),
     ],
 )
-def test_what_is_not_the_surface_s_or_not_asked_for_is_refused(motion, options, task, verdict):
+def test_what_is_not_the_surface_s_or_not_asked_for_is_refused(motion, options, task, status):
     for seed in range(4):
-        assert looked(*window(motion, seed, **options), **task).verdict == verdict
+        assert looked(*window(motion, seed, **options), **task).status == status
 
 
 def test_the_play_of_the_skin_after_a_turn_is_no_error_of_the_wavelength():
@@ -110,7 +110,7 @@ def test_the_play_of_the_skin_after_a_turn_is_no_error_of_the_wavelength():
         rows[:, 3] += np.cos(2 * np.pi * skin / TRUE_MM)
         found = looked(rows, breaks, late_variance=1e-4)
         ratios.append((found.wavenumber - 1 / TRUE_MM) / found.sigma)
-        assert found.verdict == Verdict.FOUND and abs(found.late_s) < 3e-4
+        assert found.status == TrackingStatus.OK and abs(found.late_s) < 3e-4
     assert np.sqrt(np.mean(np.square(ratios))) < 2.0
 
 
@@ -119,7 +119,7 @@ def test_the_play_of_the_skin_after_a_turn_is_no_error_of_the_wavelength():
 def test_hum_and_what_is_too_long_are_never_found(motion, options):
     for seed in range(4):
         found = looked(*window(motion, seed, **options))
-        assert found.verdict not in (Verdict.FOUND, Verdict.UNDECIDED)
+        assert found.status not in (TrackingStatus.OK, TrackingStatus.CONSTANT_SPEED)
         assert "hum" not in options or found.hums_Hz == pytest.approx((50.0,), abs=0.5)
 
 
@@ -127,10 +127,10 @@ def test_a_wave_whose_phase_wanders_is_incoherent():
     rows, breaks = window("bent", 0, harmonics=())
     wander = 0.8 * np.cumsum(np.random.default_rng(1).standard_normal(COUNT)) / 10
     rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
-    assert looked(rows, breaks).verdict in (Verdict.INCOHERENT, Verdict.NOTHING)
+    assert looked(rows, breaks).status in (TrackingStatus.INCOHERENT, TrackingStatus.SEARCHING)
     rows[:, 3] -= np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
     rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + 0.02 * wander))
-    assert looked(rows, breaks).verdict == Verdict.FOUND
+    assert looked(rows, breaks).status == TrackingStatus.OK
 
 
 def test_the_newest_periods_tell_that_the_line_is_gone():
@@ -138,7 +138,7 @@ def test_the_newest_periods_tell_that_the_line_is_gone():
     gone = rows[:, 1] > rows[-1, 1] - 3 * TRUE_MM
     rows[gone, 3] = NOISE * np.random.default_rng(5).standard_normal(gone.sum())
     found = looked(rows, breaks)
-    assert found.kept + 3 * found.kept_sigma < 0.5 and found.verdict == Verdict.FOUND
+    assert found.kept + 3 * found.kept_sigma < 0.5 and found.status == TrackingStatus.OK
     rows, breaks = window("bent", 0)
     rows[:, 3] *= np.where(rows[:, 1] > rows[-1, 1] - 17 * TRUE_MM, 0.6, 1.0)
     found = looked(rows, breaks)
@@ -157,7 +157,7 @@ def test_what_was_known_is_gone_on_from_and_helps_a_faint_line():
     for seed in range(12):
         for proved in seen:
             found = looked(*window("bent", seed, harmonics=(0.08,)), proved=proved)
-            seen[proved] += found.verdict == Verdict.FOUND and abs(found.wavenumber * TRUE_MM - 1) < 0.02
+            seen[proved] += found.status == TrackingStatus.OK and abs(found.wavenumber * TRUE_MM - 1) < 0.02
     assert seen[1 / TRUE_MM] >= seen[0.0] > 3
     rows, breaks = window("bent", 0)
     plain, known = (looked(rows, breaks, before=before) for before in (0.0, 1 / TRUE_MM + 1e-4))
