@@ -337,7 +337,7 @@ def test_what_only_a_line_explains_is_its_energy(motion):
     best = look._inside[0]
     path, time = whole(credits_of(best, look._spectrum, look._strokes, look._time, [line(233.0), line(51.0)]))
     assert path == pytest.approx(best.ratio, rel=0.3) and time < 0.05 * path
-    assert whole(look._origin(best)) == Verdict.FOUND
+    assert whole(look._origin(best)) == TrackingStatus.OK
     hum = parted(*window(motion, 0, harmonics=(), hum=2.0), proved=0.0)
     if hum._inside:
         path, time = whole(credits_of(hum._inside[0], hum._spectrum, hum._strokes, hum._time, [line(50.0)]))
@@ -346,9 +346,9 @@ def test_what_only_a_line_explains_is_its_energy(motion):
 
 def test_where_the_speed_is_constant_time_and_path_are_not_told_apart():
     look = parted(*window("constant", 0))
-    assert whole(look._origin(look._inside[0])) == Verdict.UNDECIDED
+    assert whole(look._origin(look._inside[0])) == TrackingStatus.CONSTANT_SPEED
     look = parted(*window("constant", 0, wavelength=1.92))
-    assert whole(look._origin(look._inside[0])) == Verdict.TIME_LOCKED
+    assert whole(look._origin(look._inside[0])) == TrackingStatus.TIME_LOCKED
 
 
 def test_a_finding_names_eight_lines_at_most_strongest_first():
