@@ -8,7 +8,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.tracking import TrackingStatus as Status
-from papilla.estimators.tracking.finding import Finding, Verdict
+from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.follower import Follower, Looking, checked
 
 RATE, LOW, HIGH = 1000.0, 0.5, 4.0
@@ -37,24 +37,24 @@ def walked(own, path, step=0.02, readings=(1.0,), begin=0.0, time=0.0):
     return [own.advance(time + number / RATE, begin + way * number, readings) for number in steps.tolist()]
 
 
-SURE = {"finding": Finding(TrackingStatus.OK), "known": (TRUE, 1e-3 * TRUE), "agreed": 2}
+SURE = {"finding": Finding(Status.OK), "known": (TRUE, 1e-3 * TRUE), "agreed": 2}
 
 
 @pytest.mark.parametrize(
     "known, status",
     [
         ({}, Status.OK),
-        ({"finding": Finding(TrackingStatus.CONSTANT_SPEED)}, Status.CONSTANT_SPEED),
+        ({"finding": Finding(Status.CONSTANT_SPEED)}, Status.CONSTANT_SPEED),
         ({"agreed": 1}, Status.SEARCHING),
         ({"hums_Hz": (50.0,)}, Status.SEARCHING),
         ({"hums_Hz": (50.0,), "agreed": 3}, Status.OK),
-        ({"finding": Finding(TrackingStatus.SEARCHING)}, Status.SEARCHING),
-        ({"finding": Finding(TrackingStatus.AMBIGUOUS)}, Status.AMBIGUOUS),
-        ({"finding": Finding(TrackingStatus.INCOHERENT)}, Status.INCOHERENT),
-        ({"finding": Finding(TrackingStatus.TIME_LOCKED), "changed": True}, Status.TIME_LOCKED),
-        ({"finding": Finding(TrackingStatus.OUT_OF_RANGE), "changed": True}, Status.OUT_OF_RANGE),
+        ({"finding": Finding(Status.SEARCHING)}, Status.SEARCHING),
+        ({"finding": Finding(Status.AMBIGUOUS)}, Status.AMBIGUOUS),
+        ({"finding": Finding(Status.INCOHERENT)}, Status.INCOHERENT),
+        ({"finding": Finding(Status.TIME_LOCKED), "changed": True}, Status.TIME_LOCKED),
+        ({"finding": Finding(Status.OUT_OF_RANGE), "changed": True}, Status.OUT_OF_RANGE),
         ({"changed": True}, Status.NO_TEXTURE),
-        ({"doubted": True, "finding": Finding(TrackingStatus.TIME_LOCKED)}, Status.SEARCHING),
+        ({"doubted": True, "finding": Finding(Status.TIME_LOCKED)}, Status.SEARCHING),
         ({"known": (0.0, 0.0)}, Status.SEARCHING),
         ({"known": (TRUE, 0.024 * TRUE)}, Status.OK),
         ({"known": (TRUE, 0.026 * TRUE)}, Status.VAGUE),
@@ -207,8 +207,8 @@ def looking(begin=0, end=200, **some):
     return Looking(begin, end, (), 0.0, **some)
 
 
-def found_of(wavenumber=TRUE, sigma=1e-4, verdict=TrackingStatus.OK, **some):
-    return Finding(verdict, wavenumber, sigma, extent=20.0, **some)
+def found_of(wavenumber=TRUE, sigma=1e-4, status=Status.OK, **some):
+    return Finding(status, wavenumber, sigma, extent=20.0, **some)
 
 
 def concluded(found, latency_s=0.0, **known):
@@ -231,7 +231,7 @@ def test_looks_that_agree_are_counted_and_many_prove_the_wavenumber():
 
 
 def test_a_guess_counts_while_nothing_better_is_known():
-    guess = found_of(0.7, verdict=TrackingStatus.SEARCHING)
+    guess = found_of(0.7, status=Status.SEARCHING)
     for known, told in (
         ({}, 0.7),
         ({"known": (TRUE, 1e-4)}, TRUE),
@@ -240,11 +240,11 @@ def test_a_guess_counts_while_nothing_better_is_known():
     ):
         memory = concluded(guess, agreed=3, **known)
         assert memory.known[0] == told and memory.agreed == 0 and (memory.guessed == (told == 0.7))
-    assert concluded(found_of(0.0, verdict=TrackingStatus.SEARCHING)).known == (0.0, 0.0)
+    assert concluded(found_of(0.0, status=Status.SEARCHING)).known == (0.0, 0.0)
 
 
 def test_a_smeared_line_is_looked_for_in_less_of_the_path_and_another_in_more():
-    smeared = found_of(verdict=TrackingStatus.INCOHERENT)
+    smeared = found_of(status=Status.INCOHERENT)
     assert concluded(smeared).limit == pytest.approx(0.6 * 20)
     assert concluded(replace(smeared, extent=8.0)).limit == pytest.approx(2 * HIGH)
     assert concluded(found_of(), limit=15.0).limit == pytest.approx(1.15 * 20)
@@ -266,7 +266,7 @@ def test_where_the_newest_periods_have_lost_the_line_another_surface_begins():
         memory = concluded(found_of(kept=kept, kept_sigma=sigma), known=(TRUE, 1e-4), agreed=9)
         assert memory.changed == anew and (memory.agreed == 0) == anew
         assert memory.looked == 200
-    assert not concluded(found_of(kept=0.0, verdict=TrackingStatus.SEARCHING)).changed
+    assert not concluded(found_of(kept=0.0, status=Status.SEARCHING)).changed
 
 
 @pytest.mark.parametrize(
@@ -276,14 +276,14 @@ def test_where_the_newest_periods_have_lost_the_line_another_surface_begins():
         ({"lines": ((1 / (TRUE + 0.03), 9.0, 0.0),)}, {}, False),
         ({"lines": ((1 / (TRUE + 0.02), 9.0, 0.0), (0.7, 3.0, 0.0))}, {}, True),
         ({"lines": ()}, {}, False),
-        ({"verdict": TrackingStatus.SEARCHING}, {}, False),
+        ({"status": Status.SEARCHING}, {}, False),
         ({"kept": 0.2}, {}, False),
         ({"kept": 0.2, "kept_sigma": 0.11}, {}, True),
         ({}, {"agreed": 4}, False),
     ],
 )
 def test_a_line_that_many_looks_agreed_on_is_held_while_its_phases_are_disturbed(found, known, held):
-    smeared = found_of(0.9, verdict=TrackingStatus.INCOHERENT, lines=((1.7, 9.0, 0.0),))
+    smeared = found_of(0.9, status=Status.INCOHERENT, lines=((1.7, 9.0, 0.0),))
     own = made()
     walked(own, 2.0)
     knowing(own, **({"agreed": 5, "proved": TRUE, "known": (TRUE, 1e-4), "doubted": True} | known))
