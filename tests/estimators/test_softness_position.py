@@ -358,3 +358,55 @@ def test_the_pipeline_answers_by_s_d_while_most_samples_contradict_themselves(bu
     assert abs(smooth.modulus_MPa[-1] / 0.3 - 1) < 0.02
     pipeline.state = kept
     assert pipeline.process(rows[:300]).status == smooth.status[:300]
+
+
+def test_noise_alone_is_least_squares_with_force_and_place_eliminated(build):
+    """As at the apex, with a place of its own as well: information a' S^-1 a, S = 1 / n + B' B."""
+    fitter = estimator(build(0.003))._fitter
+    h, rng = 0.4 * fitter.top, np.random.default_rng(3)
+    linear = fitter.linear(math.log(0.3), 1.2, h)
+    belief = fitter.fresh(1.0)._replace(linear=linear, ln_force=linear.at[0], place_mm=1.2, anchor=h - 0.05)
+    for count, rows in ((1, np.arange(6)), (9, np.array([0, 1, 2, 4, 5]))):
+        y = (linear.expected + rng.standard_normal(6)) / fitter.whiten
+        found = fitter.alone(y, rows, belief, count)
+        at, a, B = found.linear, found.linear.H[rows, 0], found.linear.B[:, rows]
+        S = np.eye(len(rows)) / count + B.T @ B
+        left = (y * fitter.whiten)[rows] - at.expected[rows] - a * (belief.anchor - at.at[2])
+        assert found.information == pytest.approx(a @ np.linalg.solve(S, a), rel=1e-7)
+        assert found.score == pytest.approx(a @ np.linalg.solve(S, left), rel=1e-7)
+        assert found.square == pytest.approx(left @ np.linalg.solve(S, left), rel=1e-7)
+        steps = B @ np.linalg.solve(S, left)
+        there = at.at[0] + 0.5 * steps[0], at.at[1] + REACH * steps[1]
+        assert (found.ln_force, found.place_mm) == pytest.approx(there, abs=1e-9) and found.own == len(rows) - 2
+
+
+def test_the_fit_s_slopes_beside_the_apex_are_differences(build):
+    fitter, step = estimator(build(0.003))._fitter, 1e-5
+    found = fitter.linear(math.log(0.3), 1.2, 0.4 * fitter.top)
+    at, place, h, _ = found.at
+    for way, scale, up, down in (
+        (0, 0.5, fitter.linear(at + step, place, h), fitter.linear(at - step, place, h)),
+        (1, REACH, fitter.linear(at, place + step, h), fitter.linear(at, place - step, h)),
+    ):
+        differences = scale * (up.expected - down.expected) / (2 * step)
+        np.testing.assert_allclose(found.B[way], differences, rtol=1e-3, atol=1e-3)
+    assert fitter.moved(found, (0.1, -0.2)) == pytest.approx((at + 0.05, 1.2 - 0.2 * REACH))
+    assert fitter.inside(-1.0, 9.0) == (-1.0, REACH) and fitter.inside(-1.0, -9.0) == (-1.0, -REACH)
+    # A mm of place bends the readings like 0.2 of ln force.
+    assert fitter.bend(found, at + 0.3, place + 2.0, h, 0.0) == pytest.approx(0.3**2 + 0.4**2)
+    assert fitter.bend(found, at, place, h + 0.1 * fitter.top, 0.0) == pytest.approx(0.01)
+    beside = found.H[:5, fitter.parts["the calibration beside the apex"]] / fitter.whiten[:5, None]
+    stated = fitter.surfaces.place_error(1.2) * 0.3
+    assert np.diag(beside) == pytest.approx(stated, rel=0.02) and np.count_nonzero(beside) == 5 and stated.min() > 0
+
+
+def test_a_tangent_takes_a_sample_s_place_for_what_it_is(exact):
+    fitter, rows = estimator(exact)._fitter, np.arange(6)
+    linear = fitter.linear(math.log(0.3), 1.2, 0.4 * fitter.top)
+    tangent = fitter.tangent(linear, rows)
+    y = (linear.expected + 0.02 * linear.B[0] - 0.03 * linear.B[1]) / fitter.whiten
+    assert tangent.steps(y, ((-1, 1), (-9, 9)), 1.0) == pytest.approx((0.01, -0.03 * REACH), rel=0.01)
+    assert tangent.steps(y, ((-1, 1), (-0.02 * REACH, 9)), 1.0) is None
+    assert tangent.steps(y, ((-1, 1), (-9, -0.04 * REACH)), 1.0) is None
+    (low, high), (left, right) = tangent.reach
+    assert -REACH - 1.2 - 1e-9 <= left < 0 < right <= REACH - 1.2 + 1e-9 and low < 0 < high
