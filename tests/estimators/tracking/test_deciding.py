@@ -1,0 +1,233 @@
+"""Fundamentals, whole turns between gauges, cells of a path, and the trackers around them: by hand, at each limit."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
+from papilla.estimators.spectrum import Line
+from papilla.estimators.tracking import TrackingStatus
+from papilla.estimators.tracking.between_gauges import wavelength_between
+from papilla.estimators.tracking.cells import Cells
+from papilla.estimators.tracking.finding import Finding, Verdict
+from papilla.estimators.tracking.fundamental import fundamental_of, lone
+
+
+def line(wavenumber, amplitude=1.0, ratio=1000.0):
+    return Line(wavenumber, ratio, amplitude, 1e-9, 0)
+
+
+@pytest.mark.parametrize(
+    "others, reach, told",
+    [
+        # One loud line at half fits by chance in 2 reaches of the half: less than 2 % is believed.
+        ([line(0.5, 0.31)], 0.0049, (0.5, True)),
+        ([line(0.5, 0.31)], 0.0051, (1.0, False)),
+        # A faint one does not prove, and is a doubt while it would be rare by chance.
+        ([line(0.5, 0.29)], 0.0049, (1.0, False)),
+        ([line(0.5, 0.29)], 0.0051, (1.0, True)),
+        # Two faint ones that both fit do, where chance is below a thousandth.
+        ([line(0.5, 0.2), line(1.5, 0.2)], 0.0039, (0.5, True)),
+        ([line(0.5, 0.2), line(1.5, 0.2)], 0.0040, (1.0, False)),
+        # Among more lines each fits more easily.
+        ([line(0.5, 0.5), line(0.71, 0.1)], 0.0026, (1.0, False)),
+        ([line(0.5, 0.5), line(0.71, 0.1)], 0.0024, (0.5, True)),
+        # How far off it may lie is at most a tenth of the fundamental.
+        ([line(0.5024, 0.5)], 0.0025, (0.5, True)),
+        ([line(0.5026, 0.5)], 0.0025, (1.0, True)),
+        ([line(1 / 6 + 0.016, 0.5)], 0.9, (1.0, False)),
+        # Up to the sixth harmonic.
+        ([line(1 / 6, 0.5)], 0.0016, (1 / 6, True)),
+        ([line(1 / 7, 0.5)], 0.0013, (1.0, True)),
+        # A lower fundamental must be ten times plainer: the quarter that two lines show, not the half of one.
+        ([line(0.5, 0.5), line(0.75, 0.5), line(1.25, 0.4)], 1e-3, (0.25, True)),
+    ],
+)
+def test_a_fundamental_is_believed_where_chance_does_not_make_it(others, reach, told):
+    assert fundamental_of(line(1.0), others, reach, set(others), False) == (pytest.approx(told[0]), told[1])
+
+
+@pytest.mark.parametrize(
+    "others, told",
+    [
+        ([line(0.5, 0.5)], (0.5, True)),
+        ([line(0.5, 0.13), line(1.5, 0.1)], (0.5, True)),
+        ([line(0.5, 0.12), line(1.5, 0.1)], (0.5, False)),
+        ([line(0.506, 0.01)], (1.0, False)),
+        ([line(0.509, 0.01)], (1.0, True)),
+    ],
+)
+def test_where_ridges_may_feel_a_harmonic_louder_faint_lines_prove_nothing(others, told):
+    """And one within three times the reach is a doubt."""
+    assert fundamental_of(line(1.0), others, 0.0025, set(others), True) == told
+    assert fundamental_of(line(1.0), others, 0.0025, set(), True) == (1.0, True)
+
+
+@pytest.mark.parametrize(
+    "pitch, enough", [(1.0, 1600), (1.24, 1600), (1.26, 400), (0.76, 1600), (0.74, 400), (0.2, 400), (2.8, 1600)]
+)
+def test_a_lone_line_is_sure_once_its_fundamental_would_be_seen(pitch, enough):
+    """25 over the background at an eighth of its amplitude, where all ridges feel it in step, else at a quarter."""
+    assert lone(line(1.0, ratio=enough - 1), pitch) and not lone(line(1.0, ratio=enough + 1), pitch)
+    assert not lone(line(1.0, ratio=1.0), 0.0)
+
+
+PLACES, SIGMAS = np.array([0.0, 2.3, 5.9, 7.1]), np.array([0.03, 0.05, 0.02, 0.06])
+
+
+def phases(wavelength, errors=0.0, shift=0.7):
+    return np.angle(np.exp(1j * (2 * np.pi * PLACES / wavelength + shift + errors)))
+
+
+def test_the_sigma_between_gauges_is_that_of_a_line_through_phases_that_share_the_first_ones_error():
+    found, sigma = wavelength_between(PLACES, phases(1.7), SIGMAS, 1.7)
+    assert found == pytest.approx(1.7, rel=1e-9)
+    d, s = PLACES[1:], SIGMAS[1:]
+    weight = 1 / (s**2 + SIGMAS[0] ** 2)
+    slope = weight * d / (weight @ d**2)
+    variance = slope @ (np.diag(s**2) + SIGMAS[0] ** 2) @ slope
+    assert sigma == pytest.approx(1.7**2 / (2 * np.pi) * math.sqrt(variance), rel=1e-9)
+    # The same whichever place is called 0, and on the way back.
+    assert wavelength_between(PLACES + 40, phases(1.7), SIGMAS, 1.7) == pytest.approx((found, sigma))
+    assert wavelength_between(-PLACES, -phases(1.7), SIGMAS, 1.7) == pytest.approx((found, sigma))
+
+
+def test_phases_that_misfit_are_known_less_by_birges_ratio():
+    errors = np.array([0.0, 0.12, -0.12, 0.1])
+    found, sigma = wavelength_between(PLACES, phases(1.7, errors), SIGMAS, 1.7)
+    _, usual = wavelength_between(PLACES, phases(found), SIGMAS, found)
+    k, best = 2 * np.pi / found, math.inf
+    for shift in np.linspace(-0.5, 0.5, 4001):
+        best = min(best, float((((2 * np.pi * PLACES / 1.7 + errors) - k * PLACES - shift) ** 2 / SIGMAS**2).sum()))
+    assert best > 8 and sigma / usual == pytest.approx(math.sqrt(best / 2), rel=0.01)
+
+
+@pytest.mark.parametrize("off, told", [(0.0, True), (0.05, True), (-0.05, True), (0.14, False), (-0.14, False)])
+def test_whole_turns_are_told_within_what_a_velocity_may_be_off(off, told):
+    """Three gauges at uneven places: up to a tenth; further off it is another number of turns, or none is told."""
+    found, _ = wavelength_between(PLACES, phases(1.7), SIGMAS, 1.7 * (1 + off))
+    assert (abs(found - 1.7) < 0.01) == told
+
+
+def test_turns_that_fit_nearly_as_well_leave_it_open():
+    """Two gauges 30 mm apart: turns next to the right ones are 5.7 % of the wavelength, 1.9 standard deviations."""
+    for distance, told in ((9.0, True), (11.5, False)):
+        turns = np.angle(np.exp(2j * np.pi * distance / 1.7))
+        found, _ = wavelength_between((0.0, distance), (0.0, turns), (1e-3, 1e-3), 1.7)
+        assert math.isfinite(found) == told
+
+
+def cells(turn=0.25, length=0.1, rows=40, gauges=2):
+    return Cells(np.zeros((rows, 3 + gauges)), length, turn)
+
+
+def filled(own, places, begin=0.0, readings=(1.0, 2.0)):
+    for number, place in enumerate(places):
+        own.fill(begin + number / 1000, float(place), readings)
+    return own
+
+
+def test_a_cell_is_the_mean_of_the_samples_that_lie_in_it():
+    own = cells()
+    for number, (place, reading) in enumerate([(0.0, (1.0, 5.0)), (0.04, (2.0, math.nan)), (0.09, (6.0, 7.0))]):
+        own.fill(number / 10, place, reading)
+    assert own.end == 0 and own.count == 0
+    own.fill(0.3, 0.1, (math.nan, math.nan))
+    assert own.end == 1 and own.between(0, 1)[0] == pytest.approx([0.1, 0.13 / 3, 3, 3.0, 6.0])
+    own.fill(0.4, 0.0, (1.0, 1.0))
+    row = own.between(1, 2)[0]
+    assert row[:3] == pytest.approx([0.3, 0.1, 1]) and np.isnan(row[3:]).all(), "on the way back as well"
+
+
+def steps(first, last):
+    """Places an eighth of a mm apart, each in a cell of its own."""
+    return np.arange(8 * first, 8 * last, math.copysign(1, last - first)) / 8
+
+
+def test_a_stroke_ends_where_the_path_turned_by_more_than_play():
+    """The last sample is in the open cell; 0.25 mm back is no turn, 0.375 mm is."""
+    for back, breaks in ((1.625, []), (1.5, [16])):
+        own = filled(cells(), [*steps(0, 2), *steps(1.75, back), back, 9.0])
+        assert own.breaks == breaks and own.direction == (-1.0 if breaks else 1.0)
+        assert own.extreme == (back if breaks else 1.875) and own.extreme_cell == (own.end - 1 if breaks else 15)
+    own = filled(cells(), [*steps(0, 2), 1.75, 1.625, *steps(1.75, 2.5)])
+    assert own.breaks == [] and own.extreme == 2.25, "a little way back is none, whatever follows"
+
+
+def test_where_the_path_was_not_known_a_stroke_ends():
+    own = filled(cells(), steps(0, 1))
+    own.broken = True
+    filled(own, steps(7, 8))
+    assert own.breaks == [7] and not own.broken and own.direction == 1.0, "with the cell that was open"
+    filled(own, steps(7.75, 7))
+    assert own.breaks == [7, 16]
+
+
+def test_the_newest_half_of_the_rows_is_kept_with_its_breaks():
+    places = [*steps(0, 1), *steps(0.75, 0), *steps(0, 2)]
+    own = filled(cells(rows=20, turn=0.05), places)
+    assert own.end == 29 and own.first == 10 and own.count == 19 and own.breaks == [15]
+    np.testing.assert_array_equal(own.between(10, 29)[:, 1], places[10:29])
+    filled(own, steps(2, 3))
+    assert own.first == 20 and own.breaks == [] and own.end == 37
+    np.testing.assert_array_equal(own.between(20, 29)[:, 1], places[20:29])
+
+
+def sure(own, verdict=Verdict.FOUND, wavelength=1.7, **some):
+    memory = own._memory.follower
+    memory.finding, memory.known, memory.agreed = (
+        Finding(verdict, 1 / wavelength, 1e-4, **some),
+        (1 / wavelength, 1e-4),
+        5,
+    )
+    return own
+
+
+def test_a_path_is_the_trapezoids_of_the_velocity_and_has_gaps_where_it_has():
+    own = SpaceTracker(sample_rate_Hz=100.0)
+    own.process([(1.0, 10.0), (1.0, 20.0), (1.0, -10.0)])
+    assert own._memory.place_mm == pytest.approx(0.15 + 0.05) and own._memory.samples == 3
+    own.update((1.0, math.nan))
+    assert own._memory.place_mm == pytest.approx(0.2) and own._memory.follower.cells.broken
+    own.update((1.0, 30.0))
+    assert own._memory.place_mm == pytest.approx(0.2), "what it did meanwhile is not known"
+    own.update((1.0, 30.0))
+    assert own._memory.place_mm == pytest.approx(0.5)
+
+
+def test_the_frequency_is_the_speed_over_the_wavelength():
+    own = sure(SpaceTracker(scale_sigma=0.0))
+    for velocity in (60.0, -60.0):
+        found = own.update((1.0, velocity))
+        assert found.frequency_Hz == pytest.approx(60 / 1.7) and found.wavelength_mm == pytest.approx(1.7)
+        assert found.wavelength_sigma_mm == pytest.approx(1e-4 * 1.7**2)
+    assert math.isnan(own.update((1.0, math.nan)).frequency_Hz)
+    path = sure(LineTracker(1, wavelength_range_mm=(0.5, 4)))
+    assert math.isnan(path.update((1.0, 3.0)).frequency_Hz) and path.columns == ("g1", "position_mm")
+
+
+def test_readings_at_the_limit_are_none():
+    own = sure(FusedTracker(2, saturation=10.0))
+    for readings, known in (((9.9, -9.9), 2), ((10.0, 1.0), 1), ((-10.0, 1.0), 1), ((10.0, math.nan), 0)):
+        found = own.update((*readings, 50.0))
+        assert found.gauges == known and (found.status == TrackingStatus.MISSING) == (known == 0)
+
+
+@pytest.mark.parametrize(
+    "verdict, told", [(Verdict.FOUND, True), (Verdict.UNDECIDED, True), (Verdict.INCOHERENT, False)]
+)
+def test_phases_between_gauges_tell_where_the_wavelength_is_ok(verdict, told):
+    phase, sigma = (2 * np.pi * PLACES / 1.7) / (2 * np.pi) % 1, (0.004, 0.008, 0.003, 0.01)
+    own = sure(FusedTracker(tuple(PLACES)), verdict, phase=tuple(phase), phase_sigma=sigma)
+    found = own.update((1.0, 1.0, 1.0, 1.0, 50.0))
+    assert math.isfinite(found.wavelength_by_phase_mm) == told
+    if told:
+        expected = wavelength_between(PLACES, 2 * np.pi * phase, 2 * np.pi * np.array(sigma), 1.7)
+        assert (found.wavelength_by_phase_mm, found.wavelength_by_phase_sigma_mm) == pytest.approx(expected)
+        assert found.wavelength_by_phase_mm == pytest.approx(1.7)
+    # A phase that is not known to a tenth of a turn is none; one alone tells nothing.
+    for sigma, known in (((0.004, 0.11, 0.003, 0.11), told), ((0.004, 0.11, 0.11, 0.11), False)):
+        own = sure(FusedTracker(tuple(PLACES)), verdict, phase=tuple(phase), phase_sigma=sigma)
+        assert math.isfinite(own.update((1.0, 1.0, 1.0, 1.0, 50.0)).wavelength_by_phase_mm) == known
+    assert math.isnan(sure(FusedTracker(4), verdict, phase=tuple(phase), phase_sigma=sigma).update((1.0,) * 5)[4])
