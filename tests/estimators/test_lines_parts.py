@@ -1,0 +1,214 @@
+"""Lines, their backgrounds and the lags between channels against closed forms, and on each side of their limits."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.errors import InputError
+from papilla.estimators.background import Level, background
+from papilla.estimators.lags import _noise as noise_of
+from papilla.estimators.lags import _scatter as scatter_of
+from papilla.estimators.lags import channel_lags, phasors
+from papilla.estimators.lines import find_lines
+from papilla.estimators.spectrum import Spectrum, whole
+
+
+def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size=1.0):
+    position = np.arange(count) * step
+    wave = size * np.cos(2 * np.pi * position / wavelength + 0.5)[:, None] * np.ones(channels)
+    return position, wave + noise * np.random.default_rng(seed).standard_normal((count, channels))
+
+
+@pytest.mark.parametrize("count", [300, 1200])
+def test_the_sigma_of_a_line_is_that_of_a_tapered_periodogram(count):
+    """Var k = W0^2 int w^2 x^2 / (2 r int w^2 (int w x^2)^2) / (2 pi)^2, w the Hann taper, r power over background."""
+    position, readings = log(count)
+    found = find_lines(position, readings).lines[0]
+    x = np.linspace(-0.5, 0.5, 20001) * (position[-1] - position[0])
+    w = np.cos(np.pi * x / (position[-1] - position[0])) ** 2
+    variance = w.sum() ** 2 * (w**2 @ x**2) / (2 * (w**2).sum() * (w @ x**2) ** 2)
+    sigma = math.sqrt(variance / found.ratio) / (2 * math.pi)
+    assert found.sigma_mm == pytest.approx(sigma * found.wavelength_mm**2, rel=0.02)
+    assert found.fundamental_mm == found.wavelength_mm and found.channels == (0,)
+
+
+def test_channels_with_noise_of_their_own_know_a_line_better_by_the_root_of_their_number():
+    def sigma(channels, seed):
+        return find_lines(*log(1000, channels=channels, seed=seed)).lines[0].sigma_mm
+
+    ratios = [sigma(8, seed) / sigma(1, seed) for seed in range(8)]
+    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1 / math.sqrt(8), rel=0.4)
+    position, readings = log(1000)
+    alike = find_lines(position, np.repeat(readings, 8, axis=1)).lines[0]
+    assert alike.sigma_mm == pytest.approx(sigma(1, 0), rel=0.05) and alike.channels == tuple(range(8))
+
+
+def test_a_line_is_stated_with_the_chance_that_noise_makes_it_somewhere():
+    position, readings = log(800, size=0.0)
+    few, many = (find_lines(position, readings, false_alarm=chance).lines for chance in (0.01, 0.5))
+    assert len(few) <= len(many)
+    for rare, lines in ((0.01, few), (0.5, many)):
+        assert all(0 < line.chance < rare for line in lines)
+    weak, strong = (find_lines(*log(800, size=size)).lines[0] for size in (0.25, 0.35))
+    assert 0 < strong.chance < weak.chance < 0.01 and strong.ratio > weak.ratio > 10
+    for chance in (0.51, 0.0):
+        with pytest.raises(InputError, match="false_alarm must lie between"):
+            find_lines(position, readings, false_alarm=chance)
+
+
+def test_what_uneven_steps_show_is_by_the_path():
+    """2.2 of the mean step, each weighed by its length; up to a third of the path, and inside what is asked for."""
+    steps = np.where(np.arange(600) % 3, 0.1, 0.4)
+    position = np.cumsum(steps)
+    readings = np.random.default_rng(0).standard_normal(600)
+    shortest, longest = 2.2 * (2 * 0.01 + 0.16) / 0.6, np.ptp(position) / 3
+    assert find_lines(position, readings).searched_mm == pytest.approx((shortest, longest), rel=0.01)
+    for asked in ((0.5, 9.0), (1.0, 999.0), (2.0, 9.0)):
+        limits = max(asked[0], shortest), min(asked[1], longest)
+        assert find_lines(position, readings, wavelength_range_mm=asked).searched_mm == pytest.approx(limits, rel=0.01)
+    with pytest.raises(
+        InputError, match=r"of the 0.2 to 0.3 mm asked for can be searched: 119.6 mm of path in steps of 0.3 mm show"
+    ):
+        find_lines(position, readings, wavelength_range_mm=(0.2, 0.3))
+
+
+def test_channels_and_rows_that_hold_numbers_are_used():
+    """A channel with a number in more than half of the rows; 16 rows."""
+    position, readings = log(400, channels=2)
+    readings[:200, 1] = np.nan
+    assert find_lines(position, readings).unused_channels == 1 and find_lines(position, readings).unused_samples == 0
+    readings[199, 1] = 0.0
+    found = find_lines(position, readings)
+    assert (found.unused_channels, found.unused_samples) == (0, 199)
+    assert find_lines(position, readings[:, 0]).unused_channels == 0
+    assert find_lines(position[:16], readings[:16, 0]).unused_samples == 0
+    with pytest.raises(InputError, match="got 15"):
+        find_lines(position[:15], readings[:15, 0])
+    with pytest.raises(InputError, match="got 0"):
+        find_lines([], np.zeros((0, 2)))
+
+
+def test_the_chance_beside_a_level_is_that_of_exponential_power_over_a_level_of_so_many_cells():
+    level = Level(np.array([1.0, 2.0, 1.0, np.inf]), np.array([4.0, 4.0, 1e7, 0.0]), np.full(4, 2.0))
+    expected = [1.75**-4, 1.375**-4, math.exp(-3), 1.0]
+    assert level.chance(np.full(4, 3.0)) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("channels", [2, 5, 20])
+def test_a_mean_of_channels_has_as_many_degrees_of_freedom_and_its_mean_for_a_level(channels):
+    power = np.random.default_rng(1).chisquare(2 * channels, 6000) / (2 * channels)
+    at = np.arange(200, 5800, 7)
+    found = background(power, at, 1.0)
+    assert np.median(found.freedom) == pytest.approx(2 * channels, rel=0.2)
+    assert np.mean(found.power) == pytest.approx(1.0, abs=0.03)
+    assert (background(power, at, 1.0, pooled=False).freedom == 2.0).all()
+    few = background(power[:39], [19], 1.0)
+    assert few.freedom == [2.0], "too few to tell"
+
+
+def test_phasors_are_those_of_a_wave_under_any_cubic_drift():
+    rng = np.random.default_rng(0)
+    position = np.cumsum(0.1 * rng.uniform(0.2, 1.8, 500))
+    amplitudes = np.array([1.5 * np.exp(0.7j), -0.2 + 0.9j])
+    waves = (amplitudes * np.exp(2j * np.pi * position[:, None] / 2.3)).real
+    drift = np.outer(5 + 3 * position - 0.2 * position**2 + 0.003 * position**3, (1.0, -40.0))
+    assert phasors(position, waves + drift, 2.3) == pytest.approx(amplitudes, abs=1e-9)
+
+
+@pytest.mark.parametrize("wavelength", [2.0, 14.0])
+def test_the_noise_of_an_amplitude_is_that_of_the_readings_under_a_taper(wavelength):
+    """White noise of n samples gives each quadrature a variance of 3 sigma^2 / n; near zero, drift takes its part."""
+    position, told, found = np.arange(800) * 0.1, [], []
+    for seed in range(60):
+        readings = 0.7 * np.random.default_rng(seed).standard_normal((800, 2))
+        told.append(noise_of(position, readings, 1 / wavelength, 1 / 79.9))
+        found.append(phasors(position, readings, wavelength))
+    expected = 0.7 * math.sqrt(3 / 800)
+    assert np.mean(told) == pytest.approx(expected, rel=0.1)
+    assert np.std(np.real(found)) == pytest.approx(expected, rel=0.25)
+
+
+@pytest.mark.parametrize("waves, parts", [(3.7, 0), (3.85, 3), (5.5, 3), (8.2, 4), (12.5, 6), (30.0, 8)])
+def test_a_lag_that_alternates_from_part_to_part_scatters_by_as_much(waves, parts):
+    """Of n parts off by +-d the mean has sqrt(2) d / sqrt(n - 1), for neighbours wander together."""
+    position = np.linspace(0, 2.0 * waves, 1200)
+    own = np.minimum((position / position[-1] * max(parts, 1)).astype(int), max(parts, 1) - 1)
+    off = 0.02 * np.where(own % 2, 1, -1)
+    waves_of = np.cos(2 * np.pi * (position[:, None] / 2.0 - np.column_stack([0 * off, off])))
+    found = scatter_of(position, waves_of, 2.0, 0)
+    assert found[0] < 1e-9
+    if not parts:
+        assert not found.any()
+        return
+    mean = np.mean([0.02 * (1 if n % 2 else -1) for n in range(parts)])
+    spread = np.sqrt(np.mean([(0.02 * (1 if n % 2 else -1) - mean) ** 2 for n in range(parts)]))
+    assert found[1] == pytest.approx(math.sqrt(2 / (parts - 1)) * spread, rel=0.2)
+
+
+def test_lags_need_two_wavelengths_and_are_within_half_of_one():
+    position, readings = log(600, channels=2)
+    for wavelength, told in ((29.9, True), (30.0, False)):
+        if told:
+            assert np.abs(channel_lags(position, readings, wavelength).lag_mm).max() <= wavelength / 2
+        else:
+            with pytest.raises(InputError, match="lags of 30 mm need a path of two wavelengths, got 59.9 mm"):
+                channel_lags(position, readings, wavelength)
+    readings[:, 1] = 4.0
+    with pytest.raises(InputError, match="two or more channels, all of them with changing"):
+        channel_lags(position, readings, 3.0)
+
+
+def test_a_lag_is_how_much_later_along_the_path_a_channel_shows_the_line():
+    """Against the channel where it stands out most from the noise, not where it is loudest."""
+    position, rng = np.arange(1200) * 0.1, np.random.default_rng(3)
+    places = np.array([0.0, 0.9, -1.2])
+    readings = np.cos(2 * np.pi * (position[:, None] - places) / 4.0) * (1.0, 3.0, 0.5)
+    readings += rng.standard_normal(readings.shape) * (0.05, 2.0, 0.1)
+    found = channel_lags(position, readings, 4.0)
+    assert found.reference == 0 and found.lag_mm == pytest.approx(places, abs=0.1) and found.sigma_mm[0] == 0.0
+    own = np.array([0.05, 2.0, 0.1]) * math.sqrt(3 / 1200) / found.amplitude
+    assert (found.sigma_mm[1:] >= 0.6 * 4.0 * np.hypot(own[1:], own[0]) / (2 * np.pi)).all()
+    assert found.sigma_mm[1] < 4.0 * 3 * np.hypot(own[1], own[0]) / (2 * np.pi)
+
+
+def spectrum(power, resolution=4.0, step=0.01):
+    power = np.asarray(power, float)
+    return Spectrum(power, power[None], np.ones(1), step, resolution)
+
+
+def test_the_top_of_a_line_is_that_of_the_parabola_through_its_logarithms():
+    n = np.arange(400.0)
+    for at in (120.0, 120.3, 119.6):
+        own = spectrum(0.5 + 0.4 * np.cos(n * 7) + 500 * np.exp(-(((n - at) / 3) ** 2)))
+        gaussian = spectrum(500 * np.exp(-(((n - at) / 3) ** 2)) + 1e-290)
+        assert gaussian.vertices(np.array([round(at)])) == pytest.approx([0.01 * at])
+        (found,) = [line for line in whole(own.lines(0.5, 3.0, 5)) if line.ratio > 100]
+        assert found.wavenumber == pytest.approx(0.01 * at, abs=2e-4) and found.place == round(at)
+        assert found.amplitude == pytest.approx(own.power[round(at)] ** 0.5)
+        assert found.ratio == pytest.approx(own.power[round(at)] / own.level([round(at)])[0])
+    assert not any(line.ratio > 100 for line in whole(own.lines(1.2, 3.0, 5)))
+    assert not any(line.ratio > 100 for line in whole(own.lines(0.3, 1.19, 5)))
+
+
+def test_a_peak_within_twice_the_resolution_of_a_greater_one_is_its_shoulder():
+    for apart, tops in ((8, [100]), (9, [100, 109])):
+        power = np.ones(300)
+        power[100], power[100 + apart] = 50.0, 20.0
+        found = spectrum(power).tops(1, 299)
+        assert [top for top in found.tolist() if power[top] > 2] == tops
+    power = np.ones(300)
+    power[[50, 120, 200]] = 9.0, 7.0, 8.0
+    assert [line.place for line in whole(spectrum(power).lines(0.3, 2.5, 2)) if line.amplitude > 1.5] == [50, 200]
+
+
+def test_the_chance_at_a_wavenumber_is_that_of_the_greatest_power_within_half_a_resolution():
+    power = np.random.default_rng(4).exponential(size=600)
+    own = spectrum(power, resolution=6.0)
+    for wavenumber in (1.0, 2.37):
+        middle = round(100 * wavenumber)
+        around = np.arange(middle - 3, middle + 4)
+        top = around[power[around].argmax()]
+        level = background(power, [top], 6.0, pooled=False)
+        assert own.chance(wavenumber) == pytest.approx(float(level.chance(power[[top]])[0]))
+    assert own.chance(99.0) == 1.0
