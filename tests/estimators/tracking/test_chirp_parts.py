@@ -424,3 +424,52 @@ def test_a_step_turns_the_phase_by_a_tenth_at_most():
     assert phase_at(found, time)[0] - phase_at(stroke, time)[0] == pytest.approx(0.01, abs=2e-3)
     waves = near @ found.shape
     assert found.gain == pytest.approx(waves @ waves / stroke.noise, rel=0.05)
+
+
+def run(look):
+    while not look.advance():
+        pass
+    return look
+
+
+def test_a_look_does_not_depend_on_the_unit_the_offset_or_the_sign_of_the_readings():
+    plain = run(look_at(60.0, 2.0))
+    for scale, offset in ((1e4, 0.0), (1e-3, 0.01), (-1.0, 0.0)):
+        other = look_at(60.0, 2.0)
+        other.readings = scale * other.readings + offset
+        found = run(other)
+        assert found.best.motion[1:] == pytest.approx(plain.best.motion[1:], rel=1e-3, abs=0.05)
+        assert found.best.noise == pytest.approx(scale**2 * plain.best.noise, rel=0.02)
+
+
+def test_time_told_backwards_is_the_same_wave_with_the_opposite_chirp():
+    forth, back = look_at(80.0, 3.0), look_at(80.0, 3.0)
+    back.readings = back.readings[::-1].copy()
+    one, other = run(forth).best.motion, run(back).best.motion
+    assert abs(other[1]) == pytest.approx(one[1], rel=2e-3)
+    assert other[2] / other[1] == pytest.approx(-one[2] / one[1], abs=0.15)
+
+
+@pytest.mark.parametrize("frequency", [45.0, 70.0])
+def test_a_wave_whose_second_harmonic_is_louder_has_the_fundamental_s_frequency(frequency):
+    """And one whose third is; the multiples of the best fit are tried as well."""
+    for order in (2, 3):
+        look = look_at(frequency)
+        turns = frequency * look.time
+        noise = 0.02 * np.random.default_rng(1).standard_normal(len(turns))
+        look.readings = 0.4 * np.cos(2 * np.pi * turns) + np.cos(2 * np.pi * order * turns + 1) + noise
+        assert run(look).best.motion[1] == pytest.approx(frequency, rel=0.01)
+
+
+def test_missing_readings_do_not_move_the_fit():
+    look = look_at(60.0, 2.0)
+    look.readings[[5, 40, 41, 42, 90, 128]] = np.nan
+    found = run(look).best
+    assert found.motion[1] == pytest.approx(60.0, rel=0.01) and found.noise == pytest.approx(0.02**2, rel=0.6)
+
+
+def test_noise_alone_has_no_fit_that_is_proved():
+    look = look_at(60.0)
+    look.readings = np.random.default_rng(3).standard_normal(133)
+    found = run(look)
+    assert found.best is None and found.price == math.inf

@@ -360,3 +360,41 @@ def test_a_finding_names_eight_lines_at_most_strongest_first():
     assert len(found._lines) == 8 and amplitudes == sorted(amplitudes, reverse=True)
     assert found.finding.score == pytest.approx(max(one.ratio for one in found._lines))
     assert [one[0] for one in found.finding.lines] == [1 / one.wavenumber for one in found._inside]
+
+
+@pytest.mark.parametrize("motion", ["bent", "strokes", "constant"])
+def test_a_hum_that_is_known_is_taken_out_before_lines_are_looked_for(motion):
+    """And so does not sharpen the path, as it is as sharp at any lateness."""
+    rows, breaks = window(motion, 0, hum=3.0)
+    task = task_of(rows, breaks)._replace(known_hums_Hz=(50.0,), before=1 / TRUE_MM)
+    found, blind = whole(Look(task).run()), whole(Look(task._replace(known_hums_Hz=())).run())
+    assert found.verdict in (Verdict.FOUND, Verdict.UNDECIDED) and found.score == blind.score == 0.0
+    assert found.wavenumber * TRUE_MM == pytest.approx(1.0, abs=1e-3) and found.hums_Hz == ()
+    assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1)
+    assert found.noise[0] < 3 * NOISE**2 and not found.mixed
+
+
+def test_with_two_textures_the_louder_is_told_and_the_other_is_among_the_lines():
+    for size, told in ((0.6, 1 / TRUE_MM), (1.6, 0.777)):
+        rows, breaks = window("bent", 0, harmonics=(1.0,))
+        rows[:, 3] += size * np.cos(2 * np.pi * rows[:, 1] * 0.777)
+        found = looked(rows, breaks)
+        assert found.wavenumber == pytest.approx(told, rel=2e-3)
+        places = [1 / wavelength for wavelength, *_ in found.lines]
+        assert min(abs(place - 0.777) for place in places) < 0.01 > min(abs(place - 1 / TRUE_MM) for place in places)
+
+
+def test_a_line_above_the_highest_of_the_range_or_below_the_lowest_is_no_answer():
+    rows, breaks = window("bent", 0, harmonics=(1.0,))
+    for low, high, told in ((0.4, 1.77, False), (0.4, 1.9, True), (1.7, 6.0, True), (1.85, 6.0, False)):
+        found = looked(rows, breaks, low=low, high=high)
+        assert (found.verdict == Verdict.FOUND) == told
+        assert told or found.verdict in (Verdict.NOTHING, Verdict.OUT_OF_RANGE)
+
+
+def test_too_little_path_is_nothing_and_says_so():
+    rows, breaks = window("bent", 0)
+    for count, nothing in ((11, True), (200, False)):
+        found = looked(rows[:count], ())
+        assert (found.verdict == Verdict.NOTHING and found.extent == 0.0) == nothing
+    assert whole(sharpness(task_of(rows[:11], ()), 0.0)) == 0.0
