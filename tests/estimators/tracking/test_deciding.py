@@ -10,7 +10,7 @@ from papilla.estimators.spectrum import Line
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.estimators.tracking.cells import Cells
-from papilla.estimators.tracking.finding import Finding, Verdict
+from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.fundamental import fundamental_of, lone
 
 
@@ -174,10 +174,10 @@ def test_the_newest_half_of_the_rows_is_kept_with_its_breaks():
     np.testing.assert_array_equal(own.between(20, 29)[:, 1], places[20:29])
 
 
-def sure(own, verdict=Verdict.FOUND, wavelength=1.7, **some):
+def sure(own, status=TrackingStatus.OK, wavelength=1.7, **some):
     memory = own._memory.follower
     memory.finding, memory.known, memory.agreed = (
-        Finding(verdict, 1 / wavelength, 1e-4, **some),
+        Finding(status, 1 / wavelength, 1e-4, **some),
         (1 / wavelength, 1e-4),
         5,
     )
@@ -215,11 +215,12 @@ def test_readings_at_the_limit_are_none():
 
 
 @pytest.mark.parametrize(
-    "verdict, told", [(Verdict.FOUND, True), (Verdict.UNDECIDED, True), (Verdict.INCOHERENT, False)]
+    "status, told",
+    [(TrackingStatus.OK, True), (TrackingStatus.CONSTANT_SPEED, True), (TrackingStatus.INCOHERENT, False)],
 )
-def test_phases_between_gauges_tell_where_the_wavelength_is_ok(verdict, told):
+def test_phases_between_gauges_tell_where_the_wavelength_is_ok(status, told):
     phase, sigma = (2 * np.pi * PLACES / 1.7) / (2 * np.pi) % 1, (0.004, 0.008, 0.003, 0.01)
-    own = sure(FusedTracker(tuple(PLACES)), verdict, phase=tuple(phase), phase_sigma=sigma)
+    own = sure(FusedTracker(tuple(PLACES)), status, phase=tuple(phase), phase_sigma=sigma)
     found = own.update((1.0, 1.0, 1.0, 1.0, 50.0))
     assert math.isfinite(found.wavelength_by_phase_mm) == told
     if told:
@@ -228,6 +229,6 @@ def test_phases_between_gauges_tell_where_the_wavelength_is_ok(verdict, told):
         assert found.wavelength_by_phase_mm == pytest.approx(1.7)
     # A phase that is not known to a tenth of a turn is none; one alone tells nothing.
     for sigma, known in (((0.004, 0.11, 0.003, 0.11), told), ((0.004, 0.11, 0.11, 0.11), False)):
-        own = sure(FusedTracker(tuple(PLACES)), verdict, phase=tuple(phase), phase_sigma=sigma)
+        own = sure(FusedTracker(tuple(PLACES)), status, phase=tuple(phase), phase_sigma=sigma)
         assert math.isfinite(own.update((1.0, 1.0, 1.0, 1.0, 50.0)).wavelength_by_phase_mm) == known
-    assert math.isnan(sure(FusedTracker(4), verdict, phase=tuple(phase), phase_sigma=sigma).update((1.0,) * 5)[4])
+    assert math.isnan(sure(FusedTracker(4), status, phase=tuple(phase), phase_sigma=sigma).update((1.0,) * 5)[4])

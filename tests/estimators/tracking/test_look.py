@@ -368,7 +368,7 @@ def test_a_hum_that_is_known_is_taken_out_before_lines_are_looked_for(motion):
     rows, breaks = window(motion, 0, hum=3.0)
     task = task_of(rows, breaks)._replace(known_hums_Hz=(50.0,), before=1 / TRUE_MM)
     found, blind = whole(Look(task).run()), whole(Look(task._replace(known_hums_Hz=())).run())
-    assert found.verdict in (Verdict.FOUND, Verdict.UNDECIDED) and found.score == blind.score == 0.0
+    assert found.status in (TrackingStatus.OK, TrackingStatus.CONSTANT_SPEED) and found.score == blind.score == 0.0
     assert found.wavenumber * TRUE_MM == pytest.approx(1.0, abs=1e-3) and found.hums_Hz == ()
     assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1)
     assert found.noise[0] < 3 * NOISE**2 and not found.mixed
@@ -388,13 +388,13 @@ def test_a_line_above_the_highest_of_the_range_or_below_the_lowest_is_no_answer(
     rows, breaks = window("bent", 0, harmonics=(1.0,))
     for low, high, told in ((0.4, 1.77, False), (0.4, 1.9, True), (1.7, 6.0, True), (1.85, 6.0, False)):
         found = looked(rows, breaks, low=low, high=high)
-        assert (found.verdict == Verdict.FOUND) == told
-        assert told or found.verdict in (Verdict.NOTHING, Verdict.OUT_OF_RANGE)
+        assert (found.status == TrackingStatus.OK) == told
+        assert told or found.status in (TrackingStatus.SEARCHING, TrackingStatus.OUT_OF_RANGE)
 
 
 def test_too_little_path_is_nothing_and_says_so():
     rows, breaks = window("bent", 0)
     for count, nothing in ((11, True), (200, False)):
         found = looked(rows[:count], ())
-        assert (found.verdict == Verdict.NOTHING and found.extent == 0.0) == nothing
+        assert (found.status == TrackingStatus.SEARCHING and found.extent == 0.0) == nothing
     assert whole(sharpness(task_of(rows[:11], ()), 0.0)) == 0.0
