@@ -71,7 +71,7 @@ def test_any_answer_is_false_without_a_line_and_either_line_is_right():
     row = row_of(honesty.judged(made, answer, None, 1.0), name=made.name)
     assert row.false == row.claimed == 1 and math.isnan(row.covered + row.rms + row.median)
     two = scene("const, two lines", 1.8, seed=1, seconds=1.0)
-    second = two.other_mm / two.wavelength_mm
+    second = two.others_mm[0] / two.wavelength_mm
     assert row_of(judged(two, np.where(np.arange(1000) % 2, second, 1.0)), name=two.name).false == 0
 
 

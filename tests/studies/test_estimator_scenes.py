@@ -7,7 +7,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.references.bounds import frequency_bound, wavelength_bound
-from papilla.studies.estimator_bench.parts import HARMONICS, profile_amplitudes, sheared
+from papilla.studies.estimator_bench.parts import HARMONICS, common_period, profile_amplitudes, sheared
 from papilla.studies.estimator_bench.scenes import SCENES, WAVELENGTHS_MM, scene
 
 FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES]
@@ -247,9 +247,16 @@ def test_stick_slip_has_teeth_of_uneven_length():
     )
 
 
+@pytest.mark.parametrize(
+    "second, period", [(0.9, [1.8]), (1.2, [3.6]), (1.195, [3.6]), (1.08, [5.4]), (4.5, [9.0]), (1.15, []), (1.125, [])]
+)
+def test_two_gratings_may_have_a_period_in_common(second, period):
+    assert common_period(1.8, second) == pytest.approx(period)
+
+
 def test_two_lines_are_both_right_and_a_step_has_two_truths():
     two, step = without_noise("const, two lines"), without_noise("step")
     turns = 2j * math.pi * two.position_mm
-    first, second, between = (abs(np.mean(two.signal[:, 0] * np.exp(turns / x))) for x in (1.8, two.other_mm, 1.4))
-    assert two.other_mm == pytest.approx(0.62 * 1.8) and first > 0.3 < second and between < 0.05
+    first, second, between = (abs(np.mean(two.signal[:, 0] * np.exp(turns / x))) for x in (1.8, *two.others_mm, 1.4))
+    assert two.others_mm == pytest.approx([0.62 * 1.8]) and first > 0.3 < second and between < 0.05
     assert step.wavelength_mm[0] == 1.8 and step.wavelength_mm[-1] == 0.7

@@ -78,8 +78,8 @@ def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run
     changes = np.flatnonzero(np.diff(made.wavelength_mm, prepend=math.nan) != 0) if recipe.lined else np.array([0])
     began = changes[np.searchsorted(changes, np.arange(made.time_s.size), side="right") - 1]
     since_s, since_mm = (column - column[began] for column in (made.time_s, made.travelled_mm))
-    off = [np.abs(answer.wavelength_mm - right) for right in (made.wavelength_mm, made.other_mm)]
-    nearest = np.nan_to_num(np.fmin(*off), nan=math.inf)
+    off = [np.abs(answer.wavelength_mm - right) for right in (made.wavelength_mm, *made.others_mm)]
+    nearest = np.nan_to_num(np.fmin.reduce(off), nan=math.inf)
     error = nearest / np.nan_to_num(made.wavelength_mm, nan=1.0)
     right = np.flatnonzero((answer.ok & (error <= WRONG))[changes[-1] :])
     square = math.nan

@@ -28,7 +28,7 @@ class Draft:
     rng : of everything random. drawn : whether parameters are. offsets_mm (g,) : of the gauges; asked_mm : the
     wavelength. velocity, position (n,) : of the finger in mm/s and mm; skin (n,) : where its skin is; known (n,) : the
     velocity as it is told. texture (n, g) : what the surface gives, AC power 1; added (n,) : what else there is.
-    wavelength (n,) : truth in mm, NaN where there is no line; other_mm : a second right one; mains_Hz : of hum, or NaN.
+    wavelength (n,) : truth in mm, NaN where there is no line; others_mm : what is right too; mains_Hz : of hum, or NaN.
     """
 
     rng: np.random.Generator
@@ -37,7 +37,7 @@ class Draft:
     time_s: np.ndarray
     offsets_mm: np.ndarray
     asked_mm: float
-    other_mm: float = math.nan
+    others_mm: tuple[float, ...] = ()
     mains_Hz: float = math.nan
     velocity: np.ndarray = field(init=False)
     position: np.ndarray = field(init=False)
@@ -178,11 +178,20 @@ def step(draft: Draft, to_mm: float | None = None, at_s: float | None = None) ->
 
 
 def two_lines(draft: Draft, ratio: float = 0.62) -> None:
-    """Two gratings of the same power on each other: either answer is right."""
+    """Two gratings of the same power on each other: either answer is right, and so is a period of both."""
     second = draft.about(ratio, 1.1) * draft.asked_mm
     grating(draft)
     draft.texture = (draft.texture + _felt(draft, second, profile_amplitudes(second))) / math.sqrt(2)
-    draft.other_mm = second
+    draft.others_mm = (second, *common_period(draft.asked_mm, second))
+
+
+def common_period(first: float, second: float) -> tuple[float, ...]:
+    """The least multiple of a wavelength that is one of another to 1 %; () where none up to the sixth of both is."""
+    for count in range(1, 7):
+        other = count * first / second
+        if round(other) <= 6 and abs(other / max(round(other), 1) - 1) < 0.01:
+            return (count * first,)
+    return ()
 
 
 def rough(draft: Draft, skin_mm: float = 0.15, slope: float = 0.0) -> None:

@@ -115,7 +115,7 @@ class Scene:
     known_mm_s : (n,) the velocity as it is told.
     signal : (n, g) readings of each gauge without noise.
     readings : (n, g) the same with noise.
-    wavelength_mm : (n,) truth, NaN where there is no line to be found; other_mm: a second right one, or NaN.
+    wavelength_mm : (n,) truth, NaN where there is no line to be found; others_mm: what is right too.
     mains_Hz : frequency of its hum, or NaN.
     noise_sd : standard deviation of the noise of a sample.
     sample_rate_Hz : samples a second.
@@ -129,7 +129,7 @@ class Scene:
     signal: np.ndarray
     readings: np.ndarray
     wavelength_mm: np.ndarray
-    other_mm: float
+    others_mm: tuple[float, ...]
     mains_Hz: float
     noise_sd: float
     sample_rate_Hz: float
@@ -233,6 +233,6 @@ def scene(
     signal = draft.texture + draft.added[:, None]
     readings = signal + noise_sd * draft.rng.standard_normal(signal.shape)
     return Scene(
-        name, time, draft.velocity, draft.position, draft.known, signal, readings, draft.wavelength, draft.other_mm,
+        name, time, draft.velocity, draft.position, draft.known, signal, readings, draft.wavelength, draft.others_mm,
         draft.mains_Hz, noise_sd, rate,
     )  # fmt: skip

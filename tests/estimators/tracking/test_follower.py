@@ -154,7 +154,7 @@ def test_harmonics_are_told_from_another_texture(name):
     made = scene(name, 1.8, seed=2, seconds=2.0)
     found = SpaceTracker().process(made.block())
     usable = good(found)[800:]
-    off = np.abs(found.wavelength_mm[800:, None] / [made.wavelength_mm[-1], made.other_mm] - 1)
+    off = np.abs(found.wavelength_mm[800:, None] / [made.wavelength_mm[-1], *made.others_mm] - 1)
     assert usable.mean() > 0.9 and np.nanmin(off, axis=1)[usable].max() < 0.01
 
 
