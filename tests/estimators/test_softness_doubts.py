@@ -184,7 +184,7 @@ def test_slots_of_samples_tell_what_every_sample_by_itself_does(calibration, fiv
         if single:
             own._fitter.slot = lambda belief: 1
         learn, made = own._fitter.learn, []
-        own._fitter.learn = lambda *of, learn=learn, made=made: made.append(1) or learn(*of)
+        own._fitter.learn = lambda *of, learn=learn, made=made, **how: made.append(1) or learn(*of, **how)
         found = []
         for row in rows:
             answer, slot = own.update(row), own.state.slot

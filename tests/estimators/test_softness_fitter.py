@@ -164,6 +164,20 @@ def replace_of(belief, **some):
     return belief._replace(**some)
 
 
+def test_what_contradicts_by_more_than_a_limit_is_not_learnt(own):
+    linear, rows = near(own), np.arange(6)
+    belief, y = belief_of(own, linear), sample_of(linear) * 1.5
+    alone = own.alone(y, rows, belief)
+    contrast = own.contrast(y, rows, belief, alone)
+    first, learnt = own.learn(y, rows, belief, alone)
+    assert contrast.misfit == first.misfit > 10 and learnt.samples == belief.samples + 1
+    assert own.learn(y, rows, belief, alone, limit=0.9 * first.misfit)[1] is belief
+    assert own.learn(y, rows, belief, alone, limit=1.1 * first.misfit)[1].samples == learnt.samples
+    spoilt = own.contrast(y, rows, belief)
+    own_place = belief._replace(ln_force=alone.ln_force, place_mm=alone.place_mm)
+    assert own.contrast(y, rows, own_place).misfit == pytest.approx(contrast.misfit, rel=0.02) != spoilt.misfit
+
+
 def test_gains_drift_where_a_sample_lies_far_from_the_last_node(own):
     """A node holds within 0.05 in ln force and 0.3 in ln E; from node to node gains and errors are partly others."""
     linear = near(own)

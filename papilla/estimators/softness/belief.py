@@ -90,7 +90,7 @@ class Contrast(NamedTuple):
     def without(self, some: list[tuple[int, ...]]) -> list[float]:
         """Squared misfits of the others when each of some sets of channels is left out."""
         places = [np.searchsorted(self.rows, own) for own in some]
-        return [self.misfit - share_of(self.weighted[None], self.precision[None], at).item() for at in places]
+        return (self.misfit - shares_of(self.weighted, self.precision, places)).tolist()
 
     def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
         """By how much these channels differ from what the others expect, and the variances of that (whitened)."""
@@ -99,11 +99,17 @@ class Contrast(NamedTuple):
         return covariance @ self.weighted[at], np.diag(covariance)
 
 
-def share_of(weighted: np.ndarray, precision: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n,) part of the squared misfits that goes when the channels `at` are left out: weighted (n, k), precision (n, k,
-    k)."""
-    own = weighted[:, at]
-    return (own * np.linalg.solve(precision[:, at[:, None], at], own[..., None])[..., 0]).sum(axis=1)
+def shares_of(weighted: np.ndarray, precision: np.ndarray, sets: list[np.ndarray]) -> np.ndarray:
+    """(..., s) part of the squared misfits that goes when each of s sets of channels is left out: weighted (..., k),
+    precision (..., k, k)."""
+    shares = np.empty((*weighted.shape[:-1], len(sets)))
+    for size in {len(own) for own in sets}:
+        which = [number for number, own in enumerate(sets) if len(own) == size]
+        at = np.array([sets[number] for number in which])
+        own = weighted[..., at]
+        solved = np.linalg.solve(precision[..., at[:, :, None], at[:, None]], own[..., None])[..., 0]
+        shares[..., which] = (own * solved).sum(axis=-1)
+    return shares
 
 
 class Alone(NamedTuple):

@@ -77,6 +77,8 @@ class Fitter:
         self._softest, self._hardest = float(surfaces.ln_nodes[0]), float(surfaces.ln_nodes[-1])
         self.ln_modulus = lru_cache(maxsize=64)(self._ln_modulus)
         self._errors = lru_cache(maxsize=1024)(self._errors_near)
+        self._error_at = lru_cache(maxsize=1024)(surfaces.error)
+        self._place_error = lru_cache(maxsize=1024)(lambda place: surfaces.place_error(place))
         self._faded_by = lru_cache(maxsize=64)(lambda samples: self._faded ** (0.5 * samples))
         self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
         self._shift, self._shift_sigma = doubts.thickness_shift(THICKNESS_MM)
@@ -139,9 +141,9 @@ class Fitter:
         ln_force = min(max(ln_force, self.low), self.high)
         ln_modulus = min(max(modulus / 100, self._softest), self._hardest)
         z = (ln_force - self._middle) / self._half
-        H[self._error] = (surfaces.error(ln_force) * w)[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
+        H[self._error] = (self._error_at(ln_force) * w)[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
         if self.anywhere:
-            H[self._beside] = surfaces.place_error(place / 50) * w
+            H[self._beside] = self._place_error(place / 50) * w
         if not surfaces.friction_known:
             # Two standard deviations reach from the calibration's friction to none
             H[:, self._friction] = (surfaces.without_friction(ln_force, ln_modulus) * (0.5 * w))[:, None]
@@ -244,37 +246,35 @@ class Fitter:
         weighted = precision @ innovation
         return Contrast(weighted, precision, rows, float(innovation @ weighted)), PH
 
+    def contrast(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone | None = None) -> Contrast:
+        """What a mean (c + 1,) of samples of the channels `rows` says against a belief. Without `alone` it is a sample
+        that may be spoilt: it is looked at where the last one lay."""
+        white = (y * self.whiten)[rows]
+        linear = self._first(white, belief, alone)
+        return self._against(white, rows, self._near(belief, linear), linear, alone.samples if alone else 1)[0]
+
     def learn(
-        self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone | None = None, keep: float = 1.0
+        self, y: np.ndarray, rows: np.ndarray, known: Belief, alone: Alone, keep: float = 1.0, limit: float = math.inf
     ) -> tuple[Contrast, Belief]:
-        """What a mean (c + 1,) of samples of the channels `rows` says against a belief, and the belief with it; noise
-        alone learns what `alone` says, and of what it knew each sample leaves a share `keep`. Without `alone` it is a
-        sample that may be spoilt, and nothing is learnt from it: it is looked at where the last one lay.
-        """
-        white, samples = (y * self.whiten)[rows], alone.samples if alone else 1
-        h, thickness = min(max(float(belief.mean[0]), 0.0), self.top), float(belief.mean[1])
-        at, place = (alone.ln_force, alone.place_mm) if alone else (belief.ln_force, belief.place_mm)
-        at, place = at + belief.offset[0], place + belief.offset[1]
-        linear, greatest, first = alone.linear if alone else None, float(np.abs(white).max()), None
-        if linear is None or self.bend(linear, at, place, h, thickness) * greatest > NEAR:
-            linear = self.linear(at, place, h, thickness)
+        """The `contrast` of a mean (c + 1,) of samples of the channels `rows`, and the belief with it, as it was where
+        the misfit is beyond a limit; noise alone learns what `alone` says, and of what it knew each sample leaves a
+        share `keep`."""
+        white, samples, belief = (y * self.whiten)[rows], alone.samples, known
+        linear, greatest, first = self._first(white, belief, alone), float(np.abs(white).max()), None
         for _ in range(STEPS):
             belief = self._near(belief, linear)
-            x, B = belief.mean.copy(), linear.B[:, rows]
-            x[:2] -= linear.at[2:]
-            innovation = white - linear.expected[rows] - linear.H[rows] @ x
-            contrast, PH = self.weighed(rows, innovation, belief.node.H[rows], B, belief.covariance, samples)  # type: ignore[union-attr]
-            first = first or contrast
+            contrast, PH = self._against(white, rows, belief, linear, samples)
+            first, B = first or contrast, linear.B[:, rows]
+            if first.misfit > limit:
+                return first, known
             at, place = self.moved(linear, (B @ contrast.weighted).tolist())
             if self.bend(linear, at, place, *linear.at[2:]) * greatest < BENT:
                 break
-            linear = self.linear(at, place, h, thickness)
-        if alone is None:
-            return first, belief  # type: ignore[return-value]
+            linear = self.linear(at, place, *self._unknowns(belief))
         place_sigma = self.surfaces.reach * math.sqrt(max(samples * (1 - float(B[1] @ contrast.precision @ B[1])), 0.0))
         mean, covariance = self._corrected(belief, PH, contrast, samples, keep)
         kept = keep**samples
-        return first, Belief(  # type: ignore[return-value]
+        return first or contrast, Belief(
             mean, covariance, alone.linear, belief.node, (at - alone.ln_force, place - alone.place_mm), place_sigma,
             alone.ln_force, alone.place_mm, belief.anchor,
             information=kept * belief.information + alone.information,
@@ -283,6 +283,27 @@ class Fitter:
             freedom=kept * belief.freedom + alone.own,
             samples=kept * belief.samples + samples,
         )  # fmt: skip
+
+    def _unknowns(self, belief: Belief) -> tuple[float, float]:
+        """h, within what is calibrated, and the thickness of a belief."""
+        return min(max(float(belief.mean[0]), 0.0), self.top), float(belief.mean[1])
+
+    def _first(self, white: np.ndarray, belief: Belief, alone: Alone | None) -> Linear:
+        """The linearisation from which whitened channels are looked at: that of `alone`, if it is near enough."""
+        unknowns = self._unknowns(belief)
+        at, place = (alone.ln_force, alone.place_mm) if alone else (belief.ln_force, belief.place_mm)
+        at, place = at + belief.offset[0], place + belief.offset[1]
+        if alone and self.bend(alone.linear, at, place, *unknowns) * float(np.abs(white).max()) <= NEAR:
+            return alone.linear
+        return self.linear(at, place, *unknowns)
+
+    def _against(self, white: np.ndarray, rows: np.ndarray, belief: Belief, linear: Linear, samples: int):
+        """`weighed` of whitened channels (k,) near a linearisation, with the slopes of the belief's node."""
+        x = belief.mean.copy()
+        x[:2] -= linear.at[2:]
+        innovation = white - linear.expected[rows] - linear.H[rows] @ x
+        H = (belief.node or linear).H[rows]
+        return self.weighed(rows, innovation, H, linear.B[:, rows], belief.covariance, samples)
 
     def _corrected(
         self, belief: Belief, PH: np.ndarray, contrast: Contrast, samples: int, keep: float

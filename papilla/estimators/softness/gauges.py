@@ -135,7 +135,7 @@ class GaugeSoftness(Touch):
         """A mean of samples of a touch that is known already."""
         rows = self._of(faults)
         if alone.here > belief.usual:
-            contrast, _ = self._fitter.learn(y, rows, belief)
+            contrast = self._fitter.contrast(y, rows, belief)
             if contrast.misfit > LIMIT:
                 return self._contradict(y, rows, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)
@@ -169,7 +169,7 @@ class GaugeSoftness(Touch):
             if blame is not None:
                 faults, rows = self._left_out(y, faults, blame, belief)
                 alone = self._fitter.alone(y, rows, belief)
-                if self._fitter.learn(y, rows, belief, alone)[0].misfit < LIMIT:
+                if self._fitter.contrast(y, rows, belief, alone).misfit < LIMIT:
                     return self._learn(y, rows, faults, belief, alone)
             elif anew.misfit < LIMIT:
                 self._note(contradicted=self._state.contradicted + DOUBTED)
@@ -232,7 +232,7 @@ class GaugeSoftness(Touch):
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, int]:
         """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
-        rest, variance = self._fitter.learn(y, rows, belief)[0].expected(*blamed)
+        rest, variance = self._fitter.contrast(y, rows, belief).expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
         expected, limit = y[list(blamed)] - rest * scale, FITS * variance * scale**2
 
@@ -254,9 +254,9 @@ class GaugeSoftness(Touch):
             self._watch_returning(y, rows, belief, alone)
         if outside := self._outside(alone):
             return self._refused(outside, faults)
-        contrast = self._learnt(y, rows, belief, alone)
-        if contrast.misfit > LIMIT and belief.samples:
-            self._note(belief=belief)
+        limit = LIMIT if belief.samples else math.inf
+        contrast = self._learnt(y, rows, belief, alone, limit=limit)
+        if contrast.misfit > limit:
             return self._contradict(y, rows, faults, belief, contrast)
         self._trusted(alone.samples)
         return self._answer(alone.ln_force, alone.place_mm, faults)
@@ -278,7 +278,7 @@ class GaugeSoftness(Touch):
         for channel, fault in enumerate(faults):
             if fault and math.isfinite(y[channel]):
                 whole = np.sort(np.append(rows, channel))
-                rest, variance = self._fitter.learn(y, whole, belief, alone)[0].expected(channel)
+                rest, variance = self._fitter.contrast(y, whole, belief, alone).expected(channel)
                 returning[channel] = (
                     returning[channel] + alone.samples if rest[0] ** 2 < FITS_AGAIN * variance[0] else 0
                 )

@@ -120,7 +120,7 @@ class Softness(Touch):
         softest, hardest = self._surface.usable(alone.ln_force)
         if not softest <= fitter.ln_modulus(fitter.sharp(belief))[0] <= hardest:
             return _nothing(SoftnessStatus.NOT_IDENTIFIABLE)
-        self._learnt(y, _BOTH, belief, alone, self._keep)
+        self._learnt(y, _BOTH, belief, alone, keep=self._keep)
         return self._answer(alone.ln_force, alone.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:

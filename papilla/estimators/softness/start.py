@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from papilla.estimators.softness.belief import Belief, Contrast, share_of
+from papilla.estimators.softness.belief import Belief, Contrast, shares_of
 from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
 
 STEPS = 15
@@ -66,12 +66,12 @@ class Start:
             precision, left = self._table(rows)[0], self.misfits(y, rows)
             rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
             weighted = (precision @ rest[..., None])[..., 0]
-            each = [left - share_of(weighted, precision, np.searchsorted(rows, own)) for own in some]
-            likely = sorted(range(len(some)), key=lambda number: each[number].min())[:TRIED]
+            each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in some])
+            likely = each.min(axis=0).argsort(kind="stable")[:TRIED].tolist()
             found = [math.inf] * len(some)
             for number in likely:
                 others = np.setdiff1d(rows, some[number])
-                found[number] = self._settled(y, others, belief, int(each[number].argmin()))[0].misfit
+                found[number] = self._settled(y, others, belief, int(each[:, number].argmin()))[0].misfit
             return found
 
         return misfits

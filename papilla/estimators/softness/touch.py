@@ -227,9 +227,9 @@ class Touch(Stream):
             self._tangent = known = self._fitter.tangent(belief.linear, rows)
         return known
 
-    def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, keep: float = 1.0) -> Contrast:
-        """Learn a mean of samples; what it says against what was known."""
-        contrast, learnt = self._fitter.learn(y, rows, belief, alone, keep)
+    def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, **options: float) -> Contrast:
+        """Learn a mean of samples, with the options of `Fitter.learn`; what it says against what was known."""
+        contrast, learnt = self._fitter.learn(y, rows, belief, alone, **options)
         self._note(belief=learnt)
         return contrast
 
