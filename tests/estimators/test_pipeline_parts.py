@@ -1,0 +1,199 @@
+"""The parts of a pipeline around estimators that answer as they are told: which answer counts, and how it is said."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.calibration import SoftnessStatus
+from papilla.estimators import Pipeline
+from papilla.estimators.health import Fault, pack
+from papilla.estimators.pipeline.clock import Tick
+from papilla.estimators.pipeline.parts import BlindPart, ModulusPart, Row, WavelengthPart
+from papilla.estimators.softness.gauges import GaugeEstimate
+from papilla.estimators.tracking import TrackingStatus
+from papilla.estimators.tracking.answer import FusedEstimate
+from papilla.estimators.tracking.chirp import ChirpEstimate, ChirpStatus
+
+ROW = Row((1.0, 2.0), (), 0.3, math.nan, Tick(0, 0, 1.0, 50.0, 50.0, 3.0))
+NAMES = ("left", "right")
+
+
+class Told:
+    """An estimator of softness that answers this."""
+
+    def __init__(self, answer, dominant=""):
+        self.answer, self.dominant, self.state = answer, dominant, None
+
+    def feel(self, readings, force, found):
+        assert (readings, force, found) == ((1.0, 2.0), 0.3, ())
+        return self.answer
+
+
+def modulus(calibration, by_sd, every=None, code=0):
+    every = None if every is None else Told(GaugeEstimate(*every, int(code), 3))
+    return ModulusPart(calibration, NAMES, Told(by_sd), every)
+
+
+def gauges(status, value=0.2, sigma=0.01):
+    return (
+        (value, sigma, 0.3, int(SoftnessStatus[status]))
+        if value
+        else (math.nan, math.nan, math.nan, int(SoftnessStatus[status]))
+    )
+
+
+OK, NO_CONTACT, MISFIT = (int(SoftnessStatus[name]) for name in ("OK", "NO_CONTACT", "MISFIT"))
+
+
+@pytest.mark.parametrize(
+    "by_sd, every, told, words",
+    [
+        ((0.3, 0.02, OK), None, (0.3, 0.02), "ok"),
+        ((0.3, 0.02, OK), gauges("OK"), (0.2, 0.01), "ok"),
+        ((math.nan, math.nan, NO_CONTACT), gauges("OK"), (0.2, 0.01), "ok"),
+        ((math.nan, math.nan, NO_CONTACT), gauges("MISFIT", None), (math.nan, math.nan),
+         SoftnessStatus.NO_CONTACT.sentence),
+        ((0.3, 0.02, OK), gauges("MISFIT", None), (0.3, 0.02), "from S_d, because the gauges contradict each other"),
+        ((math.nan, math.nan, int(SoftnessStatus.BAD_GAUGE)), gauges("MISFIT", None), (math.nan, math.nan),
+         f"from S_d, because the gauges contradict each other: {SoftnessStatus.BAD_GAUGE.sentence}"),
+        ((0.3, 0.02, OK), gauges("FORCE_ABOVE", None), (math.nan, math.nan), SoftnessStatus.FORCE_ABOVE.sentence),
+    ],
+)  # fmt: skip
+def test_every_gauge_answers_and_s_d_where_they_contradict_each_other(calibration, by_sd, every, told, words):
+    part = modulus(calibration, by_sd, every)
+    value, sigma, status = part.take(ROW)
+    np.testing.assert_equal((value, sigma), told)
+    assert part.sentence(status) == words
+
+
+@pytest.mark.parametrize("faults", [(Fault.STUCK, 0, 0), (0, Fault.SWAPPED, Fault.MISSING)])
+def test_what_is_left_out_is_said_by_name(calibration, faults):
+    status = int(SoftnessStatus.LEFT_OUT)
+    part = modulus(calibration, (0.3, 0.02, OK), (0.2, 0.01, 0.3, status), pack(tuple(map(int, faults))))
+    named = [
+        f"{name} left out: {Fault(fault).sentence}"
+        for name, fault in zip((*NAMES, "force"), faults, strict=True)
+        if fault
+    ]
+    code = part.take(ROW)[2]
+    assert part.sentence(code) == f"{SoftnessStatus.LEFT_OUT.sentence}, {', '.join(named)}"
+
+
+@pytest.mark.parametrize("unlike", [0, 1, 2])
+def test_a_touch_that_creeps_unlike_the_bench_s_is_said_beside_all_else(calibration, unlike):
+    status = int(SoftnessStatus.LEFT_OUT)
+    part = modulus(calibration, (0.3, 0.02, OK), (0.2, 0.01, 0.3, status), pack((0, int(Fault.STUCK), 0)))
+    plain = part.sentence(part.take(ROW)[2])
+
+    class Creep:
+        state = None
+
+        def feel(self, time_s, force_N):
+            assert (time_s, force_N) == (1.0, 0.3)
+            return unlike
+
+    part._creep = Creep()
+    text = part.sentence(part.take(ROW)[2])
+    assert text.startswith(plain) and ((", but loaded" in text) == (unlike > 0))
+    assert ("faster" in text) == (unlike == 1) and ("more slowly" in text) == (unlike == 2)
+    part._every = Told(GaugeEstimate(*gauges("FORCE_ABOVE", None), 0, 3))
+    assert "loaded" not in part.sentence(part.take(ROW)[2]), "nothing is said of no answer"
+
+
+def test_what_dominates_is_that_of_the_gauges_or_of_s_d(calibration):
+    for own, sd, told in (("creep", "noise", "creep"), ("", "noise", "noise"), ("", "", "")):
+        part = ModulusPart(calibration, NAMES, Told(None, sd), Told(None, own))
+        assert part.doubted == (f"modulus: most of its standard deviation is {told}" if told else "")
+    assert ModulusPart(calibration, NAMES, Told(None, "noise")).doubted.endswith("is noise")
+
+
+@pytest.mark.parametrize(
+    "late_ms, told", [(12.0, "12.0 ms"), (-3.0, "-3.0 ms"), (1.6, "1.6 ms"), (1.4, ""), (-1.4, "")]
+)
+def test_a_lateness_that_was_found_is_told_in_milliseconds(late_ms, told):
+    for stated in (None, 0.0):
+        part = WavelengthPart(1, latency_s=stated)
+        part.tracker._follower.memory.late_s = late_ms / 1e3
+        expected = f"found to be {told} behind the readings" if told and stated is None else ""
+        assert expected in part.doubted and bool(part.doubted) == bool(expected)
+
+
+@pytest.mark.parametrize(
+    "off, contradicted", [(2.9, False), (3.1, True), (-2.9, False), (-3.1, True), (math.nan, False)]
+)
+def test_phases_three_sigmas_off_contradict_the_path(off, contradicted):
+    part = WavelengthPart(2)
+    sigma = math.hypot(0.01, 0.02)
+    found = FusedEstimate(1.7, 0.01, 30.0, int(TrackingStatus.CONSTANT_SPEED), 1.7 + off * sigma, 0.02, 2)
+    part.tracker.follow = lambda *given: found if given == (1.0, 3.0, 50.0, (1.0, 2.0)) else None
+    frequency, wavelength, spread, status = part.take(ROW)
+    assert (frequency, wavelength, spread) == (30.0, 1.7, 0.01)
+    text = part.sentence(status)
+    assert (
+        text.startswith(TrackingStatus.CONSTANT_SPEED.sentence)
+        and ("phases between the gauges" in text) == contradicted
+    )
+
+
+@pytest.mark.parametrize(
+    "answers, told",
+    [
+        ([(ChirpStatus.OK, 40.0), (ChirpStatus.OK, 44.0), (ChirpStatus.OK, 90.0)], (44.0, ChirpStatus.OK)),
+        ([(ChirpStatus.OK, 40.0), (ChirpStatus.OK, 44.0)], (42.0, ChirpStatus.OK)),
+        ([(ChirpStatus.OK, 40.0), (ChirpStatus.SEARCHING, 90.0), (ChirpStatus.MISSING, 90.0)], (40.0, ChirpStatus.OK)),
+        ([(ChirpStatus.SEARCHING, 50.0), (ChirpStatus.QUIET, math.nan)], (50.0, ChirpStatus.SEARCHING)),
+        ([(ChirpStatus.MISSING, math.nan), (ChirpStatus.QUIET, math.nan)], (math.nan, ChirpStatus.QUIET)),
+    ],
+)
+def test_without_a_velocity_the_frequency_is_the_median_of_the_gauges_that_know_it_best(answers, told):
+    part, asked = BlindPart(len(answers), 1000.0), []
+
+    class Tracker:
+        def __init__(self, status, frequency):
+            self.answer = ChirpEstimate(frequency, 1.0, math.nan, math.nan, int(status))
+
+        def update(self, sample):
+            asked.append(sample)
+            return self.answer
+
+    part._estimators = [Tracker(*answer) for answer in answers]
+    readings = tuple(float(number) for number in range(len(answers)))
+    found = part.take(ROW._replace(readings=readings, tick=Tick(1, 2)))
+    np.testing.assert_equal(found, (told[0], int(told[1])))
+    # Two samples are missing before this one.
+    assert asked[-len(answers) :] == [(reading,) for reading in readings]
+    assert len(asked) == 3 * len(answers) and all(math.isnan(value) for (value,) in asked[: 2 * len(answers)])
+    assert part.lag_s == pytest.approx(0.014)
+
+
+@pytest.mark.parametrize(
+    "rate, low_pass, note",
+    [(1000.0, 20.0, ""), (100.0, 20.0, ""), (50.0, 10.0, "low-pass of 10 Hz, 0.2 of the sampling rate")],
+)
+def test_forces_are_passed_as_slowly_as_the_rate_allows(rate, low_pass, note):
+    pipeline = Pipeline(None, gauges=1, columns=("force_N", "velocity_mm_s", "tangential_N"), sample_rate_Hz=rate)
+    assert pipeline._parts["friction"]._friction.low_pass_Hz == pytest.approx(low_pass)
+    said = [line for line in pipeline.messages if line.startswith("friction")]
+    assert note in said[0] if note else not said
+
+
+@pytest.mark.parametrize("rate, slow", [(199.0, True), (200.0, False)])
+def test_messages_name_what_is_not_known(rate, slow):
+    plain = {"gauges": 1, "columns": ("velocity_mm_s",), "sample_rate_Hz": rate}
+    text = "\n".join(Pipeline(None, **plain).messages)
+    assert ("may pose as a longer one" in text) == slow and "ridge_pitch_mm" in text and "1.5% for the scale" in text
+    text = "\n".join(Pipeline(None, **plain, ridge_pitch_mm=0.0, scale_sigma=0.0).messages)
+    assert "ridge_pitch_mm" not in text and "scale of the path" not in text
+
+
+def test_a_saturated_reading_is_used_by_nobody_and_said_to_be_so():
+    pipeline = Pipeline(None, gauges=("a", "b"), columns=("velocity_mm_s",), saturation=10.0)
+    seen = []
+    tracker = pipeline._parts["wavelength"].tracker
+    follow = tracker.follow
+    tracker.follow = lambda *given: seen.append(given[-1]) or follow(*given)
+    for readings in ((9.9, -9.9), (10.0, 1.0), (1.0, -10.0)):
+        found = pipeline.update((0.001 * (1 + len(seen)), *readings, 50.0))
+    assert seen[0] == (9.9, -9.9) and math.isnan(seen[1][0]) and seen[1][1] == 1.0 and math.isnan(seen[2][1])
+    assert "b saturated" in found.status and pipeline.lines == () and pipeline.friction is None

@@ -1,0 +1,128 @@
+"""What channels read at a contact: splines against scipy's, slopes as differences, and each error where it belongs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from papilla.calibration import GaugeSurface, Surface
+from papilla.errors import InputError
+from papilla.estimators.softness.spline import TensorSpline
+from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface, distance_curve
+
+
+def basis(values, start, step, count, order=0):
+    """(n, count) uniform cubic B-splines whose first cell begins at `start`."""
+    knots = start + step * (np.arange(count + 4) - 3)
+    rows = [BSpline(knots, np.eye(count)[number], 3).derivative(order)(values) for number in range(count)]
+    return np.array(rows).T
+
+
+@pytest.mark.parametrize("counts", [(7,), (5, 6), (5, 4, 7)])
+def test_a_tensor_spline_is_the_product_of_scipys_and_so_are_its_slopes(counts):
+    rng = np.random.default_rng(0)
+    table = rng.standard_normal((2, *counts))
+    starts, steps = [-1.0, 0.5, 2.0][: len(counts)], [0.5, 0.25, 2.0][: len(counts)]
+    own = TensorSpline(table, starts, steps)
+    for _ in range(6):
+        point = [
+            start + step * rng.uniform(0, count - 3) for start, step, count in zip(starts, steps, counts, strict=True)
+        ]
+        found = own(*point)
+        assert found.shape == (2,) * len(counts) + (2,)
+        for which in np.ndindex(*(2,) * len(counts)):
+            expected = table
+            for value, start, step, count, order in zip(point, starts, steps, counts, which, strict=True):
+                expected = np.tensordot(expected, basis([value], start, step, count, order)[0], (1, 0))
+            assert found[which] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    # At either end, and beyond, the last cell's cubic goes on.
+    ends = [start + step * (count - 3) for start, step, count in zip(starts, steps, counts, strict=True)]
+    for place in (starts, ends):
+        inner = [one + 1e-9 * (1 if place is starts else -1) for one in place]
+        assert own(*place) == pytest.approx(own(*inner), rel=1e-6, abs=1e-6)
+    far = own(*(start - 2 * step for start, step in zip(starts, steps, strict=True)))
+    assert np.isfinite(far).all() and not np.allclose(far, own(*starts))
+
+
+@pytest.mark.parametrize("force, modulus", [(0.07, 0.03), (0.4, 0.2), (0.9, 3.0)])
+def test_readings_and_slopes_are_the_calibrations(five, calibration, force, modulus):
+    at, step = (math.log(force), math.log(modulus)), 1e-5
+    for surfaces, predict in (
+        (GaugeSurfaces(five(0.01), False), lambda f, e: five(0.01).predict_readings(f, e)),
+        (SdSurface(calibration), lambda f, e: np.atleast_1d(calibration.predict(f, e))),
+    ):
+        found = surfaces.at(*at, 0.0)
+        assert found.reading == pytest.approx(predict(force, modulus), rel=1e-9)
+        up, down = predict(force * math.exp(step), modulus), predict(force * math.exp(-step), modulus)
+        assert found.along_force == pytest.approx((up - down) / (2 * step * force), rel=1e-4)
+        up, down = predict(force, modulus * math.exp(step)), predict(force, modulus * math.exp(-step))
+        assert found.along_modulus == pytest.approx((up - down) / (2 * step), rel=1e-3, abs=1e-3)
+        assert not found.along_x.any() and len(found.along_x) == surfaces.channels
+
+
+def test_errors_are_those_that_the_calibration_states(make, five):
+    sd, gauges = make(fit_rms=0.02), five(0.013)
+    surface, each = SdSurface(sd), GaugeSurfaces(gauges, False)
+    middle = math.exp(surface.ln_nodes[len(surface.ln_nodes) // 2])
+    for force in (0.06, 0.8):
+        stated = [gauge.uncertainty.sigma_at(force) for gauge in gauges.gauges]
+        assert each.error(math.log(force)) == pytest.approx(stated) and min(stated) > 0
+        relative = surface.error(math.log(force)) * force / sd.predict(force, middle)
+        assert relative == pytest.approx(0.02, rel=1e-6)
+    assert not each.place_error(1.0).any()
+    assert not surface.without_friction(-1.0, -1.0).any() and not each.without_friction(-1.0, -1.0).any()
+    assert surface.friction_known and each.friction_known and each.reach == surface.reach == 0.0
+
+
+def test_gauges_whose_surfaces_are_alike_are_one_group(five):
+    found = five()
+    assert GaugeSurfaces(found, False).groups == (0, 1, 2, 1, 0)
+    for error, groups in ((5e-7, (0, 1, 2, 1, 0)), (5e-6, (0, 1, 2, 1, 3))):
+        last = found.gauges[4]
+        table = np.array(last.surface.coefficients)
+        table[3, 4] += error * np.abs(table).max()
+        other = GaugeSurface("g5", Surface(last.surface.force_N, last.surface.modulus_MPa, table), last.uncertainty)
+        assert GaugeSurfaces(replace(found, gauges=(*found.gauges[:4], other)), False).groups == groups
+
+
+def test_gauges_must_be_cut_alike(five):
+    found = five()
+    last = found.gauges[4]
+    for surface in (
+        Surface((0.05, 1.1), (0.02, 5.0), last.surface.coefficients),
+        Surface((0.05, 1.0), (0.02, 4.0), last.surface.coefficients),
+        Surface((0.05, 1.0), (0.02, 5.0), np.array(last.surface.coefficients)[:, :-1]),
+    ):
+        with pytest.raises(InputError, match="the surface of g5 has another domain or other cells than the first"):
+            GaugeSurfaces(replace(found, gauges=(*found.gauges[:4], replace(last, surface=surface))), False)
+
+
+def test_s_d_is_of_use_where_it_rises_with_the_modulus(make):
+    everywhere = SdSurface(make())
+    assert np.exp(everywhere.usable(-1.0)) == pytest.approx((0.02, 5.0))
+    assert np.exp(everywhere.ln_nodes[[0, -1]]) == pytest.approx((0.02, 5.0))
+    nodes = np.tile([5, 20], (8, 1))
+    part = SdSurface(make(usable=nodes))
+    step = math.log(5.0 / 0.02) / 24
+    assert part.usable(-1.0) == pytest.approx((math.log(0.02) + 5 * step, math.log(0.02) + 20 * step))
+    assert len(part.ln_nodes) == 16 and part.ln_nodes[0] == pytest.approx(math.log(0.02) + 5 * step)
+    nodes = np.tile([0, 24], (8, 1))
+    nodes[0] = 7, 7
+    assert SdSurface(make(usable=nodes)).usable(math.log(0.0501)) == (math.inf, -math.inf)
+    with pytest.raises(InputError, match="does not rise with the modulus: no softness can be estimated"):
+        SdSurface(make(usable=np.tile([7, 7], (8, 1))))
+
+
+def test_a_distance_curve_has_its_slopes_where_they_let_it_rise():
+    """Between nodes it is their mean; a slope below a thousandth of the steepest counts as that."""
+    slopes = np.array([2.0, 1.5, 1.0, 0.8, 0.0])
+    curve = distance_curve(slopes, -3.0, 4.0)
+    assert curve.values == pytest.approx(np.cumsum([0, 3.5 / 8, 2.5 / 8, 1.8 / 8, 0.802 / 8]))
+    for node, slope in zip(-3.0 + np.arange(5) / 4.0, [*slopes[:4], 0.002], strict=True):
+        at, found = curve.solve(curve.values[round(4 * (node + 3))], 0, 4)
+        assert (at, found) == pytest.approx((node, slope), abs=1e-4)
+    steep = distance_curve(np.array([9.0, 1.0, 0.01]), 0.0, 1.0)
+    inner = [steep.solve(value, 0, 2)[1] for value in np.linspace(0, steep.values[-1], 50)]
+    assert min(inner) > 0
