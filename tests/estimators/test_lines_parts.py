@@ -116,6 +116,17 @@ def test_phasors_are_those_of_a_wave_under_any_cubic_drift():
     assert phasors(position, waves + drift, 2.3) == pytest.approx(amplitudes, abs=1e-9)
 
 
+def test_a_stretch_of_the_path_counts_no_more_for_being_read_more_often():
+    """Weights w are path under a Hann taper: noise scatters each quadrature by 2 sigma^2 sum w^2 / (sum w)^2."""
+    steps = np.where(np.arange(600) // 50 % 2, 0.02, 0.3)
+    position = np.cumsum(steps)
+    weight = np.hanning(602)[1:-1] * np.abs(np.gradient(position))
+    found = [phasors(position, np.random.default_rng(seed).standard_normal((600, 4)), 2.3) for seed in range(40)]
+    expected = math.sqrt(2 * (weight**2).sum()) / weight.sum()
+    assert np.std(np.real(found)) == pytest.approx(expected, rel=0.15)
+    assert np.std(np.imag(found)) == pytest.approx(expected, rel=0.15)
+
+
 @pytest.mark.parametrize("wavelength", [2.0, 14.0])
 def test_the_noise_of_an_amplitude_is_that_of_the_readings_under_a_taper(wavelength):
     """White noise of n samples gives each quadrature a variance of 3 sigma^2 / n; near zero, drift takes its part."""

@@ -154,3 +154,12 @@ def test_a_line_is_in_the_band_of_its_wavelength_with_its_power(wavelength, chan
     # Of three, the mean of all is taken away: 1, -1, 2 become 1/3, -5/3, 4/3.
     sizes = {1: [1.0], 2: [1.0, 1.0], 3: [1 / 3, 5 / 3, 4 / 3]}[channels]
     np.testing.assert_allclose(np.diff(by_channel[:, band]), np.diff(2 * np.log(sizes)), atol=1e-9)
+
+
+def test_features_are_scaled_by_how_they_spread_over_the_training(model):
+    """So that a level in dB is as good as one in nepers; distances are in units of the windows' own spread."""
+    table = np.concatenate([HOW.of(position, readings) for _, _, position, readings in runs((30.0, 60.0))])
+    np.testing.assert_allclose(model.centre, table.mean(axis=0))
+    np.testing.assert_allclose(model.scale, table.std(axis=0))
+    own = model.distances(table).min(axis=1)
+    assert np.mean(own) == pytest.approx(table.shape[1], rel=0.6) and model.limit > np.quantile(own, 0.98)

@@ -12,6 +12,7 @@ from papilla.studies.estimator_bench.parts import sheared
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
 PLACES = {
     "constant": lambda t: 96 * t,
+    "slow": lambda t: 10 * t,
     "bent": lambda t: 96 * t + 8 * np.sin(7 * t),
     "strokes": lambda t: 25 * (1 - np.cos(2 * np.pi * 1.1 * t)),
     "quick strokes": lambda t: 12 * (1 - np.cos(2 * np.pi * 2.2 * t)),
@@ -256,6 +257,9 @@ def test_the_noise_of_a_sample_is_known_at_each_harmonic_that_the_rate_shows():
     assert level[:2] == pytest.approx(NOISE**2, rel=0.7)
     assert np.isfinite(look._noise(1 / 1.1)).all(axis=1).tolist() == [True] * 5
     assert np.isfinite(look._noise(1 / 0.2)).all(axis=1).tolist() == [True, False, False, False, False]
+    # And that the grid shows: twice the shortest wavelength's.
+    slow = parted(*window("slow", 0))
+    assert np.isfinite(slow._noise(2.4)).all(axis=1).tolist() == [True] * 4 + [False]
 
 
 def test_the_skin_trails_after_a_turn_and_not_where_the_window_begins():
