@@ -42,12 +42,15 @@ QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
-    ("papilla/calibration/record.py", "math.hypot(sd_sigma / sd, along_force * force_sigma / force)",
-     "math.hypot(along_force * force_sigma / force, sd_sigma / sd)"): "symmetric",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
     ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",
     ("papilla/estimators/published/wavelet/transform.py", "6", "7"): "zeros behind where a wavelet has died away",
+    ("papilla/estimators/published/wavelet/cross.py", "cross_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)",
+     "cross_threshold(twos, ones, sample_rate_Hz, a.frequency_Hz)"): "symmetric",
+    ("papilla/estimators/published/roughness/stft.py", "2 * self._lines", "(2 / self._lines)"): "two ways",
+    ("papilla/estimators/tracking/look.py", "self._place - self._place[-1]", "(self._place + self._place[-1])"):
+     "the mean of each stroke is taken away",
     ("papilla/estimators/softness/start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/start.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
     ("papilla/fem/reduction/patch.py", "np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])",
@@ -140,13 +143,18 @@ def _changed(node: ast.AST) -> Iterator[ast.AST]:
         case ast.Call(func=ast.Attribute(attr=name)) if name in OPPOSITE:
             new.func.attr = OPPOSITE[name]
             yield new
-        case ast.Call(args=[first, second, *rest]) if ast.dump(first) != ast.dump(second):
+        # A hypotenuse has no first side.
+        case ast.Call(args=[first, second, *rest]) if ast.dump(first) != ast.dump(second) and _name(new) != "hypot":
             if not any(isinstance(one, ast.Starred) for one in (first, second)):
                 new.args = [second, first, *rest]
                 yield new
         case ast.Return(value=ast.Tuple(elts=[first, second, *rest])) if ast.dump(first) != ast.dump(second):
             new.value.elts = [second, first, *rest]
             yield new
+
+
+def _name(call: ast.Call) -> str:
+    return getattr(call.func, "attr", getattr(call.func, "id", ""))
 
 
 def _text(node: ast.AST) -> bool:

@@ -64,6 +64,14 @@ def test_looks_both_ways_at_two_forces_tell_all_three():
     assert forward.status == FrictionStatus.OK
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_direction_that_was_slid_stays_known_while_the_other_is_slid(way):
+    own = taught([(way * 0.4, 1.0)], way)
+    own._memory.heading = -way
+    own._learn(look_of(-way * 0.4, 1.0))
+    assert own._memory.slid == (True, True) and own.coefficients[0].status == FrictionStatus.ALIKE
+
+
 def test_what_was_learnt_of_a_direction_fades_over_the_slid_path():
     """What its looks tell beyond the others: its variance, all else known, grows by e over the memory."""
     own = taught([(0.4, 1.0), (0.45, 0.5)] * 10, memory_mm=20.0)

@@ -223,3 +223,15 @@ def test_the_chance_at_a_wavenumber_is_that_of_the_greatest_power_within_half_a_
         level = background(power, [top], 6.0, pooled=False)
         assert own.chance(wavenumber) == pytest.approx(float(level.chance(power[[top]])[0]))
     assert own.chance(99.0) == 1.0
+
+
+def test_a_harmonic_is_named_by_its_own_fundamental_not_by_a_louder_line():
+    position = np.arange(2400) * 0.05
+    waves = (
+        2 * np.cos(2 * np.pi * position / 7.3)
+        + np.cos(2 * np.pi * position / 4)
+        + 0.4 * np.cos(6 * np.pi * position / 4)
+    )
+    lines = find_lines(position, waves + np.random.default_rng(0).normal(0, 0.2, 2400)).lines
+    told = [(round(line.wavelength_mm, 2), line.harmonic, round(line.fundamental_mm, 2)) for line in lines[:3]]
+    assert told == [(7.3, 1, 7.3), (4.0, 1, 4.0), (1.33, 3, 4.0)]

@@ -163,3 +163,10 @@ def test_features_are_scaled_by_how_they_spread_over_the_training(model):
     np.testing.assert_allclose(model.scale, table.std(axis=0))
     own = model.distances(table).min(axis=1)
     assert np.mean(own) == pytest.approx(table.shape[1], rel=0.6) and model.limit > np.quantile(own, 0.98)
+
+
+def test_a_run_is_a_position_and_readings_of_as_many_rows():
+    place, readings = run(2.5, 60.0, 5)
+    for bad in ((place[:-1], readings), (place, readings[:, 0]), (place[:, None], readings)):
+        with pytest.raises(InputError, match="must fit position"):
+            HOW.of(*bad)

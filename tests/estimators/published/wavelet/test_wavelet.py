@@ -13,6 +13,7 @@ from papilla.estimators.published.wavelet import (
     octaves,
     periods_of_phase,
 )
+from papilla.estimators.published.wavelet.significance import common_threshold
 
 RATE = 300.0
 
@@ -182,3 +183,20 @@ def test_unusable_input_is_refused():
         cross_wavelet(samples, np.ones(100), RATE, 20.0)
     with pytest.raises(InputError, match="period_range_mm must rise"):
         periods_of_phase(1.0, 1.0, (2.0, 1.0))
+
+
+@pytest.mark.parametrize("gain", [1.0, -1.0, 0.3])
+def test_the_level_of_what_is_common_is_that_of_the_channels_difference(gain):
+    """Red noise of A - B over their own deviations, times 3.841 / 2; B turned where its gain is negative."""
+    rng, frequency = np.random.default_rng(4), np.array([12.0, 40.0, 90.0])
+    common = np.cumsum(rng.standard_normal(600)) * 0.1
+    one = common + 0.2 * rng.standard_normal(600) + 5.0
+    two = gain * (common + 0.2 * rng.standard_normal(600)) - 3.0
+    level = common_threshold(one, two, 300.0, frequency)
+    apart = (one - one.mean()) / one.std() - np.sign(gain) * (two - two.mean()) / two.std()
+    expected = one.std() * two.std() * RedNoise.of(apart).power(frequency, 300.0) * 3.8415 / 2
+    np.testing.assert_allclose(level, expected, rtol=1e-4)
+    np.testing.assert_allclose(common_threshold(7 * one, -2 * two, 300.0, frequency), 14 * level, rtol=1e-9)
+    # Of channels that are the same but for a gain rounding is left, and any change is over it.
+    same = common_threshold(one, 3 * one, 300.0, frequency)
+    assert (same > 0).all() and same.max() < 1e-20 * (one - one.mean()) @ (one - one.mean())
