@@ -77,11 +77,7 @@ class GaugeHealth:
             raise InputError(f"stuck_samples must be at least 2, got {stuck_samples}")
         self._gauges, self._saturation, self._stuck = gauges, saturation, stuck_samples
         self._moving = (0,) * gauges
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything."""
-        self.state = HealthState((math.nan,) * self._gauges, self._moving)
+        self.state = HealthState((math.nan,) * gauges, self._moving)
 
     @property
     def state(self) -> HealthState:

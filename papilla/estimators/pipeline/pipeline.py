@@ -246,15 +246,9 @@ class Pipeline(Stream):
         doubted = [part.doubted for part in self._parts.values() if part.doubted]
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
-    @property
-    def state(self) -> PipelineState:
-        """All that the pipeline remembers, to be kept or to be set again."""
+    def _snapshot(self) -> PipelineState:
         parts = tuple((name, part.state) for name, part in self._parts.items())
         return PipelineState(self._clock.state, self._health.state, parts)
-
-    @state.setter
-    def state(self, state: PipelineState) -> None:
-        self._remember(state)
 
     def _fresh(self) -> PipelineState:
         return self._new

@@ -43,7 +43,7 @@ class GaugeSurfaces:
                     f"the surface of {gauge.name} has another domain or other cells than the first gauge's"
                 )
         self.channels = len(surfaces)
-        self.force_N, self.modulus_MPa = first.force_N, first.modulus_MPa
+        self.force_N = first.force_N
         self._calibration = calibration
         table = np.array([surface.coefficients for surface in surfaces])
         self._apex = _spline(surfaces)
@@ -82,7 +82,7 @@ class GaugeSurfaces:
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
         """(c,) what readings change where there is no friction, if it is not known, microstrain / N."""
-        return self._friction(ln_force, ln_modulus)[0, 0]
+        return self._nothing if self.friction_known else self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
         """(c,) one sigma of each gauge's change at a place, microstrain / N, if `anywhere`."""
@@ -98,7 +98,7 @@ class SdSurface:
         surface = calibration.surface
         self._surface, self.friction_known = surface, surface.uncertainty.friction is None
         own = surface.surface
-        self.force_N, self.modulus_MPa = own.force_N, own.modulus_MPa
+        self.force_N = own.force_N
         self._spline = _spline([own])
         middle = 0.5 * (math.log(own.force_N[0]) + math.log(own.force_N[1]))
         low, high = surface.usable_nodes(middle)

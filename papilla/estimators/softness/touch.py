@@ -109,14 +109,8 @@ class Touch(Stream):
     def _fresh(self) -> TouchState:
         return self._new
 
-    @property
-    def state(self) -> TouchState:
-        """All that the estimator remembers, to be kept or to be set again."""
+    def _snapshot(self) -> TouchState:
         return self._state._replace(health=self._health.state, light=self._light, slot=self._slot)
-
-    @state.setter
-    def state(self, state: TouchState) -> None:
-        self._remember(state)
 
     def _remember(self, memory: TouchState) -> None:
         if len(memory.zeros) != self._gauges:

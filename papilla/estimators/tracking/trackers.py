@@ -116,14 +116,13 @@ class FusedTracker(Stream):
         self._memory.follower = self._follower.memory
         wavelength, sigma = self._follower.estimate()
         frequency = math.nan if status == _NO_PATH else abs(velocity_mm_s) / wavelength
-        return self._told(wavelength, sigma, frequency, int(status), readings)
-
-    def _told(self, wavelength, sigma, frequency, status, readings):
-        by_phase = UNKNOWN
-        if self._places is not None and TrackingStatus(status).good:
+        told, by_phase = WavelengthEstimate(wavelength, sigma, frequency, int(status)), UNKNOWN
+        if self.answer is WavelengthEstimate:
+            return told
+        if self._places is not None and status.good:
             finding = self._follower.memory.finding
             by_phase = _by_phase(self._places, finding.phase, finding.phase_sigma, wavelength)
-        return FusedEstimate(wavelength, sigma, frequency, status, *by_phase, sum(value == value for value in readings))
+        return FusedEstimate(*told, *by_phase, sum(value == value for value in readings))
 
 
 @lru_cache(maxsize=16)
@@ -146,9 +145,6 @@ class SpaceTracker(FusedTracker):
         super().__init__(1, **options)
         self.columns = ("reading", "velocity_mm_s")
 
-    def _told(self, wavelength, sigma, frequency, status, readings):
-        return WavelengthEstimate(wavelength, sigma, frequency, status)
-
 
 class LineTracker(FusedTracker):
     """Streaming wavelength of g channels over a known path; one sample is (g1, ..., gg, position_mm), at any rate.
@@ -169,6 +165,3 @@ class LineTracker(FusedTracker):
         *readings, place = sample
         self._memory.samples += 1
         return self.follow(self._memory.samples * self._dt, place, math.nan, tuple(readings))
-
-    def _told(self, wavelength, sigma, frequency, status, readings):
-        return WavelengthEstimate(wavelength, sigma, frequency, status)
