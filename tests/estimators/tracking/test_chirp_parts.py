@@ -473,3 +473,23 @@ def test_noise_alone_has_no_fit_that_is_proved():
     look.readings = np.random.default_rng(3).standard_normal(133)
     found = run(look)
     assert found.best is None and found.price == math.inf
+
+
+def test_a_look_takes_a_spectrum_for_every_chirp_of_a_stroke_and_its_way_back():
+    look, seen = look_at(60.0), []
+    spectrum = look._spectrum
+    look._spectrum = lambda chirp: seen.append(chirp) or spectrum(chirp)
+    run(look)
+    assert sorted(seen) == sorted(-chirp for chirp in seen) == sorted(CHIRPS) and len(set(seen)) == 7
+
+
+@pytest.mark.parametrize("chirp", [0.0, 5.0, -9.0])
+def test_a_line_over_warped_time_is_a_chirp_of_that_rate(chirp):
+    """Its place is its frequency in the middle of the window, and a chirp of another rate stands out less."""
+    look = look_at(110.0, chirp)
+    for tried in CHIRPS:
+        look._spectrum(tried)
+    score, motion = max(look.places, key=lambda place: place[0])
+    assert motion[1] == pytest.approx(110.0, rel=0.02) and motion[2] == pytest.approx(chirp * motion[1])
+    assert motion[0] == motion[3] == 0.0 and score > 0
+    assert all(15.0 <= place[1][1] <= 400.0 for place in look.places)

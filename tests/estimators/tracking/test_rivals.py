@@ -1,0 +1,115 @@
+"""What time makes of readings beside the surface: what is taken out, what is left, and whose energy it is."""
+
+import numpy as np
+import pytest
+
+from papilla.estimators.spectrum import Line, spectrum_of, strokes_of, whole
+from papilla.estimators.tracking.rivals import credits_of, silenced
+
+TIME = np.arange(900) / 1000
+BENT = 80 * TIME + 12 * TIME**2
+STRAIGHT = 80 * TIME
+K = 0.5
+
+
+def line(frequency, amplitude=1.0, ratio=100.0):
+    return Line(frequency, ratio, amplitude, 1e-9, 0)
+
+
+def strokes(readings, place=BENT, begin=(0, 900)):
+    return whole(strokes_of(place, np.asarray(readings, float).reshape(900, -1), np.array(begin)))
+
+
+def hum(size, frequency=61.0, phase=0.3):
+    return size * np.cos(2 * np.pi * frequency * TIME + phase)
+
+
+def surface(place=BENT, sizes=(1.0, 0.3)):
+    return sum(size * np.cos(2 * np.pi * n * K * place + n) for n, size in enumerate(sizes, 1))
+
+
+def left(own, of):
+    """Standard deviation under the taper of what remains beside `of`, over the inner part."""
+    rest = own.readings[100:800, 0] - of.readings[100:800, 0]
+    return float(np.std(rest))
+
+
+@pytest.mark.parametrize("size, taken", [(0.36, True), (0.30, False), (3.0, True)])
+def test_a_line_over_time_is_taken_out_where_it_has_a_tenth_of_the_surfaces_energy(size, taken):
+    """1 + 0.3^2 of it: from an amplitude of 0.33 on."""
+    plain = strokes(surface())
+    found = whole(silenced(strokes(surface() + hum(size)), TIME, [line(61.0)], K))
+    assert (left(found, plain) < 0.1 * size) == taken
+    if not taken:
+        np.testing.assert_array_equal(found.readings, strokes(surface() + hum(size)).readings)
+
+
+def test_what_is_the_surfaces_as_well_is_not_taken():
+    """At a constant speed 40 Hz is what the surface's 0.5 / mm is."""
+    for off, taken in ((0.0, False), (0.3, False), (1.5, True)):
+        frequency = 40.0 + off / 0.9
+        both = strokes(surface(STRAIGHT) + hum(2.0, frequency), STRAIGHT)
+        found = whole(silenced(both, TIME, [line(frequency)], K))
+        assert (not np.array_equal(found.readings, both.readings)) == taken
+
+
+@pytest.mark.parametrize("amplitude, taken", [(0.51, True), (0.49, False)])
+def test_without_a_wavelength_lines_half_as_strong_as_the_strongest_are_taken_out(amplitude, taken):
+    both = strokes(hum(2.0) + hum(1.0, 117.0))
+    found = whole(silenced(both, TIME, [line(61.0), line(117.0, amplitude)]))
+    assert left(found, strokes(0 * TIME)) == pytest.approx(0.02 if taken else 1.0 / np.sqrt(2), abs=0.06)
+
+
+def test_each_stroke_has_phases_of_its_own_and_what_is_missing_stays_so():
+    place = np.where(np.arange(900) < 450, BENT, 2 * BENT[450] - BENT)
+    wave = surface(place)
+    turned = np.where(np.arange(900) < 450, hum(2.0), hum(2.0, phase=2.5))
+    readings = wave + turned
+    readings[200:230] = np.nan
+    wave[200:230] = np.nan
+    found = whole(silenced(strokes(readings, place, (0, 450, 900)), TIME, [line(61.0)], K))
+    plain = strokes(wave, place, (0, 450, 900))
+    inner = np.r_[80:370, 530:820]
+    assert np.std((found.readings - plain.readings)[inner]) < 0.3
+    assert not found.readings[200:230].any()
+
+
+def credit(readings, others, place=BENT, begin=(0, 900)):
+    noise = 0.2 * np.random.default_rng(0).standard_normal((900, 1))
+    own = strokes(np.reshape(readings, (900, -1)) + noise, place, begin)
+    spectrum = whole(spectrum_of(own, 0.1, 2048))
+    best = max(whole(spectrum.lines(0.3, 4.0, 5)), key=lambda one: one.amplitude)
+    return best, whole(credits_of(best, spectrum, own, TIME, others))
+
+
+@pytest.mark.parametrize("begin", [(0, 900), (0, 450, 900)])
+def test_energy_is_credited_to_the_one_that_explains_it(begin):
+    """All of a line over the path's own, in units of the background as the line's; none to a line unlike it."""
+    place = BENT if len(begin) == 2 else np.where(np.arange(900) < 450, BENT, 2 * BENT[450] - BENT)
+    best, (path, time) = credit(surface(place, (1.0,)), [line(120.0), line(300.0)], place, begin)
+    assert best.wavenumber == pytest.approx(K, rel=0.02)
+    assert path == pytest.approx(best.ratio, rel=0.25) and time < 0.02 * path
+    best, (path, time) = credit(hum(2.0, 47.0), [line(47.0), line(300.0)], place, begin)
+    assert time > 10 * path
+    # Twice the readings, twice the noise: the same in units of the background.
+    own = strokes(surface(place, (1.0,)), place, begin)
+    spectrum = whole(spectrum_of(own, 0.1, 2048))
+    doubled = strokes(2 * surface(place, (1.0,)), place, begin)
+    twice = whole(spectrum_of(doubled, 0.1, 2048))
+    one, other = (
+        whole(
+            credits_of(
+                max(whole(found.lines(0.3, 4.0, 5)), key=lambda peak: peak.amplitude), found, of, TIME, [line(47.0)]
+            )
+        )
+        for found, of in ((spectrum, own), (twice, doubled))
+    )
+    assert other == pytest.approx(one, rel=1e-6)
+
+
+def test_alone_each_of_two_that_are_alike_is_credited_with_what_the_other_cannot_explain():
+    """At a constant speed nothing: both explain it as well."""
+    best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(40.0)], STRAIGHT)
+    assert path < 1e-3 * best.ratio and time < 1e-3 * best.ratio
+    best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(43.0)], STRAIGHT)
+    assert path > 0.5 * best.ratio and time < 0.1 * path
