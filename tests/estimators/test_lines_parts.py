@@ -235,3 +235,12 @@ def test_a_harmonic_is_named_by_its_own_fundamental_not_by_a_louder_line():
     lines = find_lines(position, waves + np.random.default_rng(0).normal(0, 0.2, 2400)).lines
     told = [(round(line.wavelength_mm, 2), line.harmonic, round(line.fundamental_mm, 2)) for line in lines[:3]]
     assert told == [(7.3, 1, 7.3), (4.0, 1, 4.0), (1.33, 3, 4.0)]
+
+
+def test_a_line_that_one_of_many_channels_shows_is_found():
+    """Lost in the mean of twenty; by itself it is as rare as one in twenty needs to be."""
+    position, readings = log(600, size=0.0, noise=1.0, channels=20)
+    readings[:, 7] += 0.5 * np.cos(2 * np.pi * position / 3.0)
+    (found,) = find_lines(position, readings).lines
+    assert found.wavelength_mm == pytest.approx(3.0, rel=0.01) and found.channels == (7,)
+    assert find_lines(position, np.delete(readings, 7, axis=1)).lines == ()

@@ -82,7 +82,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
     inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
     size = np.abs(mean) ** 2
-    told = np.where(size * np.add.reduceat(inverse, first) > PRESENT, 1.0, 0.0)[of_stroke] * inverse
+    told = (size * np.add.reduceat(inverse, first) > PRESENT)[of_stroke] * inverse
     turn = 2 * np.pi * orders[:, None]
     pull = blocks / np.maximum(amount, 1e-300)[:, None, :] * np.conj(mean)[of_stroke]
     score = (turn * pull.imag * told).sum(axis=(1, 2))
