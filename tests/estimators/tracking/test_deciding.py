@@ -103,6 +103,13 @@ def test_phases_that_misfit_are_known_less_by_birges_ratio():
     assert best > 8 and sigma / usual == pytest.approx(math.sqrt(best / 2), rel=0.01)
 
 
+@pytest.mark.parametrize("error, told", [(0.0, True), (0.2, True), (0.7, False)])
+def test_phases_worse_than_they_say_do_not_tell_turns(error, told):
+    """Nothing is told rather than another wavelength: what misfits by so much fits other turns as well."""
+    found, _ = wavelength_between(PLACES, phases(0.9, np.array([0.0, error, -error, error])), SIGMAS, 0.9)
+    assert math.isfinite(found) == told and (not told or found == pytest.approx(0.9, rel=0.01))
+
+
 @pytest.mark.parametrize("off, told", [(0.0, True), (0.05, True), (-0.05, True), (0.14, False), (-0.14, False)])
 def test_whole_turns_are_told_within_what_a_velocity_may_be_off(off, told):
     """Three gauges at uneven places: up to a tenth; further off it is another number of turns, or none is told."""
