@@ -30,7 +30,7 @@ class Strokes(NamedTuple):
     """Rows of one window: place (m,), readings (m, g) less their trend (0 where missing), seen (m, g) as 0 or 1.
 
     weight (m,) : path (or time) that a row stands for, under a Hann taper along its stroke; begin (s + 1,) : where
-    strokes begin, and the end; origin (m,) : place at which the stroke of a row begins; extent : of the shortest.
+    strokes begin, and the end; extent : of the shortest.
     """
 
     place: np.ndarray
@@ -38,7 +38,6 @@ class Strokes(NamedTuple):
     seen: np.ndarray
     weight: np.ndarray
     begin: np.ndarray
-    origin: np.ndarray
     extent: float
 
 
@@ -114,22 +113,21 @@ def whole(parts: Parts[Told]) -> Told:
 
 def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Parts[Strokes]:
     """Strokes of rows at `place` (m,) with readings (m, g), NaN where missing; begin as in `Strokes`."""
-    origin, weight = np.empty(len(place)), np.empty(len(place))
-    flat, extents = np.empty_like(readings), []
+    weight, flat, extents = np.empty(len(place)), np.empty_like(readings), []
     seen = np.isfinite(readings)
     for first, last in zip(begin[:-1].tolist(), begin[1:].tolist(), strict=True):
         rows = slice(first, last)
         x = place[rows]
-        start, extent = float(x.min()), float(np.ptp(x))
-        at = (x - start) / extent
+        extent = float(np.ptp(x))
+        at = (x - x.min()) / extent
         taper = np.sin(np.pi * at) ** 2 * np.abs(slope(x))
         basis = np.vander(2 * at - 1, trend + 1)
         yield
         flat[rows] = _less_trend(basis, taper, readings[rows], seen[rows])
-        origin[rows], weight[rows] = start, taper
+        weight[rows] = taper
         extents.append(extent)
     yield
-    return Strokes(place, flat, seen, weight, begin, origin, min(extents))
+    return Strokes(place, flat, seen, weight, begin, min(extents))
 
 
 def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = None) -> Parts[Spectrum]:
@@ -140,7 +138,8 @@ def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = No
     gauges, count = strokes.readings.shape[1], count or size // 2 + 1
     each, together = np.zeros((gauges, count)), max(POINTS // size, 1)
     for first, last in zip(strokes.begin[:-1].tolist(), strokes.begin[1:].tolist(), strict=True):
-        at = (strokes.place[first:last] - strokes.origin[first:last]) / step
+        place = strokes.place[first:last]
+        at = (place - place.min()) / step
         cell = np.minimum(at.astype(int), size - 2)
         share = (at - cell)[:, None]
         values = strokes.weight[first:last, None] * strokes.readings[first:last]
