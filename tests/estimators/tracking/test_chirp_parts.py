@@ -7,7 +7,18 @@ import pytest
 
 from papilla.estimators.tracking.chirp import HOP_S, LEARNT_S, ChirpStatus, ChirpTracker
 from papilla.estimators.tracking.chirp_look import CHIRPS, OCTAVE, STIFFNESS, ChirpLook, price_of
-from papilla.estimators.tracking.stroke import KNOTS, MOTION, SHAPE, TREND, Stroke, improved, moved, phase_at, profile
+from papilla.estimators.tracking.stroke import (
+    KNOTS,
+    MOTION,
+    SHAPE,
+    TREND,
+    Stroke,
+    improved,
+    moved,
+    phase_at,
+    profile,
+    trend_of,
+)
 
 RATE = 1000.0
 SIZE = MOTION + KNOTS + TREND + SHAPE
@@ -177,7 +188,10 @@ def test_the_prior_is_about_the_motion_and_what_was_learnt_of_profile_and_stiffn
     assert np.diag(prior)[-SHAPE:] == pytest.approx(0.01 + 7.0 / stroke.noise)
     # Between what was learnt and where it is now, by what is known of the one and how firmly the other is held.
     firm = known[3] ** -2 - 1 / 100.0
-    assert firm > 0 and about[MOTION - 1] == pytest.approx((20.0 / 100 + 40.0 * firm) / (1 / 100 + firm))
+    # As firmly as the jumps could stand for it: what it bends over the window, to the fifth power of that.
+    assert firm == pytest.approx(10 * 60.0 * 0.299**5) and about[MOTION - 1] == pytest.approx(
+        (20.0 / 100 + 40.0 * firm) / (1 / 100 + firm)
+    )
 
 
 def learnt(stroke, hopped=None, **known):
@@ -493,3 +507,39 @@ def test_a_line_over_warped_time_is_a_chirp_of_that_rate(chirp):
     assert motion[1] == pytest.approx(110.0, rel=0.02) and motion[2] == pytest.approx(chirp * motion[1])
     assert motion[0] == motion[3] == 0.0 and score > 0
     assert all(15.0 <= place[1][1] <= 400.0 for place in look.places)
+
+
+def test_a_try_takes_its_phase_from_the_middle_where_any_chirp_is_nearly_right():
+    look = look_at(60.0, 3.0, noise=0.0)
+    look._try(np.array([0.0, 60.0, 0.0, 0.0]))
+    assert look.trial.motion[0] == pytest.approx(0.4 / (2 * np.pi), abs=0.05)
+
+
+def test_what_a_step_learns_does_not_depend_on_the_unit_of_the_readings():
+    spread = np.concatenate([np.full(MOTION + KNOTS, 1e-4), np.full(TREND + SHAPE, 4e-4)])
+    plain = stroke_of(trend=np.array([0.0, 0.1, *[0.3] * KNOTS]), jumps=5 * np.ones(KNOTS), covariance=np.diag(spread))
+    scale = 8.0
+    spread = np.concatenate([np.full(MOTION + KNOTS, 1e-4), np.full(TREND + SHAPE, 4e-4 * scale**2)])
+    other = plain._replace(
+        trend=scale * plain.trend, shape=scale * plain.shape, residual=scale * plain.residual,
+        noise=scale**2 * plain.noise, covariance=np.diag(spread),
+    )  # fmt: skip
+    one, two = learnt(plain), learnt(other)
+    for name in ("lively", "wander", "doubt", "stiffness", "quiet"):
+        assert getattr(two, name) == pytest.approx(getattr(one, name), rel=1e-9), name
+    assert two.stroke.noise == pytest.approx(scale**2 * one.stroke.noise)
+    assert two.price - one.price == pytest.approx(133 * 2 * math.log(scale))
+
+
+def test_what_was_learnt_of_a_profile_fades_within_half_a_second():
+    memory = learnt(stroke_of(), np.full(300, np.nan), known=50.0 * np.eye(SHAPE))
+    np.testing.assert_allclose(memory.known, 50 * (1 - HOP_S / 0.5) * np.eye(SHAPE))
+
+
+def test_the_offset_rises_over_the_window_by_the_second_parameter_of_the_trend():
+    time = np.arange(-299, 1) / RATE
+    before = np.minimum(time[:, None] + 0.0375 * np.arange(1, KNOTS + 1), 0.0)
+    columns = trend_of(time, before)
+    assert columns.shape == (300, TREND) and (columns[:, 0] == 1).all()
+    assert columns[-1, 1] - columns[0, 1] == pytest.approx(1.0) and columns[-1, 1] == 0.0
+    np.testing.assert_allclose(columns[:, 2:], before / 0.299)
