@@ -1,7 +1,5 @@
 """Adhesion: JKR on a half-space, nothing without energy, and what it does to a finger."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -14,18 +12,9 @@ E_STAR, RADIUS = 0.05, 20.0
 
 
 @pytest.fixture(scope="module")
-def sphere(reference):
-    """The patch of the reference as a sphere of a half-space's compliance; its gauge feels a third of the force."""
-    patch = reference.patch
-    compliance = reference.half_space / E_STAR
-    gap = patch.mass * (patch.xy**2).sum(axis=1) / (2 * RADIUS)
-    rows = np.zeros((2, 1, len(patch.xy)))
-    rows[0, 0] = len(patch.images) * patch.mass / 3
-    return replace(
-        reference, patch=replace(patch, gap=gap), compliance=compliance, outer_modulus=E_STAR, rows=rows,
-        weights=np.array([[1.0], [0.0]]),
-        gauge_names=("g",), strain_key="",
-    )  # fmt: skip
+def sphere(disc, stand_in):
+    """A half-space with the gap of a sphere; its first gauge feels the force."""
+    return stand_in(disc(6.0, 24, lambda x, y: (x**2 + y**2) / (2 * RADIUS)), E_STAR)
 
 
 @pytest.mark.parametrize("work", [0.01, 0.05])
@@ -37,9 +26,9 @@ def test_a_sphere_on_a_half_space_is_jkr(sphere, work, force):
     held = force + energy + np.sqrt(2 * energy * force + energy**2)
     radius = (3 * held * RADIUS / (4 * E_STAR)) ** (1 / 3)
     pulled = np.sqrt(2 * np.pi * work * 1e-3 * radius / E_STAR)
-    assert found.contact_area == pytest.approx(np.pi * radius**2, rel=0.08), "nodes of 0.7 mm"
-    assert found.indentation == pytest.approx(radius**2 / RADIUS - pulled, abs=0.06 * radius**2 / RADIUS)
-    assert found.strain[0] == pytest.approx(force / 3, rel=1e-3), "what a gauge feels of the force alone is the force"
+    assert found.contact_area == pytest.approx(np.pi * radius**2, rel=0.03)
+    assert found.indentation == pytest.approx(radius**2 / RADIUS - pulled, rel=0.01)
+    assert found.strain[0] == pytest.approx(force, rel=1e-3), "what a gauge feels of the force alone is the force"
 
 
 def test_without_energy_it_is_the_press(reference):
