@@ -75,10 +75,12 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
         second.minos(parameter, cl=0.95)
         error, middle = second.merrors[parameter], second.values[parameter]
         if not own.cut_off_by:
-            sides = (own.lower, error.lower), (own.upper, error.upper)
-            ends += [abs(np.log(end) - middle - by) / found.sigma[place] for end, by in sides]
+            # Minos says itself where it found no end.
+            sides = (own.lower, error.lower, error.lower_valid), (own.upper, error.upper, error.upper_valid)
+            ends += [abs(np.log(end) - middle - by) / found.sigma[place] for end, by, valid in sides if valid]
         verdicts += own.verdict != _verdict(problem, found, parameter)
-    yield Case(f"95 % ends of profiles, {name}", "largest distance to Minuit's minos, in sigma", max(ends), SAME_ENDS)
+    worst = max(ends, default=np.inf)
+    yield Case(f"95 % ends of profiles, {name}", "largest distance to Minuit's minos, in sigma", worst, SAME_ENDS)
     what = "profiles whose verdict is not that of Minuit at the bounds, without the prior"
     yield Case(f"verdicts of profiles, {name}", what, float(verdicts), 0.0)
 
