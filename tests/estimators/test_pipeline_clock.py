@@ -123,3 +123,19 @@ def test_the_state_is_small_and_goes_on():
     other.state = clock.state
     for t, x in zip(time[2000:].tolist(), position[2000:], strict=True):
         assert clock.tick(t, NAN, x) == other.tick(t, NAN, x)
+
+
+@pytest.mark.parametrize("begin", [-1e4, 0.0, 1e4])
+@pytest.mark.parametrize("rate", [1000.0, 50_000.0])
+def test_the_slope_is_over_the_last_ten_milliseconds_or_64_samples(rate, begin):
+    """Wherever the path begins; of x = t^2 a slope over a time T is 2 t - T."""
+    time = 100.0 + np.arange(1000) / rate
+    place = begin + 1e3 * (time - 100.0) ** 2
+    clock = Clock(rate)
+    found = [clock.tick(t, NAN, x) for t, x in zip(time.tolist(), place.tolist(), strict=True)][-1]
+    over = min(0.01, 63 / rate)
+    assert found.slope_mm_s == pytest.approx(1e3 * (2 * (time[-1] - 100.0) - over), rel=0.01)
+    assert len(clock.state.trail) - round(over * rate) in (0, 1)
+    # After a gap the slope is that over the gap.
+    later = clock.tick(time[-1] + 0.5, NAN, place[-1] + 3.0)
+    assert (later.slope_mm_s, later.velocity_mm_s) == pytest.approx((6.0, 6.0))
