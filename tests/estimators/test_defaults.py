@@ -1,0 +1,60 @@
+"""What a caller gets who says nothing: one default for an option of one name; a change of one moves numbers."""
+
+import inspect
+import math
+
+import pytest
+
+from papilla import estimators
+from papilla.estimators.published import texture, wavelet
+from papilla.estimators.texture import Features
+
+COMMON = {
+    "sample_rate_Hz": 1000.0, "wavelength_range_mm": (0.4, 6.0), "scale_sigma": 0.015, "latency_s": None,
+    "resonances_Hz": (), "ridge_pitch_mm": None, "saturation": math.inf, "stuck_samples": 50, "doubts": None,
+    "contact_force_N": 0.02, "position_sigma_mm": None, "variant": "as_printed", "window_s": None, "hop_s": None,
+    "calibration": None, "gauges": None, "softness": "surface", "gauge_positions_mm": None,
+}  # fmt: skip
+OWN = {
+    "ChirpTracker": {"frequency_range_Hz": None, "lag_s": 0.014, "saturation": 1e12},
+    "CrossRidge": {"low_Hz": 10.0, "high_Hz": 100.0, "per_octave": 12},
+    "Doubts": {"gauge_gain": 0.03, "creep": 0.02, "zero_microstrain": 200.0, "force_gain": 0.02, "beside_mm": 1.0,
+               "force_offset_N": 0.003, "thickness_mm": None, "thickness_error": 0.05},
+    "Friction": {"low_pass_Hz": 20.0, "rest_mm_s": None, "contact_N": 0.02, "onset_s": 0.1, "memory_mm": 50.0,
+                 "offset_sigma_N": 0.2},
+    "FusedTracker": {"saturation": 1e12},
+    "Pipeline": {"gauges": 5, "columns": ("force_N", "velocity_mm_s", "tangential_N"), "gauge_sigma": 1.0,
+                 "force_sigma_N": 1e-3, "saturation": 1e12, "position_sigma_mm": 1.0, "friction_memory_mm": 50.0},
+    "PrintedSoftness": {"form": "printed", "gauge_sigma": 0.0, "force_sigma_N": 0.0, "scale": None},
+    "Softness": {"memory_s": math.inf},
+    "ZeroCrossing": {"high_pass_Hz": 10.0},
+    "find_lines": {"wavelength_range_mm": None, "false_alarm": 0.01},
+}  # fmt: skip
+FIGURES = {
+    Features: {"window_mm": 100.0, "shortest_mm": 1.0, "longest_mm": 50.0, "bands": 8},
+    texture.leave_m_out: {"splits": 1000, "neighbours": 1},
+    texture.concordance: {"level": 0.95},
+    texture.grubbs_critical: {"level": 0.05},
+    texture.grubbs_outliers: {"level": 0.05},
+    wavelet.octaves: {"per_octave": 100},
+    wavelet.cross_quantile: {"level": 0.05},
+    wavelet.cross_threshold: {"level": 0.05},
+}
+
+
+def defaults(of):
+    return {name: one.default for name, one in inspect.signature(of).parameters.items() if one.default is not one.empty}
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in estimators.__all__ if not name.endswith(("Estimate", "State")) and name != "background"]
+)
+def test_an_option_has_the_default_of_its_name(name):
+    found = defaults(getattr(estimators, name))
+    assert found == {option: (COMMON | OWN.get(name, {}))[option] for option in found}
+    assert set(OWN.get(name, {})) <= set(found)
+
+
+@pytest.mark.parametrize("of", FIGURES, ids=lambda of: of.__name__)
+def test_the_papers_figures_and_the_models_are_the_defaults(of):
+    assert defaults(of) == FIGURES[of]
