@@ -1,12 +1,13 @@
 """Textures over the path: speed and common modes do not matter, another texture is unknown; the model file."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.estimators.texture import UNKNOWN, Features, TextureModel, train
+from papilla.estimators.texture import UNKNOWN, Features, TextureModel, _strokes, train
 
 pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
 HOW = Features(window_mm=30.0, shortest_mm=0.8, longest_mm=10.0, bands=6)
@@ -170,3 +171,82 @@ def test_a_run_is_a_position_and_readings_of_as_many_rows():
     for bad in ((place[:-1], readings), (place, readings[:, 0]), (place[:, None], readings)):
         with pytest.raises(InputError, match="must fit position"):
             HOW.of(*bad)
+
+
+def test_strokes_are_movements_one_way_without_a_gap_made_to_rise():
+    """Indices of the samples that make progress; rests are left out, the way back is turned round."""
+    place = np.array([0.0, 0.5, 1.0, 1.0, 1.5, 2.0, 1.5, 1.0, 0.5, 3.0, 3.5, 4.0])
+    found = [part.tolist() for part in _strokes(place, 1.0)]
+    assert found == [[0, 1, 3, 4], [7, 6, 5], [8], [9, 10]]
+    for part in found:
+        assert (np.diff(place[part]) > 0).all()
+    assert [part.tolist() for part in _strokes(place, 3.0)][2:] == [[8, 9, 10]]
+    assert _strokes(np.ones(5), 1.0) == []
+
+
+@pytest.mark.parametrize("length, windows", [(29.5, 0), (30.4, 1), (59.5, 1), (60.4, 2), (150.4, 5)])
+def test_a_run_is_cut_into_whole_windows(length, windows):
+    place = np.arange(0, length, 0.1)
+    readings = np.random.default_rng(0).normal(size=(len(place), 2))
+    if not windows:
+        with pytest.raises(InputError, match="the run has no stroke of 30 mm"):
+            HOW.of(place, readings)
+        return
+    found = HOW.of(place, readings)
+    assert found.shape == (windows, 12)
+    back = HOW.of(np.concatenate([place, place[::-1]]), np.concatenate([readings, readings[::-1]]))
+    assert back.shape == (2 * windows, 12)
+
+
+@pytest.mark.parametrize("step, told", [(0.39, True), (0.41, False)])
+def test_steps_of_half_the_shortest_wavelength_are_the_longest(step, told):
+    place = np.arange(0, 40, step)
+    readings = np.random.default_rng(0).normal(size=(len(place), 2))
+    if told:
+        assert HOW.of(place, readings).shape == (1, 12)
+    else:
+        with pytest.raises(InputError, match="samples are 0.41 mm apart: wavelengths of 0.8 mm need half of that"):
+            HOW.of(place, readings)
+
+
+def test_a_window_is_unknown_beyond_the_limit(model):
+    place, readings = run(2.5, 50.0, 21)
+    distances = model.classify(place, readings)[1].min(axis=1)
+    for limit in (distances.min(), np.median(distances), distances.max()):
+        labels, _ = replace(model, limit=float(limit)).classify(place, readings)
+        assert [label == UNKNOWN for label in labels] == (distances > limit).tolist()
+    rest = (HOW.of(place, readings)[3] - model.centre) / model.scale - model.means[1]
+    assert model.classify(place, readings)[1][3, 1] == pytest.approx(rest @ model.precision @ rest)
+
+
+def test_the_limit_and_the_accuracy_are_those_of_runs_that_were_not_trained_on():
+    """1.1 times what 98 % of their windows stay within, by classifiers without each group in turn."""
+    every = runs((30.0, 45.0, 60.0))
+    model = train(every, features=HOW)
+    held, right = [], []
+    for group in ("30.0", "45.0", "60.0"):
+        other = train([one for one in every if one[1] != group], features=HOW)
+        for name, own, position, readings in every:
+            if own == group:
+                distances = other.distances(HOW.of(position, readings))
+                held += distances.min(axis=1).tolist()
+                right += [other.labels[best] == name for best in distances.argmin(axis=1)]
+    assert model.limit == pytest.approx(1.1 * np.quantile(held, 0.98))
+    assert model.accuracy["linear discriminant"] == pytest.approx(np.mean(right)) and model.channels == 3
+    assert 0.5 < model.accuracy["nearest neighbours"] <= 1.0
+
+
+@pytest.mark.parametrize(
+    "options, usable",
+    [
+        ({"longest_mm": 15.0}, True), ({"longest_mm": 15.1}, False), ({"shortest_mm": 10.0}, False),
+        ({"bands": 2}, True), ({"bands": 1}, False), ({"shortest_mm": 0.0}, False), ({"window_mm": -1.0}, False),
+    ],
+)  # fmt: skip
+def test_features_are_of_wavelengths_that_a_window_holds_twice(options, usable):
+    plain = {"window_mm": 30.0, "shortest_mm": 0.8, "longest_mm": 10.0, "bands": 6}
+    if usable:
+        assert Features(**(plain | options))
+    else:
+        with pytest.raises(InputError, match=r"wavelengths must rise|bands must be at least 2|must be greater"):
+            Features(**(plain | options))
