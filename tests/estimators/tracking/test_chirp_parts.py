@@ -82,6 +82,7 @@ def test_the_windows_hold_so_many_periods_of_the_lowest_frequency():
         assert own._middle.sum() == pytest.approx(0.0, abs=1e-9) and np.diff(own._middle) == pytest.approx(1 / rate)
         assert own._spacing * KNOTS == pytest.approx((own._window - 1) / rate) and own.lag_s == 0.01
     assert ChirpTracker(lag_s=0.0126).lag_s == 0.013
+    assert ChirpTracker(sample_rate_Hz=75.0)._window == 32, "22 samples are too few to fit"
 
 
 def test_a_spread_grows_where_what_is_found_scatters_by_more_than_was_expected():

@@ -6,6 +6,7 @@ import pytest
 from papilla.errors import InputError
 from papilla.estimators.published.wavelet import (
     RedNoise,
+    cross_quantile,
     cross_threshold,
     cross_wavelet,
     lag_of_phase,
@@ -200,3 +201,12 @@ def test_the_level_of_what_is_common_is_that_of_the_channels_difference(gain):
     # Of channels that are the same but for a gain rounding is left, and any change is over it.
     same = common_threshold(one, 3 * one, 300.0, frequency)
     assert (same > 0).all() and same.max() < 1e-20 * (one - one.mean()) @ (one - one.mean())
+
+
+@pytest.mark.parametrize("level, usable", [(1e-12, True), (0.9e-12, False), (0.5, True), (0.51, False)])
+def test_levels_are_chances_from_a_trillionth_to_a_half(level, usable):
+    if usable:
+        assert 0 < cross_quantile(level) < 100
+    else:
+        with pytest.raises(ValueError, match="level must lie between 1e-12 and 0.5"):
+            cross_quantile(level)
