@@ -358,3 +358,86 @@ def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
         assert not own._glance(end + 7)
         own.memory.glanced, own.memory.looked = 0, 60
         assert not own._glance(end), "less path than the look had"
+
+
+def endless(own):
+    """Looks that are never done: how many parts of them were asked for."""
+    asked = []
+
+    def parts(look):
+        while True:
+            asked.append(look)
+            yield
+
+    own._parts_of = parts
+    return asked
+
+
+@pytest.mark.parametrize(
+    "rate, gauges, cells, parts", [(1000.0, 1, 400, 2), (1000.0, 1, 600, 1), (1000.0, 2, 400, 1), (1000.0, 5, 400, 1),
+                                   (1000.0, 1, 90, 2), (100.0, 5, 400, 12), (400.0, 5, 400, 3), (5000.0, 5, 400, 1)]
+)  # fmt: skip
+def test_a_sample_does_so_much_of_a_look(rate, gauges, cells, parts):
+    """1200 parts a second at slow rates; two at a time where they are half as long."""
+    own = made(rate=rate, gauges=gauges)
+    endless(own)
+    own._begin_look(looking(0, cells))
+    own._part(own.memory.look)
+    assert own.memory.look.parts == parts
+
+
+def test_looks_begin_every_24_cells_and_a_doubt_begins_one_at_once():
+    own = made()
+    endless(own)
+    walked(own, 23.5 * 0.08)
+    assert own.memory.cells.end == 23 and own.memory.look is None
+    walked(own, 0.16, begin=23.5 * 0.08, time=0.1)
+    look = own.memory.look
+    assert (look.begin, look.end) == (0, 24) and look.origin == pytest.approx(0.05)
+    knowing(own, doubted=True, looked=own.memory.cells.end)
+    own._go_on()
+    assert own.memory.look is not None and own.memory.look.parts == 0
+    # Of less path than 24 cells there is no look.
+    knowing(own, begin=own.memory.cells.end - 20, looked=0)
+    own._go_on()
+    assert own.memory.look is None and own.memory.looked == own.memory.cells.end
+    knowing(own, looked=own.memory.cells.end - 23)
+    own._go_on()
+    assert own.memory.look is None and own.memory.waited == 1
+    knowing(own, looked=own.memory.cells.end - 24)
+    own._go_on()
+    assert own.memory.look is not None and own.memory.waited == 0
+
+
+def test_a_look_that_was_under_way_is_gone_on_with_where_it_was():
+    own = made()
+    asked = endless(own)
+    walked(own, 3.0)
+    memory = own.memory
+    parts = memory.look.parts
+    assert parts > 3
+    asked.clear()
+    own.remember(memory)
+    assert len(asked) == parts
+    walked(own, 0.02, begin=3.0, time=0.2)
+    assert own.memory.look.parts == parts + 2 == len(asked)
+
+
+def test_every_lateness_is_tried_in_turn_after_a_look_with_a_line():
+    own = made(latency_s=None)
+    walked(own, 20.0)
+    knowing(own)
+    count = len(own._trials)
+    for turn in range(1, count + 3):
+        own.memory.look = None
+        own._conclude(found_of(score=40.0, late_variance=1e-6), looking())
+        assert own.memory.trial == turn % count and own.memory.look.trial_s == own._trials[turn % count]
+        assert own.memory.look.score == 40.0 and own.memory.look.parts == 0
+    own.memory.look = None
+    own._conclude(found_of(score=0.0), looking())
+    assert own.memory.look is None, "of no line there is none that is sharper"
+    stated = made(latency_s=0.0)
+    walked(stated, 20.0)
+    stated.memory.look = None
+    stated._conclude(found_of(score=40.0), looking())
+    assert stated.memory.look is None and stated.memory.trial == 0
