@@ -3,9 +3,11 @@
 import inspect
 import math
 
+import numpy as np
 import pytest
 
 from papilla import estimators
+from papilla.errors import InputError
 from papilla.estimators.published import texture, wavelet
 from papilla.estimators.texture import Features
 
@@ -53,6 +55,30 @@ def test_an_option_has_the_default_of_its_name(name):
     found = defaults(getattr(estimators, name))
     assert found == {option: (COMMON | OWN.get(name, {}))[option] for option in found}
     assert set(OWN.get(name, {})) <= set(found)
+
+
+LOG = np.arange(40) * 0.1, np.sin(np.arange(40.0))
+NEEDED = {
+    "FusedTracker": {"gauge_positions_mm": 2}, "LineTracker": {"channels": 2},
+    "PrintedSoftness": {"scale": 1.0, "gauges": 3},
+    "find_lines": {"position_mm": LOG[0], "readings": LOG[1]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [name for name in OWN if name not in ("Softness",)])
+def test_the_defaults_are_usable(name):
+    assert getattr(estimators, name)(**NEEDED.get(name, {})) is not None
+
+
+def test_the_defaults_of_softness_are_usable(calibration, five_gauges):
+    for make, of in ((estimators.Softness, calibration), (estimators.GaugeSoftness, five_gauges)):
+        own = make(of, gauge_sigma=1.0, force_sigma_N=1e-3)
+        assert own.update((1.0,) * 5 + (0.019,)).sentence == own.update((1.0,) * 5 + (0.0,)).sentence == "no contact"
+    assert Features().bands == 8 and len(wavelet.octaves(10.0, 20.0)) == 101 and wavelet.cross_quantile() > 3.9
+    assert texture.grubbs_critical(10) == pytest.approx(texture.grubbs_critical(10, 0.05))
+    assert texture.concordance(LOG[0], LOG[1]).high < 1
+    with pytest.raises(InputError, match="two different labels"):
+        texture.leave_m_out([[1.0]], ["a"], 1, seed=0)
 
 
 @pytest.mark.parametrize("of", FIGURES, ids=lambda of: of.__name__)
