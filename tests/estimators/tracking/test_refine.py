@@ -134,6 +134,19 @@ def test_freedom_is_what_parameters_and_strokes_leave():
     assert found.covariance[0, 0] == pytest.approx(100.0 * 1e-4, rel=1e-3)
 
 
+@pytest.mark.parametrize("strokes", [1, 2])
+def test_the_scatter_is_over_the_degrees_of_freedom(strokes):
+    """A pattern without a mean or a slope in either stroke: its square over blocks less strokes and parameters."""
+    pattern = np.tile([1.0, -1.0, 0.0, 0.0, -1.0, 1.0], strokes)
+    own = blocks(0.1 * pattern, strokes=strokes)
+    found = whole(regressed(own, np.array([1e-9]), np.zeros(1)))
+    x = own.regressors[:, 0]
+    centred = x - np.array([x[own.stroke == one].mean() for one in range(strokes)])[own.stroke]
+    ratio = 100 * (pattern @ pattern) / (6 * strokes - strokes - 1)
+    assert found.step[0] == pytest.approx(0.0, abs=1e-9)
+    assert found.covariance[0, 0] == pytest.approx(ratio * 1e-4 / (centred @ centred), rel=1e-6)
+
+
 def test_blocks_far_from_the_others_hardly_count():
     cycles = 0.01 * np.random.default_rng(1).standard_normal(24)
     clean = whole(regressed(blocks(cycles), np.array([1e-9]), np.zeros(1)))
