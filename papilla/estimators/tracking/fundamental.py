@@ -1,5 +1,7 @@
 """Of which fundamental a line and the others beside it are harmonics, and whether that is sure."""
 
+import math
+
 from papilla.estimators.spectrum import Line
 
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
@@ -27,7 +29,8 @@ def fundamental_of(chosen: Line, others: list[Line], reach: float, own: set[Line
 
     others : lines that are no multiples of the chosen one; reach : how far (1/mm) a line may lie off its place; own :
     those that may be the surface's; ridged : the finger's ridges may feel a harmonic louder than the fundamental,
-    so that a line near the place of one is a doubt, and faint ones alone are no proof.
+    so that a line near the place of one is a doubt. Faint ones alone are no proof: a contact that sticks and slips may
+    repeat after several periods only.
     """
     k, sure, proven, best, fundamental = chosen.wavenumber, True, True, 1.0, chosen.wavenumber
     for divisor in range(2, SUBHARMONICS + 1):
@@ -37,16 +40,18 @@ def fundamental_of(chosen: Line, others: list[Line], reach: float, own: set[Line
         near = [
             (by, line) for by, line in zip(off, others, strict=True) if by < (NEAR if ridged else 1) and line in own
         ]
-        fits = [line.amplitude for by, line in near if by < 1]
+        fits = [line for by, line in near if by < 1]
         sure = sure and not (ridged and near)
         if not fits:
             continue
         # How often lines of another texture would fit by chance.
         chance = (2 * slack / base * len(others)) ** len(fits)
-        loud = max(fits) > LOUD * chosen.amplitude
+        loud = max(line.amplitude for line in fits) > LOUD * chosen.amplitude
         if chance < min(COINCIDENCE if loud else FAINTLY, PLAINER * best):
             best, fundamental = chance, base
-            proven = not ridged or max(fits) > HEARD_IN_STEP * chosen.amplitude
+            least = HEARD_IN_STEP * max(line.amplitude for line in (chosen, *fits))
+            orders = [round(line.wavenumber / base) for line in (chosen, *fits) if line.amplitude > least]
+            proven = math.gcd(*orders) == 1
         sure = sure and not loud and chance > COINCIDENCE
     return fundamental, proven if fundamental < k else sure
 

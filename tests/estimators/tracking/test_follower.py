@@ -222,6 +222,19 @@ def test_a_texture_beside_a_louder_hum_is_told_once_they_are_apart(speed, wavele
     assert usable[900:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
 
 
+def test_a_contact_that_repeats_after_four_periods_is_no_longer_wavelength():
+    """Lines at odd quarters of a line's frequency, 20 dB and more below it, as a section that sticks and slips makes."""
+    time = np.arange(2500) / RATE
+    lines = {1.0: 1.0, 2.0: 0.8, 1.25: 0.107, 0.25: 0.07, 1.75: 0.065, 0.5: 0.06, 0.75: 0.05}
+    rng = np.random.default_rng(0)
+    waves = [size * np.cos(2 * np.pi * 183.9 * at * time + 9 * rng.random()) for at, size in lines.items()]
+    readings = sum(waves) + rng.normal(0, 0.07, 2500)
+    found = SpaceTracker().process(np.column_stack([readings, np.full(2500, 145.7)]))
+    usable = good(found)
+    assert np.abs(found.wavelength_mm[usable] / (145.7 / 183.9) - 1).max(initial=0) < 0.01
+    assert found.status[-1] == TrackingStatus.AMBIGUOUS
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("peak, wavelength, mains", [(99.0, 1.98, 50.0), (96.0, 1.6, 60.0), (124.0, 2.48, 50.0)])
 def test_a_hum_that_strokes_meet_where_they_linger_bends_no_line(peak, wavelength, mains):
