@@ -223,7 +223,7 @@ def test_a_texture_beside_a_louder_hum_is_told_once_they_are_apart(speed, wavele
 
 
 def test_a_contact_that_repeats_after_four_periods_is_no_longer_wavelength():
-    """Lines at odd quarters of a line's frequency, 20 dB and more below it, as a section that sticks and slips makes."""
+    """Lines at odd quarters of a line's frequency, 20 dB below it, as a section that sticks and slips makes."""
     time = np.arange(2500) / RATE
     lines = {1.0: 1.0, 2.0: 0.8, 1.25: 0.107, 0.25: 0.07, 1.75: 0.065, 0.5: 0.06, 0.75: 0.05}
     rng = np.random.default_rng(0)
