@@ -43,13 +43,12 @@ class Strokes(NamedTuple):
 
 class Line(NamedTuple):
     """A peak: wavenumber (or frequency), power over the background, amplitude in units of the gauges' own noise,
-    probability that noise reaches it, and its place in the spectrum."""
+    and the probability that noise reaches it."""
 
     wavenumber: float
     ratio: float
     amplitude: float
     chance: float
-    place: int
 
 
 class Spectrum(NamedTuple):
@@ -84,7 +83,7 @@ class Spectrum(NamedTuple):
         noise = background(power, tops, self.resolution, pooled=False)
         places = self.vertices(tops)
         kept = (noise.power < np.inf) & (places >= low) & (places <= high)
-        rows = places, power[tops] / noise.power, power[tops] ** 0.5, noise.chance(power[tops]), tops
+        rows = places, power[tops] / noise.power, power[tops] ** 0.5, noise.chance(power[tops])
         return [Line(*row) for row in zip(*(row[kept][:most].tolist() for row in rows), strict=True)]
 
     def tops(self, first: int, last: int) -> np.ndarray:

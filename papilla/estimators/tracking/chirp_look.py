@@ -39,9 +39,9 @@ class ChirpLook:
     """A look at readings (n,) at times (n,) about 0; `advance` does one part and says whether it was the last.
 
     low, high : frequencies in Hz; rate_Hz : of the samples. best, price : the best fit so far, which tells of time 0.
-    places : what is to be tried: (score, motion) while spectra are taken, then motions (4,). trial, centre, step,
-    noise : the fit that is tried, where it began, its steps done, and the power of the readings. multiplied : price
-    of the fit whose multiples were tried.
+    places : what is to be tried: (score, motion) while spectra are taken, then motions (4,). trial, centre, trend,
+    step, noise : the fit that is tried, where it began (motion and trend), its steps done, and the power of the
+    readings. multiplied : price of the fit whose multiples were tried.
     """
 
     readings: np.ndarray
@@ -53,6 +53,7 @@ class ChirpLook:
     places: list = field(default_factory=list)
     trial: Stroke | None = None
     centre: np.ndarray = field(default_factory=lambda: np.zeros(MOTION))
+    trend: np.ndarray = field(default_factory=lambda: np.zeros(TREND))
     step: int = 0
     noise: float = 0.0
     best: Stroke | None = None
@@ -105,11 +106,13 @@ class ChirpLook:
     def _try(self, motion: np.ndarray) -> None:
         """Begin a fit from a motion, whose phase is that of the readings near the middle."""
         seen = np.isfinite(self.readings)
-        values = np.where(seen, self.readings - self.readings[seen].mean(), 0.0)
+        offset = float(self.readings[seen].mean())
+        values = np.where(seen, self.readings - offset, 0.0)
         self.noise = float(values @ values) / int(seen.sum())
         if self.noise == 0 or not self.low / 1.1 < motion[1] < BAND * self.rate_Hz:
             return
-        nothing = np.zeros(TREND), np.zeros(SHAPE), np.zeros((1, 1)), self.noise, values, 0.0
+        self.trend = np.array([offset, *[0.0] * (TREND - 1)])
+        nothing = self.trend, np.zeros(SHAPE), np.zeros((1, 1)), self.noise, values, 0.0
         still = Stroke(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
         wave = np.exp(-2j * np.pi * phase_at(still, self.time)[0])
         near = np.abs(self.time) < REACHES[0] * self.time[-1]
@@ -121,7 +124,7 @@ class ChirpLook:
         size = 2 * self.noise**0.5
         motion, still = [0.5, 1 / self.time[-1], 3 * self.centre[1], STIFFNESS], [1e-3] * KNOTS
         loose = np.array([*motion, *still, size, size, *[1e-3 * size] * KNOTS, *[size] * SHAPE])
-        about = np.array([*self.centre, *[0.0] * (KNOTS + TREND + SHAPE)])
+        about = np.array([*self.centre, *[0.0] * KNOTS, *self.trend, *[0.0] * SHAPE])
         near = np.where(np.abs(self.time) / self.time[-1] < REACHES[self.step], self.readings, math.nan)
         stroke = improved(trial, near, self.time, self.rate_Hz, np.diag(1 / loose**2), about)
         count = max(int(np.isfinite(near).sum()) - MOTION - 2 - SHAPE, 1)

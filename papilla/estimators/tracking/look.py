@@ -112,7 +112,7 @@ class Look:
         return True
 
     def _known_hums(self) -> list[Line]:
-        return [Line(hum, 1.0, 1.0, 0.0, 0) for hum in self._task.known_hums_Hz]
+        return [Line(hum, 1.0, 1.0, 0.0) for hum in self._task.known_hums_Hz]
 
     def _detected(self) -> Parts[bool]:
         """Whether there are lines over the path, within reach of what the steps and the extent show."""

@@ -140,7 +140,7 @@ def test_the_sampling_rate_is_a_parameter(rate):
     assert found.frequency_Hz[-1] == pytest.approx(made.frequency_Hz[-1], rel=0.02)
 
 
-@pytest.mark.parametrize("scale, offset", [(1e3, 2e4), (1e-6, 0.0)])
+@pytest.mark.parametrize("scale, offset", [(1e3, 2e4), (1.0, -1e5), (1e-6, 0.0)])
 def test_scale_and_offset_do_not_matter(scale, offset):
     made = scene("const", 1.8, seed=47, seconds=0.5)
     reference = ChirpTracker().process(made.readings).frequency_Hz[-1]

@@ -15,7 +15,7 @@ from papilla.estimators.tracking.fundamental import fundamental_of, lone
 
 
 def line(wavenumber, amplitude=1.0, ratio=1000.0):
-    return Line(wavenumber, ratio, amplitude, 1e-9, 0)
+    return Line(wavenumber, ratio, amplitude, 1e-9)
 
 
 @pytest.mark.parametrize(

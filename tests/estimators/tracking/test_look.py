@@ -175,7 +175,7 @@ def parted(rows, breaks, **known):
 
 
 def line(wavenumber, amplitude=1.0, ratio=1000.0):
-    return Line(wavenumber, ratio, amplitude, 1e-9, 0)
+    return Line(wavenumber, ratio, amplitude, 1e-9)
 
 
 def test_how_far_a_path_bends_and_how_fast_it_is():

@@ -165,7 +165,7 @@ def test_a_line_over_time_is_taken_out_and_the_surface_is_left():
     hum = 2 * np.sin(2 * np.pi * 61.0 * time)
     strokes = whole(strokes_of(place, np.column_stack([surface + hum, 0.1 * surface - hum]), np.array([0, 900])))
     alone = whole(strokes_of(place, np.column_stack([surface, 0.1 * surface]), np.array([0, 900])))
-    lines = [Line(61.0, 100.0, 1.0, 0.0, 0), Line(117.0, 100.0, 0.9, 0.0, 0)]
+    lines = [Line(61.0, 100.0, 1.0, 0.0), Line(117.0, 100.0, 0.9, 0.0)]
     for cleaned in (whole(silenced(strokes, time, lines, 0.5)), whole(silenced(strokes, time, lines[:1]))):
         inner = slice(100, 800)
         rest = cleaned.readings[inner] - alone.readings[inner]
@@ -204,7 +204,7 @@ def test_two_gauges_need_the_velocity_to_count_whole_turns():
 
 
 def line(wavenumber, amplitude, ratio=1000.0):
-    return Line(wavenumber, ratio, amplitude, 1e-9, 0)
+    return Line(wavenumber, ratio, amplitude, 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_without_a_wavelength_only_the_loudest_lines_over_time_are_taken_out():
     place = 80 * time + 6 * time**2
     readings = (2 * np.sin(2 * np.pi * 61.0 * time) + 0.3 * np.cos(2 * np.pi * 0.9 * place))[:, None]
     strokes = whole(strokes_of(place, readings, np.array([0, 900])))
-    loud, faint = Line(61.0, 100.0, 1.0, 0.0, 0), Line(117.0, 100.0, 0.3, 0.0, 0)
+    loud, faint = Line(61.0, 100.0, 1.0, 0.0), Line(117.0, 100.0, 0.3, 0.0)
     both, one = whole(silenced(strokes, time, [loud, faint])), whole(silenced(strokes, time, [loud]))
     np.testing.assert_array_equal(both.readings, one.readings)
     assert np.std(one.readings) < 0.2 * np.std(strokes.readings)

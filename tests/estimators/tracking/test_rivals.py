@@ -13,7 +13,7 @@ K = 0.5
 
 
 def line(frequency, amplitude=1.0, ratio=100.0):
-    return Line(frequency, ratio, amplitude, 1e-9, 0)
+    return Line(frequency, ratio, amplitude, 1e-9)
 
 
 def strokes(readings, place=BENT, begin=(0, 900)):
