@@ -185,7 +185,7 @@ def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
     open_one = profile(identify(log, Finger.default(), size_mm=SIZE_MM), "outer_modulus_MPa")
     assert open_one.verdict in ("one-sided", "flat")
     assert any("its prior decides" in doubt for doubt in open_one.doubts)
-    steep, _ = made(smooth, 4, moduli=(0.51,), depth=False, ratio=14.0)
+    steep, _ = made(smooth, 5, moduli=(0.51,), depth=False, ratio=15.9)
     cut = profile(identify(steep, Finger.default(), size_mm=SIZE_MM), "outer_modulus_MPa")
     assert cut.cut_off_by == (RATIO,)
     assert any("is cut off where the ratio of the moduli comes to its bound" in doubt for doubt in cut.doubts)
