@@ -37,7 +37,7 @@ def test_membranes_take_the_strain_and_plates_the_curvature(coarse):
     )
     assert np.abs(membrane.strain).max() < 0.1 * np.abs(plain.strain).max()
     assert np.abs(plate.curvature).max() < 0.8 * np.abs(plain.curvature).max()
-    assert plate.strain == pytest.approx(plain.strain, rel=0.1, abs=0.01 * np.abs(plain.strain).max())
+    assert plate.strain == pytest.approx(plain.strain, rel=0.2, abs=0.01 * np.abs(plain.strain).max())
     # A plate changes it by less than the mesh does.
     assert membrane.indentation < plain.indentation and plate.indentation < 1.01 * plain.indentation
 
