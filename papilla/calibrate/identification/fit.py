@@ -293,7 +293,7 @@ def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Id
     if progress is not None:
         progress("identifying")
     first = problem.weighted()
-    found = sorted((descend(first, start) for start in _starts(first)), key=lambda one: one[0])
+    found = sorted((descend(first, start) for start in starts_of(first)), key=lambda one: one[0])
     first = replace(first, noise=noise_told(first, found[0][1]))
     ends = [_followed(first, vector) for _, vector in _distinct(found)[:KEPT]]
     ends.sort(key=lambda one: one[0])
@@ -308,7 +308,7 @@ def solved_from(problem: Problem, vector: np.ndarray) -> Identification:
     return _judged(last, found, None)
 
 
-def _starts(problem: Problem) -> list[np.ndarray]:
+def starts_of(problem: Problem) -> list[np.ndarray]:
     """Where the nonlinear parameters start, and each a standard deviation of its prior to either side."""
     outside = ~problem.linear
     middle = problem.start[outside]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from papilla.calibrate.identification.fit import MISFIT, Identification, descend
+from papilla.calibrate.identification.fit import MISFIT, Identification, descend, starts_of
 from papilla.calibrate.identification.parameters import physical
 from papilla.calibrate.identification.problem import Problem
 
@@ -67,7 +67,7 @@ def profile(found: Identification, name: str) -> Profile:
         end = best
         for k in range(1, STEPS + 1):
             value = sign * min(sign * (best + sign * STEP * k * sigma), sign * limit)
-            if curve(value) - least > level:
+            if curve(value, anywhere=True) - least > level:
                 end = brentq(lambda one: curve(one) - least - level, end, value, xtol=EXACT * sigma)
                 break
             end = value
@@ -94,13 +94,16 @@ class _Curve:
         self.without_prior: dict[float, float] = {}
         self.at_bounds: dict[float, list[str]] = {}
 
-    def __call__(self, value: float) -> float:
-        """Chi-square, priors and the parameter's own included; the fit starts where the last one ended."""
+    def __call__(self, value: float, *, anywhere: bool = False) -> float:
+        """Chi-square, priors and the parameter's own included; the fit starts where the last one ended and, to find its
+        way `anywhere`, where a fit of all begins: far out there may be another valley."""
         if value not in self.without_prior:
             free = tuple(one for one in self._problem.free if one != self._name)
             held = {**self._problem.held, self._name: physical(self._name, value)}
             rest = replace(self._problem, free=free, held=held)
-            self.without_prior[value], self.others = descend(rest, self.others[~rest.linear])
+            starts = (self.others[~rest.linear], *(starts_of(rest) if anywhere else ()))
+            found = (descend(rest, start) for start in starts)
+            self.without_prior[value], self.others = min(found, key=lambda one: one[0])
             self.at_bounds[value] = at_bounds(rest, self.others)
         prior = (value - self._problem.prior_middle(self._name)) / self._problem.prior_sigma(self._name)
         return self.without_prior[value] + prior**2
