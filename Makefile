@@ -10,11 +10,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help calibrate test lint lock clean
+.PHONY: help calibrate test slow lint lock clean
 
 help:
 	@echo "make calibrate   main job: calibration coefficients of the default finger, in calibration/"
-	@echo "make test        linters, type checker and all tests"
+	@echo "make test        linters, type checker and the quick tests"
+	@echo "make slow        the tests that take more than a few seconds each"
 	@echo "make lint        linters and type checker only"
 	@echo "make lock        resolve the locked dependencies anew"
 	@echo "make clean       remove $(VENV), calibration/ and tool caches"
@@ -26,8 +27,13 @@ calibrate: $(VENV)/.runtime
 JOBS ?= 2
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1
 
+PYTEST := $(ONE_THREAD) $(BIN)/python -m pytest --numprocesses $(JOBS) --dist loadscope
+
 test: lint
-	$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses $(JOBS) --dist loadscope
+	$(PYTEST) -m "not slow"
+
+slow: $(VENV)/.dev
+	$(PYTEST) -m slow
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -45,6 +45,7 @@ class Drawn:
             if RATIOS[0] <= outer / inner <= RATIOS[1]:
                 break
         values = {"outer_modulus_MPa": outer, "inner_modulus_MPa": inner, "touch_down_mm": TOUCH_DOWN_MM}
+        values["stick_share"] = 1.0  # as presses have it that nobody told of friction
         for gauge in design.gauges:
             gain = np.exp(rng.uniform(np.log(0.01), 0.0)) * rng.choice([-1, 1])
             values[f"gain.{gauge.name}"] = gain

@@ -1,8 +1,11 @@
-"""S_d, indentation, area and peak pressure of the default finger against a mesh of half the element size.
+"""S_d, indentation, area and peak pressure of a finger against a mesh of half the element size.
 
-Run with `python benchmarks/mesh_convergence.py`. The finer mesh takes a minute to make and reduce the first time; it is
-kept in the cache. The five reference meshes differ by what is called mesh scatter.
+Run with `python benchmarks/mesh_convergence.py [--finger DESIGN.toml]`, the default finger unless told. The finer
+mesh takes a minute to make and reduce the first time; it is kept in the cache. The five reference meshes
+differ by what is called mesh scatter.
 """
+
+import argparse
 
 import numpy as np
 
@@ -10,16 +13,16 @@ from papilla import fem
 from papilla.errors import ContactRangeError
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.mesh.builder import VARIANTS
+from papilla.mesh.references import VARIANTS
 from papilla.studies.bench.scenes import QUANTITIES, SPECIMEN, answers
 
 FORCES_GF = (5, 10, 20, 50, 60, 100)
 NAMES = (*QUANTITIES, "peak_pressure")
 
 
-def presses(size_mm: float, variant: int = 0, fidelity: str = "contact") -> np.ndarray:
+def presses(finger: Finger, size_mm: float, variant: int = 0, fidelity: str = "contact") -> np.ndarray:
     """(quantities, forces) of presses on one mesh; NaN where it is too coarse for the fidelity."""
-    reduced = fem.prepare(Finger.default(), size_mm=size_mm, variant=variant)
+    reduced = fem.prepare(finger, size_mm=size_mm, variant=variant)
     try:
         return answers(lambda force: fem.press(reduced, SPECIMEN, force=force, fidelity=fidelity), FORCES_GF, NAMES)
     except ContactRangeError:
@@ -28,12 +31,15 @@ def presses(size_mm: float, variant: int = 0, fidelity: str = "contact") -> np.n
 
 def main() -> None:
     """Print the table."""
-    fine = presses(DEFAULT_SIZE_MM / 2)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--finger", default="default", help="design file (TOML), or a finger that ships")
+    finger = Finger.load(parser.parse_args().finger)
+    fine = presses(finger, DEFAULT_SIZE_MM / 2)
     contact, hertz = (
-        np.array([presses(DEFAULT_SIZE_MM, variant, fidelity) for variant in range(VARIANTS)])
+        np.array([presses(finger, DEFAULT_SIZE_MM, variant, fidelity) for variant in range(VARIANTS)])
         for fidelity in ("contact", "hertz")
     )
-    print(f"block of 0.51 MPa, 10 mm; {DEFAULT_SIZE_MM} mm against {DEFAULT_SIZE_MM / 2} mm, percent")
+    print(f"{finger.name}, block of 0.51 MPa, 10 mm; {DEFAULT_SIZE_MM} mm against {DEFAULT_SIZE_MM / 2} mm, percent")
     lines = {"force (gf)": FORCES_GF}
     for row, name in enumerate(NAMES):
         lines[f"{name}, default mesh"] = 100 * (contact[0, row] / fine[row] - 1)

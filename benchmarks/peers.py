@@ -1,4 +1,4 @@
-"""One press by FElupe and NGSolve beside papilla's set-up and a thousand scenes, on the same mesh in the same run.
+"""One press by FElupe and NGSolve beside papilla's set-up and a thousand drawn scenes, on one mesh in one run.
 
 Run with `python benchmarks/peers.py`, with `--size 1.4` for a short form; needs the extra `peers`. The whole finger is
 meshed as well as the quarter that its mirrors leave: papilla uses the mirrors in either case, and general libraries

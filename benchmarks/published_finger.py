@@ -17,14 +17,14 @@ from scipy.interpolate import BarycentricInterpolator, RegularGridInterpolator
 from scipy.optimize import brentq, least_squares, minimize_scalar
 
 from papilla import fem
-from papilla.calibrate.large_strain import measure_large_strain
-from papilla.calibrate.press_table import corrected, default_specimen
+from papilla.calibrate.press_table import corrected
 from papilla.calibrate.published_depths import PUBLISHED_POINTS, RIGID
 from papilla.calibrate.published_form import SPECIMENS_MPA, published_sd
+from papilla.fem.finite.strain_tables import measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.files import write_text
-from papilla.finger import Finger, Gauge, Slab
+from papilla.finger import Bench, Finger, Gauge, Slab
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import STICK, Block, Friction, Specimen, friction_coefficient
 from papilla.units import gf_to_newton
@@ -112,7 +112,7 @@ class Physics:
 
     friction: Friction = STICK
     large_strain: bool = True
-    specimen: Callable[[float], Specimen] = default_specimen
+    specimen: Callable[[float], Specimen] = Bench().specimen
 
     def presses(self, ratio: float, inner: float) -> tuple[np.ndarray, np.ndarray]:
         """(forces, moduli, q, gauges) of the carrier's gauges, and depths (k,) in mm at `PUBLISHED_POINTS`."""
@@ -256,7 +256,7 @@ def slab_values(depth: float, outer: float, inner: float) -> np.ndarray:
     reduced = fem.prepare(slab, size_mm=max(SIZE_MM, 1.0), progress=print)
     rows = []
     for force in gf_to_newton(FORCE_GF):
-        one = [fem.press(reduced, default_specimen(E), force=force, fidelity="contact") for E in SPECIMENS_MPA]
+        one = [fem.press(reduced, Bench().specimen(E), force=force, fidelity="contact") for E in SPECIMENS_MPA]
         rows.append([found.values for found in one])
     return np.array(rows)
 
@@ -332,6 +332,9 @@ def main() -> None:
     print(f"the fit: {told(best)}; scale {best.scale:.4f}")
     print("left of S_d, in the unit of (9), from 10 to 100 gf, softest to hardest specimen:")
     print(np.array2string(best.differences, precision=0, suppress_small=True))
+    each = best.differences / PUBLISHED
+    whole, heavy = (100 * float(np.sqrt(np.mean(part**2))) for part in (each, each[HEAVY:]))
+    print(f"press by press, each over its own value of (9): {whole:.1f} % rms, {heavy:.1f} % over 30-100 gf")
     through = scaled(as_regression(model.sd(best.values)))[1]
     print(
         f"the same S_d put through the form of (9) first: {100 * relative(through):.2f} % rms, "

@@ -1,8 +1,9 @@
 """How often the stated 95 % interval of E holds the truth, and how far E is off, on meshes the calibration never saw.
 
-Run with `python benchmarks/recovered_modulus.py`. Truths are presses with large strain on two other meshes, with
-friction from none to stick, on blocks of 0.05 to 0.72 MPa, by 20 to 100 gf; each is felt with 1 % error in force and
-5 microstrain a gauge. In half of the scenes the specimen sticks; in the others friction is one of `FRICTIONS`.
+Run with `python benchmarks/recovered_modulus.py [--finger DESIGN.toml]`, the default finger unless told. Truths
+are presses with large strain on two other meshes, with friction from none to stick, on blocks of 0.05 to 0.72 MPa,
+by 20 to 100 gf; each is felt with 1 % error in force and 5 microstrain a gauge. In half of the scenes the specimen
+sticks; in the others friction is one of `FRICTIONS`.
 """
 
 import argparse
@@ -39,8 +40,9 @@ def main() -> None:
     parser.add_argument("--moduli", type=int, default=12)
     parser.add_argument("--forces", type=int, default=5)
     parser.add_argument("--draws", type=int, default=20)
+    parser.add_argument("--finger", default="default", help="design file (TOML), or a finger that ships")
     asked = parser.parse_args()
-    finger, random = Finger.default(), np.random.default_rng(20)
+    finger, random = Finger.load(asked.finger), np.random.default_rng(20)
     calibration = calibrate_finger(finger).calibration
     moduli, forces = np.geomspace(*CHECKED_MODULUS_MPA, asked.moduli), np.geomspace(*CHECKED_FORCE_N, asked.forces)
     readings = truths([fem.prepare(finger, variant=variant) for variant in MESHES], moduli.tolist(), forces.tolist())

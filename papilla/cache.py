@@ -2,17 +2,26 @@
 
 It lies in the user's cache folder, or where the environment variable `PAPILLA_CACHE` says. What cannot be kept there
 (a full disk, no permission) is computed all the same, with one warning.
+
+An entry is believed for what it says, so nobody else may have written it. The folder, the folder of a kind, the entry
+that was opened and links to any of them must belong to the user, and group and others must not be able to write to
+them; otherwise the cache is not used. Folders above are not checked: whoever can write there can move the cache away
+or put another in its place, but cannot make a file that belongs to this user. Windows has no such bits, and no check.
 """
 
+import ast
 import hashlib
 import io
 import os
+import stat
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import resolve_name
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -28,14 +37,19 @@ ENVIRONMENT = "PAPILLA_CACHE"
 PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
 """How long another process may hold an entry before this one says that it waits, and before it goes on by itself."""
 
-PACKAGES = ("numpy", "scipy", "scikit-fem", "rslab", "pytetwild", "pyvista", "vtk", "matplotlib")
-"""Other packages whose version a result depends on."""
+PACKAGES = {
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "skfem": "scikit-fem",
+    "rslab": "rslab",
+    "pyvista": "pyvista",
+    "vtkmodules": "vtk",
+    "matplotlib": "matplotlib",
+}
+"""Other packages that decide results, by the name that is imported: their versions count for code that imports them.
+pytetwild is none of them: it makes meshes alone, and what is computed on a mesh depends on the mesh's own content."""
 
 _ROOT = Path(__file__).parent
-_LAYERS = ("mesh", "fem", "view", "calibrate")
-"""Packages whose results are kept, each of which imports those before it."""
-
-_NOTHING_KEPT = ("estimators", "telepresence", "studies", "cli")
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -43,17 +57,28 @@ Arrays = Mapping[str, np.ndarray]
 def key(maker: str, *values: object) -> str:
     """The key of a result that module `maker` (its `__name__`) makes from `values`: all that it depends on.
 
-    The code counts with that of all modules of papilla that `maker` may import, those of its package and of the layers
-    below, and with the versions of `PACKAGES`. Values are numbers, text, bytes, arrays, None, dataclasses, and tuples,
-    lists and dicts of these; raises `InputError` for others.
+    The code counts of `maker` and of every module of papilla that it imports, directly or through others, at the top or
+    in a function, without docstrings, comments and formatting; so do the versions of those of `PACKAGES` that this code
+    imports. Values are numbers, text, bytes, arrays, None, dataclasses, and tuples, lists and dicts of these; raises
+    `InputError` for others.
     """
-    return hashlib.sha256(repr((_code(maker), [_content(value) for value in values])).encode()).hexdigest()
+    return _hash(_code(maker), [_content(value) for value in values])
+
+
+def versioned_key(name: str, version: int, *values: object) -> str:
+    """The key of a result `name` that depends on `values` and on a version that is raised by hand: on no code."""
+    return _hash(name, version, [_content(value) for value in values])
 
 
 def folder() -> Path:
     """The cache's folder (it need not exist)."""
     chosen = os.environ.get(ENVIRONMENT)
-    return Path(chosen) if chosen else Path(user_cache_dir("papilla", appauthor=False))
+    return Path(chosen) if chosen else _user_folder()
+
+
+@lru_cache(maxsize=1)
+def _user_folder() -> Path:
+    return Path(user_cache_dir("papilla", appauthor=False))
 
 
 def entry(kind: str, key: str) -> Path:
@@ -80,7 +105,10 @@ def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarr
 def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
     """The arrays of an entry, None where it is missing or damaged; `report` warns of the latter."""
     try:
-        content = entry(kind, key).read_bytes()
+        content = _own_bytes(entry(kind, key))
+    except _NotOwnError as error:
+        _go_on_without(error)
+        return None
     except OSError:
         return None
     seal, body = content[:65], content[65:]
@@ -101,8 +129,9 @@ def keep(kind: str, key: str, arrays: Arrays) -> None:
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
     body, path = buffer.getvalue(), entry(kind, key)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        _make_folders(path)
         with replacing(path) as temporary:
+            temporary.touch(0o600)
             temporary.write_bytes(_seal(kind, key, body) + body)
     except OSError as error:
         _go_on_without(error.__cause__ or error)
@@ -116,9 +145,9 @@ def _seal(kind: str, key: str, body: bytes) -> bytes:
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """The lock of an entry for the time of a block, which runs without it where there is none to be had."""
-    lock = FileLock(f"{path}.lock")
+    lock = FileLock(f"{path}.lock", mode=0o600)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        _make_folders(path)
         try:
             lock.acquire(timeout=PATIENCE_S)
         except Timeout:
@@ -132,33 +161,122 @@ def _locked(path: Path) -> Iterator[None]:
         lock.release()
 
 
+class _NotOwnError(PermissionError):
+    """Others may have written what lies in the cache."""
+
+
+def _make_folders(path: Path) -> None:
+    """Make the folders of an entry, for the user alone; raises `_NotOwnError` where others can write there."""
+    folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+    path.parent.mkdir(mode=0o700, exist_ok=True)
+    _check_own(path)
+
+
+def _own_bytes(path: Path) -> bytes:
+    """The content of an entry; raises `_NotOwnError` where others may have written it, and `OSError`."""
+    _check_own(path)
+    with path.open("rb") as file:
+        # The entry that is read, whatever lay under its name a moment ago.
+        _check_status(path, os.fstat(file.fileno()))
+        return file.read()
+
+
+def _check_own(path: Path) -> None:
+    for place in (folder(), path.parent, path):
+        with suppress(FileNotFoundError):
+            _check_status(place, place.lstat())
+            _check_status(place, place.stat())
+
+
+def _check_status(place: Path, status: os.stat_result) -> None:
+    if not hasattr(os, "geteuid"):
+        return
+    if status.st_uid != os.geteuid():
+        raise _NotOwnError(f"{place} belongs to another user")
+    if not stat.S_ISLNK(status.st_mode) and status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise _NotOwnError(f"others can write to {place}")
+
+
 _told: set[str] = set()
+"""Folders of which this process has said that they cannot be used."""
 
 
 def _go_on_without(error: BaseException) -> None:
-    message = f"cannot use the cache folder {folder()} ({reason(error)}): going on without it; make room there, or set "
-    message += f"{ENVIRONMENT} to another folder"
-    if message not in _told:
-        _told.add(message)
+    place = str(folder())
+    if place not in _told:
+        _told.add(place)
+        advice = f"make room there, or set {ENVIRONMENT} to another folder"
+        if isinstance(error, _NotOwnError):
+            advice = f"set {ENVIRONMENT} to a folder that only you can write to, or empty this one and chmod go-w it"
+        message = f"cannot use the cache folder {place} ({reason(error)}): going on without it; {advice}"
         warnings.warn(message, RuntimeWarning, stacklevel=4)
 
 
 @lru_cache(maxsize=32)
 def _code(maker: str) -> str:
-    """Hashes of the sources that a module may run through, and the versions of other packages."""
-    sources, (_, package, *inside) = _sources(), maker.split(".")
-    if not {"/".join([package, *inside]) + ending for ending in (".py", "/__init__.py")} & {*sources}:
+    """Hash of the code that a module may run through, and the versions of other packages that this imports.
+
+    Reading the meaning of the code takes a few tenths of a second: it is kept in the cache, by the bytes of all files.
+    """
+    if _file(maker) is None:
         raise InputError(f"{maker} is no module of papilla: a cached result names the one that makes it")
-    above = {*_NOTHING_KEPT, *_LAYERS[_LAYERS.index(package) + 1 if package in _LAYERS else 0 :]}
-    below = [(name, digest) for name, digest in sources.items() if name.split("/")[0] not in above]
-    return repr((below, [(name, _version(name)) for name in PACKAGES]))
+    found = fetch("code", _hash(maker, _sources(), sys.version_info[:2]), lambda: _meaning(maker))
+    return repr((str(found["code"]), [(name, _version(name)) for name in found["packages"].tolist()]))
+
+
+def _meaning(maker: str) -> Arrays:
+    """Hash of the code of `maker` and of all that it imports of papilla, and the others of `PACKAGES` among that."""
+    reached, waiting, packages = {}, [maker], set()
+    while waiting:
+        name = waiting.pop()
+        if (file := _file(name)) is None:
+            packages |= {PACKAGES[top] for top in [name.split(".")[0]] if top in PACKAGES}
+        elif name not in reached:
+            reached[name], imported = _parsed(name, file, _sources()[file])
+            waiting += imported
+    return {"code": np.array(_hash(*sorted(reached.items()))), "packages": np.array(sorted(packages), dtype=str)}
+
+
+@lru_cache(maxsize=512)
+def _parsed(name: str, file: str, _content: str) -> tuple[str, list[str]]:
+    """Hash of a module's syntax tree without texts that stand alone, and what it imports, in functions too."""
+    path, imported = _ROOT / file, []
+    trees = [ast.parse(path.read_bytes())]
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    if (stub := path.with_suffix(".pyi")).exists():  # Names of a package that are imported on first use
+        trees.append(ast.parse(stub.read_bytes()))
+    for node in (node for tree in trees for node in ast.walk(tree)):
+        if isinstance(node, ast.Import):
+            imported += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            home = resolve_name("." * node.level + (node.module or ""), package)
+            imported += [home, *(f"{home}.{alias.name}" for alias in node.names)]
+        if isinstance(lines := getattr(node, "body", None), list):
+            node.body = [line for line in lines if not _is_text(line)]  # type: ignore[attr-defined]
+    return _hash(*map(ast.dump, trees)), imported
+
+
+def _is_text(line: ast.AST) -> bool:
+    """Whether a statement is nothing but text: a docstring, or one that stands after a constant."""
+    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
+
+
+def _file(module: str) -> str | None:
+    """The file of a module of papilla, None for the name of anything else and for papilla itself, which has no code."""
+    inside = module.removeprefix("papilla.").replace(".", "/")
+    named = (f"{inside}.py", f"{inside}/__init__.py") if module.startswith("papilla.") else ()
+    return next((file for file in named if file in _sources()), None)
 
 
 @lru_cache(maxsize=1)
 def _sources() -> dict[str, str]:
     """Hash of each file of papilla's code, by its path in the package."""
-    files = sorted(_ROOT.rglob("*.py"))
+    files = sorted([*_ROOT.rglob("*.py"), *_ROOT.rglob("*.pyi")])
     return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def _hash(*parts: object) -> str:
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
 def _version(distribution: str) -> str:

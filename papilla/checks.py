@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 from papilla.errors import InputError
 
+SIZE_OPTION = "--size-mm of press, calibrate and view"
+"""What the command line calls the element size, `size_mm`: messages that advise another one name both."""
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

@@ -64,19 +64,24 @@ def _same(expected: Any, value: Any) -> Any:
     return value
 
 
-def first_problem(error: ValidationError, tags: tuple[str, ...] = ()) -> str:
-    """The first problem of a validation as one line: key, what is wrong, value.
+def first_of(error: ValidationError) -> Mapping[str, Any]:
+    """The problem of a validation that tells most: a misspelt key is both unknown and missing."""
+    return min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
 
-    tags : what pydantic puts into the place of a problem although it is no key.
+
+def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
+    """A problem as one line: key, what is wrong, value.
+
+    tags : what pydantic puts into the place of a problem, after its first key, although it is no key.
     """
-    # A misspelt key is both unknown and missing: the unknown one tells more
-    problem = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-    places = (part for part in problem["loc"] if part not in tags)
+    first, *inside = problem["loc"] or ("",)
+    places = (first, *(part for part in inside if part not in tags))
     key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in places).removeprefix(".")
     if problem["type"] == "extra_forbidden":
         return f"unknown key {key}"
     if problem["type"] == "missing":
         return f"key {key} is missing"
     said = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    said = said.replace("a valid dictionary or object to extract fields from", "a table")
     said = f"{key} {said}" if said.startswith("must") else f"{key}: {said}" if key else said
     return said if problem["type"] == "value_error" else f"{said}, got {reprlib.repr(problem['input'])}"

@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import reprlib
 import tomllib
 from dataclasses import astuple, fields, replace
 from pathlib import Path
@@ -10,7 +12,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.file_models import first_problem, keys_of, table
+from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import reason, write_text
 from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.identified import Identified
@@ -22,6 +24,38 @@ def _named_in_lower_case(card: Any) -> Any:
     if isinstance(card, dict) and isinstance(card.get("model"), str):
         return {**card, "model": card["model"].lower()}
     return card
+
+
+FORMS = {
+    "dome": "outer_mm = [24, 30, 20], interface_mm = [21, 27, 17], bone_mm = [10, 16, 6]",
+    "slab": "outer_mm = [24, 20], interface_mm = [21, 17], bone_mm = [10, 6], depth_mm = 10",
+    "surfaces": 'outer_file = "skin.stl", interface_file = "interface.stl", bone_file = "bone.stl"',
+}
+"""Kinds of shapes, and an example of what each takes."""
+
+
+def _of_known_kind(shape: Any) -> Any:
+    """A shape's table; raises `InputError` for what is no table and for a kind that there is not."""
+    if not isinstance(shape, dict):
+        raise InputError(f"must be a table [shape], got {reprlib.repr(shape)}")
+    if "kind" not in shape:
+        raise InputError("key kind is missing")
+    if shape["kind"] not in [*FORMS]:
+        raise InputError(f"kind must be {', '.join(FORMS)}, in small letters; got {reprlib.repr(shape['kind'])}")
+    return shape
+
+
+def _right_form(design: dict[str, Any], place: tuple[int | str, ...], type_: str) -> str:
+    """What follows a problem of a shape that is not written as one: the right form of the kind that was meant."""
+    first = str(place[0]) if place else ""
+    if first != "shape" and first not in FORMS and not first.endswith("_file"):
+        return ""
+    if type_ == "value_error" and len(place) > 1:  # The form is right, a measure is not
+        return ""
+    written = repr(design.get("shape", [*design])).lower()
+    files = re.search(r"surf|file|stl|ply|vtp", written)
+    kind = "surfaces" if files else next((one for one in FORMS if one in written), None)
+    return f'; it is written [shape] kind = "{kind}", {FORMS[kind]}' if kind else ""
 
 
 def _layer(modulus: float | None, nu: float, material: Material | None) -> Layer:
@@ -46,6 +80,7 @@ _SHAPES: Any = (
     | table(Slab, keys_of(Slab, unit="_mm"), {"kind": "slab"}, known=True)
     | table(Surfaces, keys_of(Surfaces, unit="_file"), {"kind": "surfaces"}, known=True)
 )
+_SHAPE: Any = Annotated[Annotated[_SHAPES, Field(discriminator="kind")], BeforeValidator(_of_known_kind)]
 _GAUGE = table(Gauge, keys_of(Gauge), known=True)
 _BENCH = table(
     Bench, keys_of(Bench, unit={"thickness": "_mm", "touch_down": "_mm"}, friction=float | str | None), known=True
@@ -55,7 +90,7 @@ _IDENTIFIED: Any = table(Identified, keys_of(Identified, covariance=tuple[_ROW, 
 _FINGER = keys_of(
     Finger,
     unit={"patch_radius": "_mm"},
-    shape=Annotated[_SHAPES, Field(discriminator="kind")],
+    shape=_SHAPE,
     outer=_LAYER,
     inner=_LAYER,
     bone=_LAYER | None,
@@ -80,7 +115,8 @@ def read_design(path: Path) -> Finger:
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read finger file {path}: {reason(error)}") from error
     try:
-        finger = _DESIGN.validate_python(tomllib.loads(text))
+        design = tomllib.loads(text)
+        finger = _DESIGN.validate_python(design)
         if isinstance(finger.shape, Surfaces):
             beside = Surfaces(*(str(path.parent / name) for name in astuple(finger.shape)))
             finger = replace(finger, shape=beside)
@@ -89,7 +125,9 @@ def read_design(path: Path) -> Finger:
     except RecursionError as error:
         raise FileFormatError(f"{path} is not valid TOML: its brackets are nested too deeply") from error
     except ValidationError as error:
-        raise FileFormatError(f"{path}: {first_problem(error, _TAGS)}") from error
+        problem = first_of(error)
+        form = _right_form(design, problem["loc"], problem["type"])
+        raise FileFormatError(f"{path}: {in_words(problem, _TAGS)}{form}") from error
     return finger
 
 

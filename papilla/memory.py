@@ -26,6 +26,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 
+from papilla.checks import SIZE_OPTION
 from papilla.errors import MemoryEstimateError
 
 OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
@@ -110,7 +111,7 @@ def _coarser(size_mm: float, needed: Callable[[float], float], free: int) -> str
         return "no coarser mesh would do, free some memory"
     size = size_mm * fitting
     step = 10.0 ** (math.floor(math.log10(size)) - 1)
-    return f"mesh with size_mm >= {math.ceil(size / step) * step:.2g}"
+    return f"mesh with size_mm >= {math.ceil(size / step) * step:.2g} ({SIZE_OPTION})"
 
 
 def in_gib(number: float) -> str:

@@ -6,8 +6,9 @@ from `Specimen` and overrides what differs from a flat half-space.
 
 import math
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
@@ -56,6 +57,14 @@ def friction_coefficient(friction: Friction) -> float:
     return value
 
 
+def physics_words(specimen: "Specimen", friction: Friction, large_strain: bool) -> str:
+    """What a press was made under, in the words of every command: the specimen, the friction (Coulomb's coefficient,
+    infinite for stick, or a word), and whether large strain is included."""
+    strain = "included" if large_strain else "not included"
+    said = friction if isinstance(friction, str) else friction_words(friction)
+    return f"{specimen.words}, friction {said}, large strain {strain}"
+
+
 class Surface(Protocol):
     """What the compliance of a specimen is made of; n nodes of a contact patch."""
 
@@ -73,6 +82,10 @@ class Surface(Protocol):
         """(3n, 3n) the same of a smooth Green's tensor (..., 3, 3), in mm / N, of offsets (..., 2) in mm."""
 
 
+_OF_THE_MODULUS = {"compliance", "traction_compliance", "contact_modulus", "gap", "curvature"}
+"""What may depend on the modulus otherwise than the specimens of this module do, once a class overrides it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Specimen:
     """A flat, thick and wide specimen of Young's `modulus` (MPa): what the others refine.
@@ -83,13 +96,27 @@ class Specimen:
 
     modulus: float
     nu = NU
+    elastic: ClassVar[bool] = True
+    """Whether its compliances go with 1 / modulus and its shape does not depend on it, so that a press takes both from
+    the specimen of 1 MPa. A class of your own that overrides one of them says so itself; else it is asked each time."""
+
+    def __init_subclass__(cls, **others):
+        super().__init_subclass__(**others)
+        if _OF_THE_MODULUS & vars(cls).keys() and "elastic" not in vars(cls):
+            cls.elastic = False
+
+    @cached_property
+    def unit(self) -> "Specimen":
+        """The same specimen of 1 MPa, whose compliances over `modulus` are this one's."""
+        return replace(self, modulus=1.0) if self.elastic else self
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Specimen) and self._content() == other._content()
+        return isinstance(other, Specimen) and self._content == other._content
 
     def __hash__(self) -> int:
-        return hash(self._content())
+        return hash(self._content)
 
+    @cached_property
     def _content(self) -> tuple:
         values = (getattr(self, one.name) for one in fields(self))
         return type(self), *(value if isinstance(value, Hashable) else id(value) for value in values)
@@ -178,6 +205,7 @@ class Block(Specimen):
     thickness: float
     nu: float = NU
     bonded: bool = True
+    elastic: ClassVar[bool] = True
 
     @property
     def detail(self) -> float:
@@ -220,6 +248,7 @@ class Sphere(Specimen):
 
     radius: float
     nu: float = NU
+    elastic: ClassVar[bool] = True
 
     def gap(self, points: "np.ndarray") -> "np.ndarray":
         """Height (k,) in mm of the ball over points (k, 2); beside it there is nothing to touch."""

@@ -4,8 +4,11 @@ import ctypes
 import gc
 import os
 import sys
+from pathlib import Path
 
 import pytest
+
+MESH_TESTS = Path(__file__).parent / "mesh"
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -15,11 +18,30 @@ def cache_folder(tmp_path_factory):
     base = tmp_path_factory.getbasetemp()
     base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     folder = base / "papilla-cache"
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PAPILLA_CACHE", str(folder))
         patch.setenv("MPLBACKEND", "Agg")
+        # Two processes of the tests may want the same entry: one waits, without the warning, which would be an error
+        patch.setattr("papilla.cache.PATIENCE_S", 600.0)
         yield folder
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Outside tests/mesh nothing hangs on a draw of the mesher, which cannot be seeded: it is refused there, but for
+    tests of a shape that no reference can be moved to, which are marked `mesher`."""
+    if MESH_TESTS in item.path.parents or item.get_closest_marker("mesher"):
+        return (yield)
+    from papilla.mesh import drawing
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawing, "tetrahedralise", _refuse)
+        return (yield)
+
+
+def _refuse(*_, **__):
+    raise AssertionError("a test outside tests/mesh called the mesher")
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -3,16 +3,31 @@
 import importlib.util
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from papilla.calibrate.identification.fit import family_of
+from papilla.fem.pressing.response import response
+from papilla.finger import Finger
+from papilla.mesh import build
+from papilla.specimen import Block, Friction
 from papilla.studies.bench.peers import PeerPress
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
 PEER = PeerPress("a library", 2.0, 1.0, 1.0, 1.0, 0.0, 900.0, 900.0, 0.0, 10.0, 0.0, ((10.0, 1.0),), 1000, 3)
 """In place of the peers themselves, whose presses tests/studies looks at."""
+
+
+def along(_name: str, modulus: float, ratio: float, friction: Friction) -> np.ndarray:
+    """What the model itself says, in place of the rings."""
+    loads = np.geomspace(0.5, 34.0, 28)
+    pressed = response(family_of(Finger.default(), size_mm=2.8), Block(1.0, 10.0), friction=friction)
+    felt = pressed.felt(loads, np.full(len(loads), modulus), ratio, 1.0)
+    return np.column_stack([felt.indentation / loads ** (2 / 3), felt.values.reshape(len(loads), -1) / loads[:, None]])
+
 
 SHORT = {
     "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
@@ -32,7 +47,19 @@ SHORT = {
         },
         "places held at 0: inner modulus",
     ),
+    "friction_honesty": (["--runs", "3"], {}, "every drawn log"),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
+    "moved_meshes": (["--shapes", "narrow"], {"SIZE_MM": 2.8, "drawn": build, "FORCES_GF": (30.0,)}, "narrow "),
+    "own_fingers": (
+        ["--geometry", "A", "--moduli", "0.2"],
+        {"SIZE_MM": 2.8, "FORCES_GF": (20.0,), "FRICTIONS": (0.0,)},
+        "A, 0.0: 0.2 MPa, 1 of 1: ",
+    ),
+    "own_identification": (
+        ["--fingers", "1", "--presses", "15", "--friction", "told"],
+        {"SIZE_MM": 2.8, "GEOMETRIES": {"A": SimpleNamespace(finger=Finger.default())}, "along": along},
+        "A, 15 presses, friction told, stick: 1 fingers",
+    ),
     "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
     "published_finger": (
@@ -44,6 +71,11 @@ SHORT = {
         ["--moduli", "3", "--forces", "2", "--draws", "2"],
         {"MESHES": (4,), "FRICTIONS": (0.0, "stick")},
         "dominant: friction",
+    ),
+    "section_against_presses": (
+        ["--forces", "0.3"],
+        {"SIZE_MM": 2.8, "GRATINGS": ((9.0, 0.2),), "PLACES": 4, "fingers": lambda: (Finger.default(),)},
+        "swing of the section over that in three dimensions",
     ),
     "set_up_profile": (["--size", "2"], {}, "factorisation: "),
     "suggested_presses": (["--fingers", "2", "--size", "2.8"], {}, "suggested presses are better by"),
@@ -68,11 +100,12 @@ def test_short_form(name, monkeypatch, capsys, tmp_path):
     if name in ("assembly_against_ngsolve", "peers"):
         pytest.importorskip("ngsolve", reason="needs the extra peers")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(FOLDER)
     monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
     spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setattr("papilla.studies.bench.scenes.MODULI_MPA", np.array([0.5]))
+    monkeypatch.setattr("papilla.studies.bench.scenes.GRID_MPA", np.array([0.5]))
     for constant, value in constants.items():
         assert hasattr(module, constant)
         monkeypatch.setattr(module, constant, value)

@@ -2,9 +2,13 @@
 
 import errno
 import inspect
+import io
 import os
 import shutil
+import stat
 import threading
+from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -16,10 +20,11 @@ import papilla
 from papilla import cache, calibrate, fem, mesh, references
 from papilla.calibration import Calibration
 from papilla.errors import InputError
+from papilla.fem.preparing import REDUCED_BY
 from papilla.fem.pressing import prices
 from papilla.finger import Finger
-from papilla.mesh.child import tetrahedralise
-from papilla.mesh.snapping import snap
+from papilla.mesh import builder
+from papilla.mesh.references import VARIANTS
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.mesh.triangle_surface import TriangleSurface
 from papilla.mesh.worker import read_surface
@@ -91,7 +96,8 @@ def sources(tmp_path_factory):
 
 @pytest.fixture
 def edit(sources, monkeypatch):
-    """`edit(file)` changes the file in a copy of the sources that keys are made of, and forgets what was read."""
+    """`edit(file, old, new)` changes the file in a copy of the sources that keys are made of, and forgets what was
+    read; without `old` a constant is added."""
     monkeypatch.setattr(cache, "_ROOT", sources)
     changed = {}
 
@@ -99,9 +105,11 @@ def edit(sources, monkeypatch):
         for known in (cache._code, cache._sources):
             known.cache_clear()
 
-    def change(name):
-        changed[name] = (sources / name).read_text()
-        (sources / name).write_text(changed[name] + "# edited\n")
+    def change(name, old=None, new="EDITED = 1\n"):
+        text = (sources / name).read_text()
+        changed.setdefault(name, text)
+        assert old is None or text.count(old) == 1
+        (sources / name).write_text(text + new if old is None else text.replace(old, new))
         forget()
 
     forget()
@@ -112,12 +120,12 @@ def edit(sources, monkeypatch):
     forget()
 
 
-SWEEP, REDUCED, MESH = (thing.__module__ for thing in (calibrate.sweep, fem.prepare, mesh.build))
+SWEEP, REDUCED, READER = calibrate.sweep.__module__, REDUCED_BY, read_surface.__module__
 PICTURE, PRICES, POSITIONS = pictures.__name__, prices.MEASURED_BY, calibrate.with_positions.__module__
 BELOW = {
     SWEEP: (calibrate.sweep, Block, references.bonded_layer_deficit, fem.press, fem.ReducedFinger),
-    REDUCED: (fem.FingerModel, Finger, Ellipsoid, TriangleSurface, mesh.LayeredMesh),
-    MESH: (snap, Ellipsoid, TriangleSurface, tetrahedralise, read_surface, mesh.LayeredMesh),
+    REDUCED: (fem.FingerModel, Finger, Ellipsoid, TriangleSurface, mesh.LayeredMesh, read_surface),
+    READER: (read_surface,),
     PICTURE: (strain_figure, fem.recover, fem.ReceptiveFields, mesh.LayeredMesh),
     PRICES: (fem.press, fem.press_finite, fem.FingerModel, Block),
     POSITIONS: (fem.FingerModel, Calibration, Block, fem.press),
@@ -133,26 +141,100 @@ def test_a_key_changes_with_all_the_code_that_the_result_runs_through(maker, thi
 
 
 @pytest.mark.parametrize("name", ["estimators/__init__.py", "cli/main.py", "studies/bench/runner.py"])
-@pytest.mark.parametrize("maker", [SWEEP, REDUCED, MESH])
+@pytest.mark.parametrize("maker", [SWEEP, REDUCED, READER])
 def test_code_that_no_kept_result_runs_through_leaves_its_key(maker, name, edit):
     before = cache.key(maker, 1)
     edit(name)
     assert cache.key(maker, 1) == before
 
 
+WORDS = {
+    "comment": ("# Flat faces are looked for", "# Flat faces are sought"),
+    "docstring of a module": ('"""A new mesh by the mesher', '"""A fresh mesh by the mesher'),
+    "docstring of a function": ('"""A new mesh of a finger;', '"""A fresh mesh of a finger;'),
+    "docstring of a constant": ('"""How far the mesher may', '"""How far a mesher may'),
+    "formatting": ("REACH = 3.0", "REACH = (\n    3.0\n)"),
+}
+
+
+@pytest.mark.parametrize("old, new", WORDS.values(), ids=WORDS)
+def test_words_and_formatting_move_no_key(old, new, edit):
+    before = [cache.key(maker, 1) for maker in BELOW]
+    edit("mesh/drawing.py", old, new)
+    assert [cache.key(maker, 1) for maker in BELOW] == before
+
+
+def test_a_constant_moves_the_keys_of_all_that_may_use_it_and_of_nothing_else(edit):
+    before = {maker: cache.key(maker, 1) for maker in BELOW}
+    edit("mesh/drawing.py", "REACH = 3.0", "REACH = 3.1")
+    assert {maker for maker in BELOW if cache.key(maker, 1) != before[maker]} == {*BELOW} - {READER}
+
+
+def test_names_that_a_package_imports_on_first_use_count_too(edit):
+    edit("calibrate/physics.py", None, "from papilla.view import strain\n")
+    before = cache.key("papilla.calibrate.physics", 1)
+    edit("view/strain_field.py")
+    assert cache.key("papilla.calibrate.physics", 1) != before
+
+
 def test_a_key_changes_with_the_versions_of_what_it_is_computed_with(monkeypatch):
-    before = cache.key(REDUCED)
-    monkeypatch.setattr(cache, "_version", lambda name: "9.9" if name == "rslab" else version(name))
+    def keys(upgraded):
+        monkeypatch.setattr(cache, "_version", lambda name: "9.9" if name == upgraded else version(name))
+        cache._code.cache_clear()
+        return {maker: cache.key(maker) for maker in (READER, REDUCED, PICTURE)}
+
+    before = keys(None)
+    moved = {name: [maker for maker, key in keys(name).items() if key != before[maker]] for name in UPGRADED}
+    assert moved == UPGRADED
     cache._code.cache_clear()
-    assert cache.key(REDUCED) != before
-    cache._code.cache_clear()
+
+
+UPGRADED = {
+    "numpy": [READER, REDUCED, PICTURE],
+    "rslab": [REDUCED, PICTURE],
+    "vtk": [READER, REDUCED, PICTURE],
+    "matplotlib": [PICTURE],
+    "pytetwild": [],
+    "typer": [],
+}
+"""Makers whose results depend on a package."""
 
 
 def test_layers_above_a_result_leave_its_key(edit):
-    before = cache.key(MESH, 1), cache.key(REDUCED, 1)
+    before = cache.key(READER, 1), cache.key(REDUCED, 1)
     edit("calibrate/report/page.py")
     edit("view/style.py")
-    assert (cache.key(MESH, 1), cache.key(REDUCED, 1)) == before
+    assert (cache.key(READER, 1), cache.key(REDUCED, 1)) == before
+
+
+def test_the_meaning_of_the_code_is_read_once_for_all_processes(monkeypatch):
+    cache._code.cache_clear()
+    before = cache.key(REDUCED, 1)
+    cache._code.cache_clear()  # As another process
+    monkeypatch.setattr(cache, "_meaning", None)
+    assert cache.key(REDUCED, 1) == before
+
+
+def test_a_stored_mesh_outlives_all_code_and_packages_but_not_the_version_of_the_mesher(monkeypatch):
+    made = []
+
+    def drawn(finger, size_mm, **_):
+        made.append(size_mm)
+        return replace(shipped, size_mm=size_mm)
+
+    shipped = mesh.build(Finger.default())
+    monkeypatch.setattr(builder, "drawn", drawn)
+    monkeypatch.setattr(cache, "_code", None)
+    own = partial(mesh.build, Finger.default(), variant=VARIANTS)  # No mesh of this number ships: it is drawn
+    for _ in range(2):
+        assert own(0.9).sha256 == replace(shipped, size_mm=0.9).sha256
+    assert made == [0.9]
+    own(0.9, variant=VARIANTS + 1)
+    own(0.8)
+    assert made == [0.9, 0.9, 0.8]
+    monkeypatch.setattr(builder, "MESHER_VERSION", builder.MESHER_VERSION + 1)
+    own(0.9)
+    assert made == [0.9, 0.9, 0.8, 0.9]
 
 
 @pytest.mark.parametrize("damage", ["flip", "truncate", "empty", "garbage", "other key", "other kind"])
@@ -177,7 +259,7 @@ def test_damaged_entry_is_noticed_and_made_again(damage):
 
 def test_what_is_sealed_and_holds_no_arrays_is_damaged():
     body = b"no arrays"
-    cache.entry("thing", "a").parent.mkdir(parents=True)
+    cache._make_folders(cache.entry("thing", "a"))
     cache.entry("thing", "a").write_bytes(cache._seal("thing", "a", body) + body)
     with pytest.warns(RuntimeWarning, match="damaged"):
         assert cache.fetch("thing", "a", Maker())["field"].shape == (3, 2)
@@ -221,7 +303,7 @@ def test_two_callers_make_once():
 
 def held(path) -> FileLock:
     """The lock of an entry, as another process would hold it."""
-    path.parent.mkdir(parents=True)
+    cache._make_folders(path)
     lock = FileLock(f"{path}.lock")
     lock.acquire()
     return lock
@@ -260,6 +342,106 @@ def test_a_folder_that_cannot_be_is_done_without_and_said_once(tmp_path, monkeyp
         for _ in range(3):
             assert cache.fetch("thing", "a", make)["field"][0, 0] == 1.0
     assert make.calls == 3 and len(said) == 1 and "\n" not in str(said[0].message)
+
+
+NO_OWNERS = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owners and rights here")
+
+
+def plant(value):
+    """The entry of another value, sealed as papilla seals it."""
+    cache.fetch("thing", "a", Maker())
+    planted = io.BytesIO()
+    np.savez(planted, **Maker(value)())
+    body = planted.getvalue()
+    cache.entry("thing", "a").write_bytes(cache._seal("thing", "a", body) + body)
+
+
+@NO_OWNERS
+@pytest.mark.parametrize("bits", [0o020, 0o002], ids=["group", "others"])
+@pytest.mark.parametrize("place", ["folder", "kind", "entry"])
+def test_what_others_can_write_to_is_not_used_and_said_once(place, bits):
+    plant(666.0)
+    where = {"folder": cache.folder(), "kind": cache.folder() / "thing", "entry": cache.entry("thing", "a")}[place]
+    where.chmod(where.stat().st_mode | bits)
+    kept = cache.entry("thing", "a").read_bytes()
+    with pytest.warns(RuntimeWarning, match=f"others can write to {where}.*PAPILLA_CACHE") as said:
+        for _ in range(2):
+            assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 1.0
+            assert cache.find("thing", "a", report=True) is None
+    assert len(said) == 1 and "\n" not in str(said[0].message)
+    assert cache.entry("thing", "a").read_bytes() == kept
+
+
+@NO_OWNERS
+def test_what_belongs_to_another_user_is_not_used(monkeypatch):
+    plant(666.0)
+    owner = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
+    with pytest.warns(RuntimeWarning, match="belongs to another user"):
+        assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 1.0
+
+
+@NO_OWNERS
+@pytest.mark.parametrize("place", ["folder", "kind", "entry"])
+def test_a_link_of_another_user_is_not_followed(place, tmp_path, monkeypatch):
+    plant(666.0)
+    where = {"folder": cache.folder(), "kind": cache.folder() / "thing", "entry": cache.entry("thing", "a")}[place]
+    where.rename(tmp_path / "elsewhere")
+    where.symlink_to(tmp_path / "elsewhere")
+    assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 666.0  # The user's own link to what is the user's own
+    lstat = Path.lstat
+
+    def of_another(path):
+        found = lstat(path)
+        return os.stat_result((*found[:4], found.st_uid + (path == where), *found[5:10]))
+
+    monkeypatch.setattr(Path, "lstat", of_another)
+    with pytest.warns(RuntimeWarning, match=f"{where} belongs to another user"):
+        assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 1.0
+
+
+@NO_OWNERS
+def test_the_entry_that_was_opened_is_the_one_that_is_checked(tmp_path, monkeypatch):
+    """Between the look at a name and its opening, another file may have been put there."""
+    plant(666.0)
+    check, swapped = cache._check_own, cache.entry("thing", "a")
+
+    def then_swap(path):
+        check(path)
+        swapped.chmod(0o666)
+
+    monkeypatch.setattr(cache, "_check_own", then_swap)
+    with pytest.warns(RuntimeWarning, match="others can write"):
+        assert cache.find("thing", "a") is None
+
+
+@NO_OWNERS
+@pytest.mark.parametrize("umask", [0o000, 0o002, 0o077])
+def test_folders_and_files_are_made_for_the_user_alone(umask):
+    before = os.umask(umask)
+    try:
+        cache.fetch("thing", "a", Maker())
+    finally:
+        os.umask(before)
+    modes = {path.name: stat.S_IMODE(path.stat().st_mode) for path in [cache.folder(), *cache.folder().rglob("*")]}
+    assert modes == {"cache": 0o700, "thing": 0o700, "a.entry": 0o600, "a.entry.lock": 0o600}
+
+
+@NO_OWNERS
+def test_a_folder_below_one_that_all_can_write_to_is_used(tmp_path, monkeypatch):
+    """As below /tmp: who can write there can take the cache away, but make no file that belongs to the user."""
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared").chmod(0o1777)
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "shared" / "cache"))
+    cache.fetch("thing", "a", Maker(2.0))
+    assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 2.0
+
+
+def test_where_files_have_no_owners_nothing_is_checked(monkeypatch):
+    cache.fetch("thing", "a", Maker(2.0))
+    cache.entry("thing", "a").chmod(0o666)
+    monkeypatch.delattr(os, "geteuid", raising=False)
+    assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 2.0
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root writes everywhere")

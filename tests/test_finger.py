@@ -9,6 +9,7 @@ import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError, PapillaError
 from papilla.finger import DEFAULT_FINGER, SHIPPED_FINGERS, Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.finger_file import FORMS
 from papilla.materials import NeoHookean, Ogden, Yeoh
 from papilla.specimen import Block
 
@@ -72,6 +73,9 @@ def edit(old: str, new: str, count: int = 1) -> str:
     """The default file with `old`, which must occur, replaced."""
     assert old in TEXT
     return TEXT.replace(old, new, count)
+
+
+DOME_TABLE = TEXT[TEXT.index("[shape]") : TEXT.index("[outer]")]
 
 
 # ---- What loads
@@ -325,6 +329,51 @@ def test_surface_fingers_need_gauges_by_x(load):
         load, SURFACES.replace("x_mm = 0", "angle_deg = 0")
     )
     assert "key shape.bone_file is missing" in refusal(load, SURFACES.replace('bone_file = "bone.vtp"\n', ""))
+
+
+FILES_WRITTEN = (
+    '; it is written [shape] kind = "surfaces", outer_file = "skin.stl", interface_file = "interface.stl", '
+    'bone_file = "bone.stl"'
+)
+THREE_FILES = SURFACES[SURFACES.index("[shape]") : SURFACES.index("[outer]")]
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        (THREE_FILES, 'shape = "surfaces"\n', "shape must be a table [shape], got 'surfaces'"),
+        (THREE_FILES, 'shape = "skin.stl"\n', "shape must be a table [shape], got 'skin.stl'"),
+        (THREE_FILES, 'outer_file = "skin.stl"\n', "unknown key outer_file"),
+        ("[shape]", "[surfaces]", "unknown key surfaces"),
+        ('kind = "surfaces"\n', "", "shape: key kind is missing"),
+        ('"surfaces"', '"surface"', "shape: kind must be dome, slab, surfaces, in small letters; got 'surface'"),
+        ('"surfaces"', '"Surfaces"', "shape: kind must be dome, slab, surfaces, in small letters; got 'Surfaces'"),
+        ('"surfaces"', '"stl"', "shape: kind must be dome, slab, surfaces, in small letters; got 'stl'"),
+        ('"surfaces"', '"dome"', "unknown key shape.outer_file"),
+        ('"surfaces"', "[1]", "shape: kind must be dome, slab, surfaces, in small letters; got [1]"),
+        ('bone_file = "bone.vtp"\n', "", "key shape.bone_file is missing"),
+        ('interface_file = "sub/interface.ply"\nbone_file = "bone.vtp"\n', "", "key shape.interface_file is missing"),
+        ("outer_file", "Outer_file", "unknown key shape.Outer_file"),
+        ("outer_file", "outer", "unknown key shape.outer"),
+        ('"skin.stl"', '""', "shape.outer_file: String should have at least 1 character, got ''"),
+    ],
+)
+def test_a_near_miss_of_surface_files_is_told_with_the_right_form(load, old, new, message):
+    assert SURFACES.count(old) == 1
+    assert refusal(load, SURFACES.replace(old, new)).endswith(f"finger.toml: {message}{FILES_WRITTEN}")
+
+
+def test_each_kind_of_shape_is_told_in_a_form_that_can_be_read(load):
+    for kind, form in FORMS.items():
+        told = refusal(load, edit(DOME_TABLE, f'shape = "{kind}"\n'))
+        assert told.endswith(f'; it is written [shape] kind = "{kind}", {form}')
+        lines = "\n".join(["[shape]", f'kind = "{kind}"', *re.split(r", (?=\w+ =)", form)])
+        design = edit(DOME_TABLE, lines + "\n")
+        design = re.sub(r"angle_deg = (\S+)", lambda site: f"x_mm = {float(site[1]) / 4}", design)
+        assert type(load(design).shape).__name__.lower() == kind
+    # A measure that is wrong is no matter of the form
+    assert "is written" not in refusal(load, edit("bone_mm = [10.0, 16.0, 6.0]", "bone_mm = [10.0, 28.0, 6.0]"))
+    assert "is written" not in refusal(load, edit('name = "g2"', 'name = "g1"'))
 
 
 @pytest.mark.parametrize("text", ["name = [", "= 3", "[shape\n", 'name = "a"\nname = "b"'])

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from papilla import cache
-
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "papilla"
 MODULES = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
@@ -179,10 +177,3 @@ def test_no_file_names_a_path_of_the_machine_that_made_it():
         if path.suffix in text_kinds and path.is_file():
             found += [f"{name}: {hit}" for hit in machine.findall(path.read_text(encoding="utf-8", errors="replace"))]
     assert found == []
-
-
-def test_keys_of_cached_results_follow_the_same_order():
-    packages = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
-    assert packages - L0 <= {*cache._LAYERS, *cache._NOTHING_KEPT}
-    for number, name in enumerate(cache._LAYERS):
-        assert MAY_IMPORT[name] <= L0 | {*cache._LAYERS[: number + 1]}

@@ -354,3 +354,9 @@ def test_where_all_presses_are_on_one_specimen_columns_of_others_are_refused(log
         FileFormatError, match="column specimen: presses on specimens of their own are for papilla ident"
     ):
         read_presses(log(MIXED))
+
+
+def test_rows_that_come_in_packets_tell_the_rate_of_the_rows(log):
+    rows = "\n".join(f"{0.016 * (k // 16):.3f},{k % 7}" for k in range(640))
+    found = read_time_log(log("t_s,g1\n" + rows))
+    assert found.sample_rate_Hz == pytest.approx(1000, rel=0.03) and "spread evenly" in found.report.notes[0]

@@ -6,8 +6,8 @@ from papilla.calibrate.export_c import c_header
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Identification, identify
 from papilla.calibrate.indentation import IndentationModulus, fit_indentation
+from papilla.calibrate.job import Calibrated, calibrate_finger
 from papilla.calibrate.material_fit import MaterialTests, fit_material
-from papilla.calibrate.measured_presses import fit_bench
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.calibrate.relaxation import Relaxation, fit_relaxation
 from papilla.calibrate.suggest import Suggestion
@@ -16,6 +16,7 @@ from papilla.calibrate.suggest import suggest as suggest_presses
 __all__ = [
     "DEFAULT_FORCES",
     "DEFAULT_MODULI",
+    "Calibrated",
     "Check",
     "Identification",
     "IndentationModulus",
@@ -24,9 +25,9 @@ __all__ = [
     "Suggestion",
     "Sweep",
     "c_header",
+    "calibrate_finger",
     "check",
     "fit",
-    "fit_bench",
     "fit_indentation",
     "fit_material",
     "fit_relaxation",

@@ -12,7 +12,7 @@ from papilla.calibration import Calibration, PositionTerms
 from papilla.calibration.surface import POWERS, power_vector
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import ReducedFinger, press
-from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.finger_model import FingerModel, model_of
 from papilla.fem.reduction.transported import transported_readings
 from papilla.finger import Finger
 from papilla.mesh import build
@@ -49,7 +49,7 @@ def with_positions(
     error = ERROR if calibration.surface.uncertainty.friction is None else math.hypot(ERROR, OPEN)
 
     def make() -> dict[str, np.ndarray]:
-        return move_presses(FingerModel(finger, build(finger)), reduced, domain, friction)
+        return move_presses(model_of(finger, build(finger, reduced.mesh_size_mm)), reduced, domain, friction)
 
     try:
         key = cache.key(

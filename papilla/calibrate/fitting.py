@@ -27,10 +27,10 @@ def fit(
     scatter: Sequence[Sweep] = (),
     *,
     frictionless: Sweep | None = None,
-    friction_known: bool = True,
-    strain: float = 0.0,
+    friction_known: bool | None = None,
+    strain: float | None = None,
 ) -> Calibration:
-    """Fit a calibration to a sweep.
+    """Fit a calibration to a sweep; notes and repr say what its intervals lack of those of `calibrate_finger`.
 
     Parameters
     ----------
@@ -39,8 +39,9 @@ def fit(
     scatter : sweeps of the same finger on independent meshes (any table of forces and moduli): what they differ by
         becomes part of every sigma and interval.
     frictionless : the same presses without friction, of which `scatter` is then, too; None where `sweep` has none.
-    friction_known : whether presses to come have the sweep's friction; else intervals take in presses without.
-    strain : relative standard deviation of what the sweep knows of large strain.
+    friction_known : whether presses to come have the sweep's friction; else intervals take in presses without. None:
+        where somebody told it.
+    strain : relative standard deviation of what the sweep knows of large strain; None takes its own.
 
     Raises `InputError` where the sweep is too small to fit, or another sweep has other gauges or presses.
     """
@@ -49,6 +50,10 @@ def fit(
     for other in scatter:
         if other.reading.shape[1] != sweep.reading.shape[1]:
             raise InputError(f"a scatter sweep has {other.reading.shape[1]} gauges, not {sweep.reading.shape[1]}")
+    friction_known = sweep.friction_told if friction_known is None else friction_known
+    strain = sweep.strain if strain is None else strain
+    friction_missing = bool(sweep.friction) and not friction_known and frictionless is None
+    lacks = [name for name, missing in (("mesh scatter", not scatter), ("friction", friction_missing)) if missing]
     valid = sweep.valid
     if not valid.any():
         raise InputError(f"no press of the sweep has readings; the first says: {sweep.status[0]}")
@@ -84,8 +89,10 @@ def fit(
             left_out=int(missing.sum()),
             specimen=sweep.specimen,
             friction=sweep.friction,
+            physics=sweep.physics,
+            lacks=lacks,
         ),
-        notes=(*forward.notes, *_doubts(sweep, surface, usable, scatter)),
+        notes=(*forward.notes, *_doubts(sweep, surface, usable, lacks)),
     )
     return with_compact(made)
 
@@ -157,7 +164,7 @@ def _refuse_no_spread(force: np.ndarray, modulus: np.ndarray, sd: np.ndarray) ->
         raise InputError(f"S_d is 0 at {where}: a calibration needs at least two gauges whose readings differ")
 
 
-def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, scatter: Sequence[Sweep]) -> list[str]:
+def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, lacks: list[str]) -> list[str]:
     """What a user of the surface has to doubt."""
     notes = []
     missing, coarse = int((~sweep.valid).sum()), int((sweep.valid & ~sweep.resolved).sum())
@@ -171,6 +178,8 @@ def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, scatter: Sequenc
     blocked = int((n - (usable[:, 1] - usable[:, 0])).sum())
     if blocked:
         notes.append(f"S_d does not rise with the modulus, or has no data, in {blocked} of {usable.shape[0] * n} cells")
-    if not scatter:
+    if "mesh scatter" in lacks:
         notes.append("no independent mesh was compared: intervals do not include mesh scatter")
+    if "friction" in lacks:
+        notes.append("friction was not told: stick is taken, and intervals do not take in presses without")
     return notes

@@ -8,7 +8,7 @@ import numpy as np
 
 from papilla.calibrate.identification.fit import shapes_of, unmoved
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import MOVES, OF_THE_BENCH, kind, names_of, start_of
+from papilla.calibrate.identification.parameters import MOVES, OF_THE_BENCH, OF_THE_LOG, kind, names_of, start_of
 from papilla.calibrate.identification.problem import Problem
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, Surface
@@ -26,17 +26,20 @@ SAME = 1e-6
 
 
 def with_identification(
-    calibration: Calibration, finger: Finger, progress: Callable[[str], None] | None = None
+    calibration: Calibration,
+    finger: Finger,
+    progress: Callable[[str], None] | None = None,
+    size_mm: float | None = None,
 ) -> Calibration:
     """The calibration with the covariance of the finger's identification in its surfaces, and the bench's zeros.
 
-    Without an identification it stays what it is. Raises `InputError` where the `[identified]` table is of other
-    gauges, or the design was changed since.
+    size_mm : elements at the contact, None for those of `identify`. Without an identification it stays what it is.
+    Raises `InputError` where the `[identified]` table is of other gauges, or the design was changed since.
     """
     told = finger.identified
     if told is None:
         return calibration
-    problem, covariance = _problem(finger, told, calibration, progress)
+    problem, covariance = _problem(finger, told, calibration, progress, size_mm)
     vector = problem.start
     modelled = problem.modelled(vector)
     g = len(finger.gauges)
@@ -69,17 +72,21 @@ def with_identification(
 
 
 def _problem(
-    finger: Finger, told: Identified, calibration: Calibration, progress: Callable[[str], None] | None
+    finger: Finger,
+    told: Identified,
+    calibration: Calibration,
+    progress: Callable[[str], None] | None,
+    size_mm: float | None,
 ) -> tuple[Problem, np.ndarray]:
     """Presses over the domain of a calibration as a problem in the parameters that were identified of the finger, where
     it starts; and their covariance."""
-    unknown = [name for name in told.parameters if name not in names_of(finger)]
+    unknown = [name for name in told.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
     if unknown:
         raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     designed = start_of(finger, finger.bench.thickness)
     values = dict(zip(told.parameters, told.values, strict=True))
     for name, value in values.items():
-        if kind(name) not in ("zero_microstrain", *MOVES) and abs(designed[name] - value) > SAME * max(
+        if kind(name) not in ("zero_microstrain", *MOVES, *OF_THE_LOG) and abs(designed[name] - value) > SAME * max(
             abs(value), SAME
         ):
             raise InputError(
@@ -95,6 +102,6 @@ def _problem(
     own = {told.parameters[place]: told.values[place] for place in kept}
     design = unmoved(finger, own)
     bench = finger.bench
-    shapes = shapes_of(log, bench.specimen(1.0), design, (), own, bench.friction, None, progress)
+    shapes = shapes_of(log, bench.specimen(1.0), design, (), own, bench.friction, size_mm, progress)
     problem = Problem(log, design, shapes, designed | own, tuple(own), Noise())
     return problem, np.array(told.covariance)[np.ix_(kept, kept)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from papilla import checks
 from papilla.calibrate.press_table import Sweep
@@ -111,7 +111,7 @@ def fit_indentation(force_N, indentation_mm, depth: Depth, start_MPa: float = 0.
     variance = float(best.fun @ best.fun) / freedom
     covariance = variance * np.linalg.inv(best.jac.T @ best.jac)
     modulus, relative = math.exp(best.x[0]), math.sqrt(covariance[0, 0])
-    reach = float(student.ppf(0.5 + LEVEL / 2, freedom)) * relative
+    reach = float(stdtrit(freedom, 0.5 + LEVEL / 2)) * relative
     interval = modulus * math.exp(-reach), modulus * math.exp(reach)
     offset = float(best.x[1]), math.sqrt(covariance[1, 1])
     return IndentationModulus(modulus, relative * modulus, interval, *offset, math.sqrt(variance), freedom)

@@ -11,27 +11,22 @@ from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Confession, Identification, confess, identify, record
 from papilla.calibrate.identification.presses import places
 from papilla.calibrate.identified_finger import with_identification
-from papilla.calibrate.large_strain import ensure_large_strain
-from papilla.calibrate.measured_presses import fit_bench
-from papilla.calibrate.physics import Truth, press_truth
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, corrected, default_specimen, sweep
+from papilla.calibrate.physics import Truth, mesh_number, press_truth, truth_is_known
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, corrected, sweep
 from papilla.calibrate.published_depths import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
+from papilla.fem.finite.strain_tables import ensure_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.mesh import build
-from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.specimen import STICK, Friction, friction_coefficient
+from papilla.workers import workers
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
-UNSEEN_VARIANT = 4
-"""The mesh of the presses at finite strain that judge the calibration."""
 SCATTER_FORCES, SCATTER_MODULI = DEFAULT_FORCES[::6], DEFAULT_MODULI[::6]
-
-NOT_INCLUDED = 0.018
-"""Relative standard deviation of S_d where large strain is not included: it changes up to twice as much."""
 
 CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
 CHECKED_MODULUS_MPA = (0.05, 0.72)
@@ -79,12 +74,12 @@ class Recovery:
 class Calibrated:
     """A calibration, the presses it was fitted to, and its checks: on its own mesh, and against physics.
 
-    `reduced` and `truth` are None for a calibration by a free form from a bench log, and `depths`, against the
-    published ones, are none. bench : the presses that the finger was identified from, and found what they told.
+    presses : computed. truth : None where no press of it is within the domain. depths : against the published ones.
+    bench : the measured presses that the finger was identified from, if it was.
     """
 
     calibration: Calibration
-    presses: Sweep | PressLog
+    presses: Sweep
     recovery: Recovery
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
@@ -114,8 +109,10 @@ def calibrate_finger(
     finger: Finger,
     *,
     friction: Friction | None = None,
+    size_mm: float | None = None,
     progress: Callable[[str], None] = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
+    processes: int = 1,
 ) -> Calibrated:
     """Mesh, model, sweep, mesh scatter and fit of a finger; meshes, reduced fingers and sweeps come from the cache.
 
@@ -124,42 +121,54 @@ def calibrate_finger(
     friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes what the finger's bench
         says. Where that says nothing, too, stick is the likeliest, as of silicone on silicone, and intervals take in
         presses without friction.
+    size_mm : elements at the contact of all meshes. None takes `DEFAULT_SIZE_MM`, and of the mesh on which what an
+        identification leaves open is told that of `identify`.
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
+    processes : that work at the same time, where much is not in the cache (`papilla.workers`).
 
     Raises what meshing, reduction and fitting raise.
     """
     friction = finger.bench.friction if friction is None else friction
-    reduced = fem.prepare(finger, progress=progress)
-    progress("large strain: presses at finite strain")
-    mesh, known, doubts = build(finger), friction is not None, []
-    for one in (0.0, STICK) if friction is None else (friction,):
-        doubts.append(ensure_large_strain(finger, reduced, mesh, one, steps))
-    if friction is None:
-        friction = 0.0 if any(doubts) else STICK
-    error = NOT_INCLUDED if any(doubts) else large_strain_error(reduced, friction_coefficient(friction))
-    progress("sweeping over force and modulus")
-    block = finger.bench.specimen
-    presses = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, friction, steps)
-    free = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, 0.0, steps) if friction else None
-    scatter = []
-    for variant in SCATTER_VARIANTS:
-        progress(f"mesh scatter, mesh {variant} of {len(SCATTER_VARIANTS)}")
-        other = fem.prepare(finger, variant=variant, progress=progress)
-        scatter.append(cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, block, 0.0, steps))
-    progress("fitting")
-    calibration = fit(presses, scatter, frictionless=free, friction_known=known, strain=error)
-    calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubts)))
-    calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
-    calibration = with_identification(calibration, finger, progress)
-    progress("contacts beside the apex")
-    calibration = with_positions(calibration, finger, reduced, friction)
-    recovery = recover(calibration, reduced, friction, block)
-    progress("against physics: presses at finite strain on another mesh")
-    unseen, laws = press_truth(finger, build(finger, variant=UNSEEN_VARIANT), friction if known else None, steps)
+    size = size_mm or DEFAULT_SIZE_MM
+    block, known = finger.bench.specimen, friction is not None
+    cold = not truth_is_known(finger, size, friction)
+    with workers(processes if cold else 1, progress) as start:
+        # What takes longest begins first, at the side
+        truth = start(press_truth, finger, size, friction)
+        scatter = [start(_scatter, finger, size, variant) for variant in SCATTER_VARIANTS]
+        reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
+        ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
+        doubt = ensure_large_strain(finger, ends, processes=processes, progress=progress)
+        if friction is None:
+            friction = 0.0 if doubt else STICK
+        error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
+        progress("sweeping over force and modulus")
+        presses = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, friction, steps)
+        free = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, 0.0, steps) if friction else None
+        others = []
+        for number, swept in enumerate(scatter, 1):
+            progress(f"mesh scatter: {number} of {len(scatter)} meshes")
+            others.append(swept())
+        progress("fitting")
+        calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
+        calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
+        calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
+        calibration = with_identification(calibration, finger, progress, size_mm)
+        progress("contacts beside the apex")
+        calibration = with_positions(calibration, finger, reduced, friction)
+        recovery = recover(calibration, reduced, friction)
+        progress("against physics: presses at finite strain on another mesh")
+        unseen, laws = truth()
     notes = (*calibration.notes, *([laws] if "unstable" in laws else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": laws})
-    truth = Truth.of(calibration, unseen) if len(unseen) else None
-    return Calibrated(calibration, presses, recovery, reduced, truth, published_depths(finger, reduced))
+    judged = Truth.of(calibration, unseen) if len(unseen) else None
+    return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
+
+
+def _scatter(finger: Finger, size_mm: float, variant: int, say: Callable[[str], None]) -> Sweep:
+    """A thin sweep without friction on another mesh."""
+    other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, say))
+    return cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, finger.bench.specimen, 0.0)
 
 
 def calibrate_bench(
@@ -167,8 +176,10 @@ def calibrate_bench(
     finger: Finger,
     *,
     friction: Friction | None = None,
+    size_mm: float | None = None,
     progress: Callable[[str], None] = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
+    processes: int = 1,
 ) -> Calibrated:
     """Identify the finger that made presses, calibrate it, and recover the presses' own moduli by it.
 
@@ -180,12 +191,14 @@ def calibrate_bench(
             f"press {int(beside.argmax()) + 1} is beside the apex, where S_d is another: papilla identify takes it, "
             "and papilla calibrate --finger the finger that it writes"
         )
-    found = identify(log, finger, friction=friction, progress=progress)
+    found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
     progress("what to doubt")
     told = confess(found)
     words = found.problem.shapes[0].responses[0].specimen
     identified = found.with_record(record(found, told, words))
-    done = calibrate_finger(identified, friction=friction, progress=progress, steps=steps)
+    done = calibrate_finger(
+        identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes
+    )
     g = found.problem.gauge_count
     noise, modelled = found.problem.noise, found.problem.modelled(found.vector)
     about = modelled.values[:, :g] - modelled.values[:, :g].mean(axis=1, keepdims=True)
@@ -199,48 +212,23 @@ def calibrate_bench(
     return replace(done, bench=BenchPresses(log, identified, found, told, recovery, sd, sigma, inside))
 
 
-def calibrate_measured(log: PressLog, finger: Finger | None = None) -> Calibrated:
-    """A calibration by a free form, a smooth surface that knows no finger, checked on the measured presses themselves.
-
-    finger : the design that was pressed. Raises `InputError` where it has another number of gauges than the log, and
-    what `fit_bench` raises.
-    """
-    if finger is not None and len(finger.gauges) != len(log.gauge_names):
-        raise InputError(
-            f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
-            f"the finger {finger.name!r} has {len(finger.gauges)}"
-        )
-    own = None
-    if finger:
-        own = {"name": finger.name, "sha256": finger.sha256, "ridge_pitch_mm": finger.ridge_pitch_mm}
-    calibration = fit_bench(log, own)
-    checked = _within(log.force_N, CHECKED_FORCE_N) & _within(log.modulus_MPa, CHECKED_MODULUS_MPA)
-    force, modulus = log.force_N[checked], log.modulus_MPa[checked]
-    answer = calibration.invert(log.sd_microstrain[checked], force)
-    return Calibrated(calibration, log, Recovery(force, modulus, np.asarray(answer.modulus_MPa)))
-
-
-def _friction_notes(known: bool, doubts: list[str]) -> list[str]:
+def _friction_notes(known: bool, doubt: str) -> list[str]:
     """What a calibration's intervals say of large strain and friction."""
-    if any(doubts):
+    if doubt:
         own = "" if known else ", and friction is not known, which takes as much off as large strain adds"
-        return [f"{next(filter(None, doubts))}: intervals hold {200 * NOT_INCLUDED:.2g} % for it{own}"]
+        return [f"{doubt}: intervals hold {200 * NOT_INCLUDED:.2g} % for it{own}"]
     if known:
         return []
     return ["friction is not known: stick is taken, and intervals take in presses without (--friction says it)"]
 
 
-def recover(
-    calibration: Calibration,
-    reduced: fem.ReducedFinger,
-    friction: Friction,
-    block: Callable[[float], Specimen] = default_specimen,
-) -> Recovery:
-    """Press between the points of the default sweep, and let the calibration's surface tell the modulus."""
+def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction) -> Recovery:
+    """Press blocks of the finger's bench between the points of the default sweep, and let the calibration's surface
+    tell their moduli."""
     rows = []
     for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
         for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
-            touched = block(modulus)
+            touched = reduced.bench.specimen(modulus)
             linear = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
             found = corrected(reduced, touched, linear)
             rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))

@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,8 @@ from papilla.calibration.published import SPECIMENS_MPA
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger, press
 from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.large_strain import is_known
-from papilla.specimen import STICK, THICKNESS_MM, Block, Friction, Specimen
+from papilla.fem.pressing.large_strain import is_known, large_strain_error
+from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
 from papilla.tables import write_table
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
@@ -24,6 +25,9 @@ DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
 SCHEMA = "papilla.sweep/1"
 NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
 
+
+NOT_INCLUDED = 0.018
+"""Relative standard deviation of S_d where large strain is not included: it changes up to twice as much."""
 
 ORIGIN = ("finger_name", "finger_sha256", "mesh_sha256", "mesh_size_mm")
 
@@ -42,6 +46,8 @@ class Sweep:
     status : n sentences.
     gauge_names : g names.
     specimen : what was pressed, in words; friction : between it and the finger, a number or "stick".
+    physics : under what, in the words of every command. friction_told : whether somebody said the friction.
+    strain : relative standard deviation of S_d by what is not known of large strain.
     finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
     """
 
@@ -57,6 +63,9 @@ class Sweep:
     gauge_names: tuple[str, ...]
     specimen: str = ""
     friction: float | str = 0.0
+    physics: str = ""
+    friction_told: bool = True
+    strain: float = 0.0
     finger_name: str = ""
     finger_sha256: str = ""
     mesh_sha256: str = ""
@@ -67,7 +76,8 @@ class Sweep:
 
     def __repr__(self) -> str:
         force, modulus = (f"{values.min():g}-{values.max():g}" for values in (self.force_N, self.modulus_MPa))
-        return f"<Sweep of {self.finger_name or 'a finger'}: {len(self)} presses, {force} N, {modulus} MPa>"
+        under = f"; {self.physics}" if self.physics else ""
+        return f"<Sweep of {self.finger_name or 'a finger'}: {len(self)} presses, {force} N, {modulus} MPa{under}>"
 
     @property
     def valid(self) -> np.ndarray:
@@ -106,16 +116,11 @@ class Sweep:
             raise FileFormatError(f"sweep: not a complete record ({error})") from error
 
 
-def default_specimen(modulus: float) -> Specimen:
-    """The specimen of a sweep: a block of `THICKNESS_MM` bonded to a rigid table."""
-    return Block(modulus, THICKNESS_MM)
-
-
 def sweep(
     reduced: ReducedFinger,
     moduli: Sequence[float] = DEFAULT_MODULI,
     forces: Sequence[float] = DEFAULT_FORCES,
-    specimen: Specimen | Callable[[float], Specimen] = default_specimen,
+    specimen: Specimen | Callable[[float], Specimen] | None = None,
     progress: Callable[[int, int], None] | None = None,
     friction: Friction | None = None,
     large_strain: bool = True,
@@ -128,18 +133,25 @@ def sweep(
 
     Parameters
     ----------
-    specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`.
+    specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`. None: the
+        blocks of the finger's bench, 10 mm thick unless the design says otherwise.
     progress : called with (presses done, presses in all).
-    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus. None: stick where
-        large strain is known with it, else 0.
+    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus. None: that of the
+        finger's bench, and where it says nothing stick where large strain is known with it, else 0.
     large_strain : False leaves it out.
 
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
     moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
-    make = specimen if not isinstance(specimen, Specimen) else lambda modulus: replace(specimen, modulus=modulus)
+    make = reduced.bench.specimen if specimen is None else specimen
+    if isinstance(make, Specimen):
+        make = partial(_like, make)
+    friction = reduced.bench.friction if friction is None else friction
+    friction_told = friction is not None
     if friction is None:
         friction = STICK if large_strain and is_known(reduced, math.inf) else 0.0
+    rubbing, first = friction_coefficient(friction), make(moduli[0])
+    large_strain = large_strain and is_known(reduced, rubbing) and first.curvature == (0.0, 0.0)
     rows: list[tuple] = []
     for modulus in moduli:
         touched, start = make(modulus), None
@@ -162,8 +174,11 @@ def sweep(
     return Sweep(
         **values,
         status=status,
-        specimen=_in_words(make(moduli[0])),
+        specimen=_in_words(first),
         friction=friction,
+        physics=physics_words(first, rubbing, large_strain),
+        friction_told=friction_told,
+        strain=large_strain_error(reduced, rubbing) if large_strain else NOT_INCLUDED,
         **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN)},
     )
 
@@ -177,6 +192,10 @@ def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press
     if with_it is None:
         raise ContactRangeError("large strain is not known here: the press is outside of the presses that tell it")
     return with_it
+
+
+def _like(specimen: Specimen, modulus: float) -> Specimen:
+    return replace(specimen, modulus=modulus)
 
 
 def _rising(name: str, values: Sequence[float]) -> list[float]:

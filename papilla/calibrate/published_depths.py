@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 from papilla.fem import ReducedFinger, press
-from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.large_strain import is_known
 from papilla.finger import Finger
 from papilla.specimen import HalfSpace
 from papilla.units import gf_to_newton
@@ -32,11 +30,8 @@ class Depth:
 
 def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
     """The published depths and those of a finger on a rigid flat, in the place of the gratings of the papers."""
-    rubbing = finger.bench.friction
     depths = []
     for depth, force in PUBLISHED_POINTS:
-        found = press(reduced, RIGID, force_N=force, fidelity="contact", friction=0.0 if rubbing is None else rubbing)
-        table = is_known(reduced, found.friction)
-        found = (including_large_strain(reduced, RIGID, found, found.friction) if table else None) or found
+        found = press(reduced, RIGID, force_N=force)
         depths.append(Depth(depth, force, found.indentation + finger.bench.touch_down))
     return depths

@@ -163,13 +163,16 @@ class Comparison:
     """A calibration against eq. (9) up to one scale factor.
 
     scale : published S_d per microstrain of the calibration; relative_rms : of the difference, over the rms of the
-    published values, and heavy_rms the same from `HEAVY_GF` on, with the same scale; force_gf (k,), published and
-    scaled (k, 3): the values that were compared.
+    published values, and heavy_rms the same from `HEAVY_GF` on, with the same scale; press_rms, heavy_press_rms : of
+    the differences press by press, each over its own published value, where light presses count as much as heavy ones.
+    force_gf (k,), published and scaled (k, 3): the values that were compared.
     """
 
     scale: float
     relative_rms: float
     heavy_rms: float
+    press_rms: float
+    heavy_press_rms: float
     force_gf: np.ndarray
     published: np.ndarray
     scaled: np.ndarray
@@ -194,8 +197,11 @@ def covered_comparison(calibration: Calibration) -> Comparison | None:
         return None
 
 
-def _misfits(difference: np.ndarray, theirs: np.ndarray, force_gf: np.ndarray) -> tuple[float, float]:
-    """Relative root mean squares of differences (k, 3): of all, and of those from `HEAVY_GF` on; NaN of none."""
-    parts = (difference, theirs), (difference[force_gf >= HEAVY_GF], theirs[force_gf >= HEAVY_GF])
-    whole, heavy = (float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts)
-    return whole, heavy
+def _misfits(difference: np.ndarray, theirs: np.ndarray, force_gf: np.ndarray) -> tuple[float, float, float, float]:
+    """Root mean squares of differences (k, 3) over that of the published values, of all and of those from `HEAVY_GF` on
+    (NaN of none); and of the differences over their own published values, alike."""
+    heavy = force_gf >= HEAVY_GF
+    parts = (difference, theirs), (difference[heavy], theirs[heavy])
+    whole = [float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts]
+    each = [float(np.sqrt(np.mean((off / of) ** 2))) if of.size else np.nan for off, of in parts]
+    return whole[0], whole[1], each[0], each[1]

@@ -33,11 +33,6 @@ class Resolution:
     degree: int | None = None
 
     @property
-    def in_words(self) -> str:
-        """The form, in words."""
-        return f"a polynomial of degree {self.degree}" if self.degree is not None else f"a spline of {self.cells} cells"
-
-    @property
     def transform(self) -> np.ndarray:
         """(cells + 3, p): B-spline coefficients of the p free parameters (powers on [-1, 1], for a polynomial)."""
         if self.degree is None:
@@ -56,7 +51,7 @@ class Resolution:
         return ROUGHNESS * differences.T @ differences
 
     def basis(self, axis: Axis, values: np.ndarray) -> np.ndarray:
-        """(n, p) weights of the parameters at n values; a polynomial takes values beyond the axis too."""
+        """(n, p) weights of the parameters at n values."""
         if self.degree is None:
             return axis.basis(values)
         place = 2 * (np.log(values) - axis.start) / (axis.step * axis.cells) - 1
@@ -75,16 +70,12 @@ def table_resolution(values: np.ndarray) -> Resolution:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the (n,) residuals.
-
-    form : one sigma of what another form through the same presses could say, where that is known.
-    """
+    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the (n,) residuals."""
 
     surface: Surface
     rms: float
     factor: float
     residual: np.ndarray
-    form: Surface | None = None
 
     @property
     def largest(self) -> float:
@@ -98,8 +89,6 @@ class SurfaceFit:
     Parameters
     ----------
     along : how finely force and modulus are cut.
-    total : of two polynomials, the largest sum of the degrees that a term has; all terms where it is None.
-    force_limits : domain of force (N); that of the presses where it is None. Presses beyond it need a polynomial.
 
     Raises `InputError` where forces or moduli do not vary, or where the presses are too few or badly placed.
     """
@@ -109,32 +98,25 @@ class SurfaceFit:
         force_N: np.ndarray,
         modulus_MPa: np.ndarray,
         along: tuple[Resolution, Resolution],
-        total: int | None = None,
-        force_limits: tuple[float, float] | None = None,
     ):
         for name, values in (("forces", force_N), ("moduli", modulus_MPa)):
             if len(np.unique(values)) < 2:
                 raise InputError(f"a surface needs presses at two {name} at least, got {len(np.unique(values))}")
         self.along = along
-        self.force_N = force_limits or (float(force_N.min()), float(force_N.max()))
+        self.force_N = (float(force_N.min()), float(force_N.max()))
         self.modulus_MPa = (float(modulus_MPa.min()), float(modulus_MPa.max()))
         self._transforms = [resolution.transform for resolution in along]
         self._axes = (Axis.between(*self.force_N, along[0].cells), Axis.between(*self.modulus_MPa, along[1].cells))
         p, q = (transform.shape[1] for transform in self._transforms)
-        self._kept = np.flatnonzero(
-            np.add.outer(np.arange(p), np.arange(q)).ravel() <= (p + q if total is None else total)
-        )
         self._design = self._rows(force_N, modulus_MPa)
         share = len(force_N) / (p * q)
         penalty = share * (kron(along[0].roughness, eye_array(q)) + kron(eye_array(p), along[1].roughness))
         gram = (self._design.T @ self._design).tocsc()
         try:
-            self._solver = splu((gram + penalty.tocsc()[self._kept][:, self._kept]).tocsc())
+            self._solver = splu((gram + penalty).tocsc())
         except RuntimeError as error:
-            raise InputError(
-                f"{len(force_N)} presses do not determine a surface of {len(self._kept)} coefficients"
-            ) from error
-        self.freedom = len(force_N) - self._parameters(gram, len(self._kept))
+            raise InputError(f"{len(force_N)} presses do not determine a surface of {p * q} coefficients") from error
+        self.freedom = len(force_N) - self._parameters(gram, p * q)
 
     def _rows(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> csr_array:
         """(n, parameters) weights at n points."""
@@ -144,7 +126,7 @@ class SurfaceFit:
         )
         p, q = over_force.shape[1], over_modulus.shape[1]
         repeated, tiled = kron(csr_array(over_force), np.ones((1, q))), kron(np.ones((1, p)), csr_array(over_modulus))
-        return csr_array(repeated.tocsr().multiply(tiled.tocsr()))[:, self._kept]
+        return csr_array(repeated.tocsr().multiply(tiled.tocsr()))
 
     def _parameters(self, gram, size: int) -> float:
         """Effective parameters, trace of (G + P)^-1 G, by probes (Hutchinson 1990, doi:10.1080/03610919008812866)."""
@@ -152,12 +134,6 @@ class SurfaceFit:
             return float(size)
         probes = np.random.default_rng(0).choice([-1.0, 1.0], size=(size, PROBES))
         return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES)
-
-    def leverage(self, force_N: np.ndarray | None = None, modulus_MPa: np.ndarray | None = None) -> np.ndarray:
-        """(n,) variance of the surface at points (the presses by default), in variances of one press."""
-        rows = self._design if force_N is None or modulus_MPa is None else self._rows(force_N, modulus_MPa)
-        dense = rows.toarray()
-        return np.einsum("np,pn->n", dense, self._solver.solve(dense.T))
 
     def surface(self, values: np.ndarray) -> Fitted:
         """The surface through (n,) values, and how far it misses them.
@@ -168,9 +144,7 @@ class SurfaceFit:
         parameters = self._solver.solve(self._design.T @ values)
         residual = values - self._design @ parameters
         over_force, over_modulus = self._transforms
-        square = np.zeros(over_force.shape[1] * over_modulus.shape[1])
-        square[self._kept] = parameters
-        table = over_force @ square.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
+        table = over_force @ parameters.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
         rms, factor = 0.0, NORMAL_FACTOR
         if self.freedom >= 0.5:
             rms = float(np.sqrt(residual @ residual / self.freedom * (2 - self.freedom / len(values))))
@@ -224,7 +198,7 @@ def uncertainty(
     """
     surface, residuals = fitted.surface, (fitted.rms, fitted.factor, fitted.largest)
     if not others:
-        return Uncertainty(*residuals, np.array(surface.force_N), np.zeros(2), 0.0, 0, form=fitted.form)
+        return Uncertainty(*residuals, np.array(surface.force_N), np.zeros(2), 0.0, 0)
     force, modulus, value = (np.concatenate(parts) for parts in zip(*others, strict=True))
     difference = value - surface(force, modulus)
     known = np.isfinite(difference)

@@ -16,7 +16,7 @@ from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdS
 from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
 from papilla.calibration.surface import Surface
 from papilla.errors import FileFormatError, InputError
-from papilla.file_models import first_problem, keys_of, table
+from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.sealed import read_sealed, write_sealed
 
 SCHEMA = "papilla.calibration/1"
@@ -56,7 +56,7 @@ def read_calibration(path: Path) -> Calibration:
     try:
         calibration = _FILE.validate_python(document)
     except ValidationError as error:
-        raise FileFormatError(f"{path}: {first_problem(error)}") from error
+        raise FileFormatError(f"{path}: {in_words(first_of(error))}") from error
     return replace(calibration, remark=remark) if remark else calibration
 
 

@@ -54,7 +54,7 @@ class Uncertainty:
     strain : one sigma of what large strain changes, as far as it is known.
     friction : what the value changes where there is no friction, if friction is not known; else None.
     identified : one sigma of what the identification of the finger leaves open; None for a finger taken as its design.
-    form : one sigma of what a free form may be off by between its presses, beyond `fit_rms`; None for a model.
+    form : one sigma of what the form of the surface leaves open between its presses, in files of papilla before 0.2.
 
     Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """

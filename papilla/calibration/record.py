@@ -199,7 +199,9 @@ class Calibration:
     def __repr__(self) -> str:
         force, modulus = ("-".join(f"{limit:g}" for limit in self.domain[key]) for key in ("force_N", "modulus_MPa"))
         name, count = self.finger.get("name") or "a measured finger", len(self.gauges)
-        return f"<Calibration of {name}: {count} gauges, {force} N, {modulus} MPa, {len(self.notes)} notes>"
+        lacks = self.provenance.get("lacks")
+        short = f"; intervals lack {' and '.join(map(str, lacks))}" if isinstance(lacks, list) and lacks else ""
+        return f"<Calibration of {name}: {count} gauges, {force} N, {modulus} MPa, {len(self.notes)} notes{short}>"
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Calibration":

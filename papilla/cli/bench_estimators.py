@@ -16,7 +16,8 @@ WORKERS = 2
 PLOT = "estimators.png"
 COST_SECONDS = 4.0
 _WAVELENGTH = {
-    "asked %": "asked", "answered %": "answered", "false %": "false", "settled %": "false_settled",
+    "asked %": "asked", "answered %": "answered", "false %": "false", "steady %": "false_steady",
+    "settled %": "false_settled",
     "in 2 sigma %": "covered", "error / sigma": "over_sigma", "median %": "median", "> 5 % off: %": "over_5",
     "RMS %": "rms", "x bound": "over_bound", "first right s": "first_right_s", "us": "us",
 }  # fmt: skip

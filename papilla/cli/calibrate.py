@@ -2,10 +2,11 @@
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from papilla.checks import positive
 from papilla.cli.calibrate_check import (
     CHECK_FAILED,
     CheckOption,
@@ -15,9 +16,17 @@ from papilla.cli.calibrate_check import (
     presses_to_check,
     print_check,
 )
-from papilla.cli.options import FingerOption, FrictionOption, about, keep_inputs, read_friction, surface_files
+from papilla.cli.options import (
+    PROCESSES,
+    FingerOption,
+    FrictionOption,
+    SizeOption,
+    about,
+    keep_inputs,
+    read_friction,
+    surface_files,
+)
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
-from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -33,13 +42,8 @@ def calibrate(
     bench: Annotated[
         Path | None, typer.Option(help="Identify the finger from this log of real presses (CSV), and calibrate it.")
     ] = None,
-    form: Annotated[
-        Literal["model", "spline"],
-        typer.Option(
-            help="Of --bench: the finger's model, or a free spline that knows no finger and needs more presses."
-        ),
-    ] = "model",
     friction: FrictionOption = None,
+    size_mm: SizeOption = None,
     check: CheckOption = None,
     export_c: ExportOption = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
@@ -48,47 +52,41 @@ def calibrate(
     """Calibrate the finger: mesh, model, sweep, fit.
 
     Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered.
+
+    The table "shape" of a design names three closed surface files beside it, as papilla/data/surfaces_finger.toml does:
+    kind = "surfaces", outer_file = "skin.stl", interface_file = "interface.stl", bone_file = "bone.stl"
     """
     watch = Stopwatch()
-    if form == "spline" and bench is None:
-        raise InputError("--form is for presses of --bench")
-    if form == "spline" and friction is not None:
-        raise InputError("--friction is for a model's presses: a spline through those of --bench knows none")
+    if size_mm is not None:
+        positive("--size-mm", size_mm)
     rubbing = read_friction(friction)
     from papilla.files import check_writable, write_text
     from papilla.finger import Finger
-    from papilla.logs import read_presses
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
-    if bench is not None and form == "model":
+    if bench is not None:
         paths["finger"] = out / "finger.toml"
     written = [*paths.values(), *([export_c] if export_c else [])]
     keep_inputs([finger, bench, check], written)
-    design = Finger.load(finger) if finger else None
-    keep_inputs(surface_files(design) if design else [], written)
-    log = read_presses(bench) if bench else None
-    for note in log.notes if log is not None else ():
-        say(f"{bench}: {note}")
-    presses = presses_to_check(check, design or (Finger.default() if log is None else None))
+    design = Finger.load(finger) if finger else Finger.default()
+    keep_inputs(surface_files(design), written)
+    log = _read(bench)
+    presses = presses_to_check(check, design)
     if log is None:
         check_writable(out)
     if export_c is not None:
         check_writable(export_c.parent)
 
     with progress() as shown:
-        if form == "model":
-            design = design or Finger.default()
-        with about(bench) if bench is not None else nullcontext():
-            done = _calibrated(log, design, rubbing, form, shown)
+        with about(bench) if bench else nullcontext():
+            done = _calibrated(log, design, rubbing, size_mm, shown)
         check_writable(out)
         header, found = header_of(done.calibration, export_c), checked(done.calibration, presses, check)
         _write(done, design, paths, watch, shown)
         if header is not None and export_c is not None:
             write_text(export_c, header)
-    summary = _summary(done, paths, watch.seconds) | {
-        "export_c": export_c and str(export_c),
-        "check": found and found.to_json(),
-    }
+    more = {"export_c": export_c and str(export_c), "check": found and found.to_json()}
+    summary = _summary(done, paths, watch.seconds) | more
     if as_json:
         print_json(summary)
     else:
@@ -99,23 +97,30 @@ def calibrate(
         raise typer.Exit(CHECK_FAILED)
 
 
+def _read(bench: Path | None) -> "PressLog | None":
+    """The log of measured presses, if there is one; its notes are told."""
+    from papilla.logs import read_presses
+
+    log = None if bench is None else read_presses(bench)
+    for note in log.notes if log is not None else ():
+        say(f"{bench}: {note}")
+    return log
+
+
 def _calibrated(
-    log: "PressLog | None", design: "Finger | None", rubbing: "Friction | None", form: str, shown: Progress
+    log: "PressLog | None", design: "Finger", rubbing: "Friction | None", size_mm: float | None, shown: Progress
 ) -> "Calibrated":
-    """The calibration of a design, or of the finger that made measured presses, by its model or a free form."""
+    """The calibration of a design, or of the finger that made the presses of a log."""
     from papilla.calibrate import job
 
-    if log is not None and (form == "spline" or design is None):
-        return job.calibrate_measured(log, design)
-    assert design is not None
+    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": PROCESSES}
+    how |= {"progress": shown.line, "steps": shown.steps}
     if log is None:
-        return job.calibrate_finger(design, friction=rubbing, progress=shown.line, steps=shown.steps)
-    return job.calibrate_bench(log, design, friction=rubbing, progress=shown.line, steps=shown.steps)
+        return job.calibrate_finger(design, **how)
+    return job.calibrate_bench(log, design, **how)
 
 
-def _write(
-    done: "Calibrated", finger: "Finger | None", paths: dict[str, Path], watch: Stopwatch, shown: Progress
-) -> None:
+def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], watch: Stopwatch, shown: Progress) -> None:
     """Write the results, all of them or none."""
     from papilla.calibrate.report.page import write_report
     from papilla.files import replacing_set
@@ -127,7 +132,6 @@ def _write(
         done.presses.to_csv(sweep)
         write_report(report, done, finger, seconds=watch.seconds, progress=shown.line)
         for path in identified:
-            assert finger is not None
             finger.save(path)
 
 
@@ -146,6 +150,7 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
         "bench": _of_the_bench(done),
         "published": _against_published(done),
         "truth": done.truth and done.truth.to_json(),
+        "physics": done.presses.physics,
         "dominant": done.calibration.dominant,
         "sigmas": done.calibration.sigmas,
         "notes": list(done.calibration.notes),
@@ -181,6 +186,8 @@ def _against_published(done: "Calibrated") -> dict | None:
         "scale": found.scale,
         "rms": found.relative_rms,
         "rms_30_100_gf": found.heavy_rms,
+        "press_rms": found.press_rms,
+        "press_rms_30_100_gf": found.heavy_press_rms,
         "depths": [{**asdict(depth), "error": depth.error} for depth in done.depths],
     }
 
@@ -217,8 +224,13 @@ def _print(summary: dict) -> None:
         )
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     if published := summary["published"]:
-        rms, heavy = (_percent(published[key]) for key in ("rms", "rms_30_100_gf"))
-        tell(f"Published regression (9): {rms} % rms off over 10-100 gf, {heavy} % over 30-100 gf, one scale factor.")
+        whole, each = (
+            [_percent(published[f"{name}{part}"]) for part in ("", "_30_100_gf")] for name in ("rms", "press_rms")
+        )
+        tell(
+            f"Published regression (9), one scale factor: rms error {whole[0]} % of its rms over 10-100 gf, "
+            f"{whole[1]} % over 30-100 gf; press by press {each[0]} and {each[1]} %."
+        )
     if truth := summary["truth"]:
         of_sd, of_modulus = truth["sd_max_error"], truth["max_error"]
         parts = (
@@ -226,6 +238,7 @@ def _print(summary: dict) -> None:
         )
         tell(f"Off {truth['presses']} presses at finite strain on a mesh it never saw by at most: {'; '.join(parts)}.")
         tell(f"The 95 % interval of E holds {_percent(truth['inside_interval'])} % of their moduli.")
+    tell(f"Pressed on: {summary['physics']}")
     shares = ", ".join(f"{name} {_percent(sigma)} %" for name, sigma in summary["sigmas"].items() if sigma)
     tell(f"dominant: {summary['dominant']} (one sigma of S_d: {shares}).")
     for note in summary["notes"]:

@@ -33,15 +33,15 @@ ExportOption = Annotated[
 ]
 
 
-def presses_to_check(path: Path | None, design: "Finger | None") -> "PressLog | None":
-    """The presses of a check, of as many gauges as the design (the default one without) has."""
+def presses_to_check(path: Path | None, design: "Finger") -> "PressLog | None":
+    """The presses of a check, of as many gauges as the design has."""
     if path is None:
         return None
     from papilla.errors import InputError
     from papilla.logs import read_presses
 
     presses = read_presses(path)
-    if design is not None and len(design.gauges) != len(presses.gauge_names):
+    if len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{path} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     for note in presses.notes:
         say(f"{path}: {note}")

@@ -58,7 +58,7 @@ def estimate(
     softness: SoftnessOption = "surface",
     lever_mm: LeverOption = None,
     friction_memory: Annotated[
-        float | None, typer.Option(help="Slid path (mm) that friction is learnt over; 50 by default.")
+        float | None, typer.Option(help="Slid path (mm) that friction is averaged over; without it 0.1 s of sliding.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
@@ -66,7 +66,7 @@ def estimate(
     from papilla import checks
     from papilla.cli.estimate_output import Summary, print_summary
     from papilla.estimators import Doubts, Pipeline
-    from papilla.estimators.pipeline.answer import COLUMNS
+    from papilla.estimators.pipeline import PipelineEstimate
     from papilla.files import check_writable
     from papilla.tables import table_writer
 
@@ -95,12 +95,12 @@ def estimate(
         )
         summary = Summary(recorded)
         check_writable(out.parent)
-        with table_writer(out, ("t_s", *COLUMNS)) as write:
+        with table_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
             bar.line("estimating")
             for block in recorded.blocks():
                 block[:, 1 : 1 + len(zeros)] -= zeros
                 answer = pipeline.process(block)
-                write([block[:, 0], *answer[: len(COLUMNS)]])
+                write([block[:, 0], *answer])
                 summary.add(block, answer)
                 bar.line("estimating")
                 bar.steps(summary.rows, recorded.report.rows)
@@ -108,12 +108,12 @@ def estimate(
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
     found |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
-    for message in found["messages"]:
-        say(message)
     if as_json:
         print_json(found)
     else:
         print_summary(found)
+    for message in found["messages"]:
+        say(message)
 
 
 def _opened(log: Path, lever_mm: float | None, bar: Progress) -> "TimeLogFile":

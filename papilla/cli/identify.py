@@ -21,6 +21,7 @@ from papilla.cli.identify_suggest import (
     refuse_unfit,
 )
 from papilla.cli.options import (
+    PROCESSES,
     FingerOption,
     FrictionOption,
     SpecimenKind,
@@ -96,7 +97,7 @@ def identify(
     with progress() as shown:
         with about(log):
             bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
-            found = fit(presses, design, free=free or (), fix=held, **bench, progress=shown.line)
+            found = fit(presses, design, free=free or (), fix=held, **bench, processes=PROCESSES, progress=shown.line)
         shown.line("what to doubt")
         told = confess(found)
         silicone, kept = relaxation_of(log, found, relaxation)
@@ -130,7 +131,7 @@ def _held(fix: list[str]) -> dict[str, float]:
 
 def summary_of(found: "Identification", told: "Confession") -> dict:
     """Parameters with intervals, and what the fit confesses, as plain values."""
-    from papilla.specimen import friction_words
+    from papilla.specimen import physics_words
 
     parameters = {}
     for name, value in found.values.items():
@@ -146,7 +147,11 @@ def summary_of(found: "Identification", told: "Confession") -> dict:
         "freedom": found.freedom,
         "condition": told.condition,
         "noise": vars(found.problem.noise) | {"words": found.problem.noise.words},
-        "friction": friction_words(found.problem.shapes[0].responses[0].friction),
+        "friction": found.problem.friction,
+        "physics": " and ".join(
+            physics_words(shape.specimen, shape.friction, shape.responses[0].large_strain)
+            for shape in found.problem.shapes
+        ),
         "profiles": [vars(one) for one in told.profiles],
         "influence": told.influence.tolist(),
         "doubts": list(told.doubts),
@@ -168,7 +173,8 @@ def _print(summary: dict) -> None:
         rows.append(
             (name, value, f"{unit}  {one['lower']:.4g} to {one['upper']:.4g}" if one["free"] else f"{unit}  held")
         )
-    tell(f"{summary['presses']} presses, friction {summary['friction']}; values and 95 % intervals:")
+    tell(f"{summary['presses']} presses on: {summary['physics']}")
+    tell("Values and 95 % intervals:")
     print_table(rows)
     if still:
         tell(f"Held where they start: {', '.join(dict.fromkeys(still))}.")

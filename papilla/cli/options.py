@@ -8,17 +8,27 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from papilla.checks import positive
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
+    from papilla.fem import Press
     from papilla.finger import Finger
     from papilla.specimen import Friction, Specimen
+
+PROCESSES = min(2, os.cpu_count() or 1)
+"""Processes that long jobs are shared between: each takes up to 1 GB."""
 
 SpecimenKind = Literal["half-space", "block", "sphere"]
 
 FingerOption = Annotated[
     Path | None,
     typer.Option(help="Design file (TOML), or the name of a finger that ships: published.  [default: default]"),
+]
+
+SizeOption = Annotated[
+    float | None,
+    typer.Option(help="Element size at the contact, mm: 0.7 unless told, as of the meshes that ship."),
 ]
 
 FrictionOption = Annotated[
@@ -42,6 +52,13 @@ def read_friction(text: str | None) -> "Friction | None":
         friction = text
     friction_coefficient(friction)
     return friction
+
+
+def mesh_size(size_mm: float | None) -> float:
+    """The element size of an option, that of the figures of the README where it is not given; raises `InputError`."""
+    from papilla.mesh import DEFAULT_SIZE_MM
+
+    return DEFAULT_SIZE_MM if size_mm is None else positive("--size-mm", size_mm)
 
 
 def make_specimen(
@@ -71,6 +88,17 @@ def describe(specimen: "Specimen") -> dict:
     units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
     kind = {"HalfSpace": "half-space"}.get(type(specimen).__name__, type(specimen).__name__.lower())
     return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items() if key != "bonded"}}
+
+
+def scene_of(touched: "Specimen", found: "Press") -> dict:
+    """What a press was made under, as plain values and in words."""
+    from papilla.specimen import friction_words, physics_words
+
+    return {
+        "specimen": describe(touched),
+        "friction": friction_words(found.friction),
+        "physics": physics_words(touched, found.friction, found.large_strain),
+    }
 
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:

@@ -68,21 +68,28 @@ def show_table(table: "Table") -> None:
     Console(width=max(console.width, needed)).print(table)
 
 
+REPEAT_S = 5.0
+"""Seconds after which a long stage says again, in a pipe or file, that it is at work."""
+
+
 class Progress:
     """Shows the stage that a long job is in, and how far it got; `line` and `steps` are handed to the library."""
 
     def __init__(self, bar: "Bar | None") -> None:
         self._bar = bar
         self._task: Any = bar.add_task("", total=None) if bar is not None else None
-        self._stage = ""
+        self._stage, self._said = "", 0.0
 
     def line(self, text: str) -> None:
-        """Show one line of text, such as "meshing, 3 s"; away from a terminal each stage is named once."""
+        """Show one line of text, such as "meshing, 3 s"; away from a terminal a stage, what stands before the comma,
+        is named when it begins and every `REPEAT_S` while it lasts."""
         if self._bar is not None:
             self._bar.update(self._task, description=plain(text), total=None)
-        elif (stage := text.split(",")[0]) != self._stage:
-            self._stage = stage
-            say(stage)
+            return
+        stage, now = text.split(",")[0], time.monotonic()
+        if stage != self._stage or now - self._said >= REPEAT_S:
+            self._stage, self._said = stage, now
+            say(text)
 
     def steps(self, done: int, total: int) -> None:
         """Show that `done` of `total` scenes are done."""

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from papilla.checks import place, positive
-from papilla.cli.options import FingerOption, FrictionOption, SpecimenKind, describe, make_specimen, read_friction
+from papilla.cli.options import (
+    FingerOption,
+    FrictionOption,
+    SizeOption,
+    SpecimenKind,
+    make_specimen,
+    mesh_size,
+    read_friction,
+    scene_of,
+)
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -28,6 +37,7 @@ def press(
     ] = "auto",
     friction: FrictionOption = None,
     finger: FingerOption = None,
+    size_mm: SizeOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Press a specimen on the finger: indentation, contact, gauge readings.
@@ -46,38 +56,32 @@ def press(
     place("--at", at)
 
     from papilla import fem
-    from papilla.fem.reduction.finger_model import prepare
+    from papilla.fem.preparing import prepare
     from papilla.finger import Finger
     from papilla.mesh import build
-    from papilla.specimen import STICK, friction_words
+    from papilla.specimen import STICK
 
-    design = Finger.load(finger or "default")
+    design, size = Finger.load(finger or "default"), mesh_size(size_mm)
     touched = make_specimen(specimen, modulus, thickness, radius, design)
-    rubbing = design.bench.friction if rubbing is None and fidelity != "hertz" else rubbing
     with progress() as shown:
         if fidelity == "finite":
-            mesh = build(design, progress=shown.line)
+            mesh = build(design, size, progress=shown.line)
             found = fem.press_finite(
                 design,
                 mesh,
                 touched,
                 force=force,
                 indentation=indentation,
-                friction=STICK if rubbing is None else rubbing,
+                friction=next(one for one in (rubbing, design.bench.friction, STICK) if one is not None),
                 at=at,
                 progress=shown.line,
             )
         else:
-            reduced = prepare(design, at=at, progress=shown.line)
+            reduced = prepare(design, size_mm=size, at=at, progress=shown.line)
             found = fem.press(
                 reduced, touched, force=force, indentation=indentation, fidelity=fidelity, friction=rubbing
             )
-    named = {
-        "finger": design.name,
-        "specimen": describe(touched),
-        "at_mm": list(at),
-        "friction": friction_words(found.friction),
-    }
+    named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
     if as_json:
         print_json({**found.to_json(), **named})
     else:
@@ -96,8 +100,8 @@ def _print(found: "Press", named: dict, gauges: list[str]) -> None:
         ("S_d (population sd)", f"{found.sd:.1f}", "µε"),
         ("force balance", f"{found.force_balance:.1e}", ""),
         ("fidelity", found.fidelity, ""),
-        ("friction", str(named["friction"]), ""),
     ]
     tell(f"{named['specimen']['kind']} ({specimen}) on {named['finger']}")
     print_table(rows)
+    tell(f"Pressed on: {named['physics']}")
     tell(found.status)

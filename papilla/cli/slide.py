@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from papilla.cli.options import FingerOption, keep_inputs, surface_files
+from papilla.cli.options import FingerOption, keep_inputs, scene_of, surface_files
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Motion, Slide
+    from papilla.fem.sliding.tying import Tie
     from papilla.finger import Finger
     from papilla.textures import Texture
 
@@ -32,7 +33,9 @@ def slide(
     motion: Annotated[Path | None, typer.Option(help="Motion (CSV: t_s,position_mm) in place of a speed.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Duration; of a motion all of it unless given.")] = None,
     rate: Annotated[float, typer.Option(help="Samples a second.")] = 1000.0,
-    friction: Annotated[float, typer.Option(help="Coulomb's coefficient, 0 to 3.")] = 0.0,
+    friction: Annotated[
+        float | None, typer.Option(help="Coulomb's coefficient, 0 to 3.  [default: of the design's bench, else none]")
+    ] = None,
     dynamics: Annotated[
         Literal["auto", "quasi-static", "modal"], typer.Option(help="Inertia: where the scene is fast, never, always.")
     ] = "auto",
@@ -73,7 +76,7 @@ def slide(
             design, texture, moved, force=force, depth=press_depth, friction=friction, dynamics=dynamics,
             loss_factor=loss_factor, progress=shown.line,
         )  # fmt: skip
-    facts = _facts(found, texture, friction) | {
+    facts = _facts(found, texture) | {
         "noise_microstrain": noise,
         "seed": seed,
         "log": str(out),
@@ -133,7 +136,7 @@ def _motion(speed, motion, seconds, rate, texture: "Texture", inside: float) -> 
     return moved
 
 
-def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
+def _facts(found: "Slide", texture: "Texture") -> dict:
     import numpy as np
 
     from papilla.textures import MeasuredProfile
@@ -148,13 +151,14 @@ def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
         else {"kind": "grating", **vars(texture)},
         "wavelength_mm": texture.wavelength,
         "ridge_pitch_mm": found.ridge_pitch_mm or None,
-        "friction": friction,
+        "friction": found.friction,
         "gauges": list(found.gauge_names),
         "samples": len(found.readings),
         "rate_Hz": found.motion.rate_Hz,
         "mean_force_N": float(found.force_N.mean()),
         "mean_depth_mm": float(found.depth_mm.mean()),
         "effective_length_mm": found.length_mm,
+        "at_rest": _at_rest(found.tied),
         "fully_sliding_from_s": float(found.motion.t_s[np.argmax(slides)]) if slides.any() else None,
         "share_fully_sliding": float(slides.mean()),
         "dynamics": found.dynamics,
@@ -172,6 +176,15 @@ def _facts(found: "Slide", texture: "Texture", friction: float) -> dict:
         "flank_push_of_force": found.flank_push,
         "seconds": found.seconds,
     }
+
+
+def _at_rest(tied: "Tie | None") -> dict | None:
+    """The press in three dimensions that the section is tied to, and what the section alone lacks of it."""
+    if tied is None:
+        return None
+    from papilla.fem.sliding.tying import FLAT
+
+    return tied.press.to_json() | scene_of(FLAT, tied.press) | {"added_microstrain": tied.lacking.tolist()}
 
 
 def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, facts: dict) -> None:
@@ -205,6 +218,15 @@ def _print(facts: dict) -> None:
         ("mean depth", f"{facts['mean_depth_mm']:.4g}", "mm"),
         ("effective length along y", f"{facts['effective_length_mm']:.4g}", "mm"),
     ]
+    if rest := facts["at_rest"]:
+        rows += [
+            ("at rest on a flat: depth", f"{rest['indentation_mm']:.4g}", "mm"),
+            ("at rest on a flat: S_d", f"{rest['sd_microstrain']:.1f}", "µε"),
+        ]
+        for name, read, added in zip(
+            facts["gauges"], rest["reading_microstrain"], rest["added_microstrain"], strict=True
+        ):
+            rows.append((f"at rest {name} (of it not the section's)", f"{read:.0f}, {added:.0f}", "µε"))
     for name, mean, sd in zip(facts["gauges"], facts["mean_microstrain"], facts["sd_microstrain"], strict=True):
         rows.append((f"signal {name} (mean, sd)", f"{mean:.0f}, {sd:.1f}", "µε"))
     rows += [("dynamics", facts["dynamics"], ""), ("computed in", f"{facts['seconds']:.2f}", "s")]
@@ -213,4 +235,6 @@ def _print(facts: dict) -> None:
     tell(f"{facts['dynamics']}: {facts['why']}")
     if facts["dynamics"] == "modal":
         tell(f"loss factor {facts['loss_factor']:.2g}, {facts['loss_from']}")
+    if rest := facts["at_rest"]:
+        tell(f"At rest as pressed on: {rest['physics']}; what the texture changes is the section's own")
     tell(facts["status"])

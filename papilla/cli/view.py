@@ -5,7 +5,16 @@ from typing import Annotated, Literal
 
 import typer
 
-from papilla.cli.options import FingerOption, SpecimenKind, keep_inputs, make_specimen, surface_files
+from papilla.cli.options import (
+    FingerOption,
+    SizeOption,
+    SpecimenKind,
+    keep_inputs,
+    make_specimen,
+    mesh_size,
+    scene_of,
+    surface_files,
+)
 from papilla.cli.output import Stopwatch, print_json, progress, tell
 from papilla.errors import InputError
 
@@ -31,6 +40,7 @@ def view(
     at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
     gauge: Annotated[str | None, typer.Option(help="Gauge of a receptive field.  [default: the middle one]")] = None,
     finger: FingerOption = None,
+    size_mm: SizeOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Draw the strain field of a press, its contact pressure, or the receptive field of a gauge."""
@@ -49,7 +59,7 @@ def view(
 
     kind_of(target)
     keep_inputs([finger], [target])
-    design = Finger.load(finger or "default")
+    design, size = Finger.load(finger or "default"), mesh_size(size_mm)
     touched = make_specimen(specimen, SHOWN_MODULUS_MPA if modulus is None else modulus, thickness, radius, design)
     keep_inputs(surface_files(design), [target])
     check_writable(target.parent)
@@ -57,14 +67,12 @@ def view(
     with progress() as shown:
         if what == "receptive":
             name = design.gauges[len(design.gauges) // 2].name if gauge is None else gauge
-            pictures.receptive(target, design, name, progress=shown.line)
+            pictures.receptive(target, design, name, size_mm=size, progress=shown.line)
             facts["gauge"] = name
         else:
-            # A picture shows pressures node by node, so the contact is solved, not taken from Hertz
-            reduced = fem.prepare(design, at=at, progress=shown.line)
-            load = SHOWN_FORCE_N if force is None else force
-            found = fem.press(reduced, touched, force=load, fidelity="contact")
-            facts |= found.to_json()
+            reduced = fem.prepare(design, size_mm=size, at=at, progress=shown.line)
+            found = pictures.shown(reduced, touched, force=SHOWN_FORCE_N if force is None else force)
+            facts |= found.to_json() | scene_of(touched, found)
             if what == "strain":
                 pictures.strain(target, design, reduced, found, touched, progress=shown.line)
             else:
@@ -72,4 +80,6 @@ def view(
     if as_json:
         print_json({**facts, "screenshot": str(target), "seconds": watch.seconds})
     else:
+        if "physics" in facts:
+            tell(f"Pressed on: {facts['physics']}")
         tell(f"Wrote {target}")

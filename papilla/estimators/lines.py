@@ -12,6 +12,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.background import background
+from papilla.estimators.fundamental import SLACK, fundamental_of
 from papilla.estimators.peaks import Peak, order_of, with_harmonics
 from papilla.estimators.spectrum import Spectrum, Strokes, spectrum_of, strokes_of, whole
 
@@ -43,7 +44,8 @@ class SpectralLine:
     to it in full, 1 % for 1 %. A line with harmonics has the wavelength on which it and they agree.
     amplitude : root mean square over the channels of the amplitude of the sinusoid, in units of the readings.
     ratio : power over the background; chance : probability of it or more from the background anywhere in the search.
-    harmonic, fundamental_mm : it may be that harmonic of a stronger line of that wavelength, or 1 and its own.
+    harmonic, fundamental_mm : it may be that harmonic of a stronger line of that wavelength, or of a period that no
+    line has and loud ones share (2.36 and 1.57 mm: 4.71); else 1 and its own.
     channels : numbers, from 0, of those in which it stands out by itself, as rarely by chance as in all together.
     """
 
@@ -219,13 +221,24 @@ def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], 
         agreed = peak if order > 1 else with_harmonics(peak, peaks, resolution)
         wavelength, sigma = 1 / agreed.wavenumber, agreed.sigma / agreed.wavenumber**2
         if order == 1:
-            fundamental = wavelength
-            fundamentals.append((peak, fundamental))
+            base = _common(peak, peaks, resolution, searched[1])
+            order, fundamental = round(peak.wavenumber / base), wavelength * round(peak.wavenumber / base)
+            fundamentals.append((peak._replace(wavenumber=1 / fundamental, sigma=peak.sigma / order), fundamental))
         rarely = min(float(_trials(octaves, peak.wavenumber)) * peak.chance, 1.0)
         lines.append(
             SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels)
         )
     return lines
+
+
+def _common(peak: Peak, peaks: list[Peak], resolution: float, longest_mm: float) -> float:
+    """The wavenumber of which this peak and others as loud are or may be harmonics though no peak has it: its own where
+    there is none in the range."""
+    k, reach = peak.wavenumber, SLACK * resolution
+    others = [own for own in peaks if abs(own.wavenumber - round(own.wavenumber / k) * k) > reach]
+    found = fundamental_of(peak, others, reach, set(others), False)
+    base = found.other if found.loud else found.wavenumber
+    return base if base * longest_mm > 1 else k
 
 
 def _trials(octaves: float, wavenumber):

@@ -1,29 +1,8 @@
-"""Finite elements: a finger on its mesh, condensed once, then pressed thousands of times."""
+"""Finite elements: a finger on its mesh, condensed once, then pressed thousands of times.
 
-from papilla.fem.fields import Field, ReceptiveFields, receptive_fields, recover
-from papilla.fem.finite import press_finite
-from papilla.fem.pressing.fidelity import press
-from papilla.fem.pressing.press import Press
-from papilla.fem.reduction.finger_model import FingerModel, prepare
-from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.fem.sliding.motion import Motion
-from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
-from papilla.fem.sliding.slide import Slide, slide
+Names are imported on first use: a press needs neither sliding nor the full mesh at finite strain.
+"""
 
-__all__ = [
-    "Field",
-    "FingerModel",
-    "Motion",
-    "Press",
-    "ReceptiveFields",
-    "ReducedFinger",
-    "ReducedSection",
-    "Slide",
-    "prepare",
-    "prepare_section",
-    "press",
-    "press_finite",
-    "receptive_fields",
-    "recover",
-    "slide",
-]
+from papilla._lazy import attach as _attach
+
+__getattr__, __dir__, __all__ = _attach(__name__, __file__)

@@ -51,7 +51,8 @@ class TimeLog:
     readings : (n, g) in microstrain; cells without a number are NaN.
     gauge_names : the g column names, by their number.
     force_N, velocity_mm_s, position_mm, tangential_N : (n,) or None where the log has no such column.
-    sample_rate_Hz : mean rate over the steps that are neither gaps nor duplicates.
+    sample_rate_Hz : mean rate over the steps that are neither gaps nor duplicates; of the rows where most share their
+    time with the one before, as samples do that come in packets.
     report : what was counted while reading.
     """
 
@@ -115,8 +116,12 @@ class _Scan:
         step = self._steps.mean_up_to(longest)
         if not SHORTEST_STEP_S <= step <= LONGEST_STEP_S:
             raise FileFormatError(f"{path}: steps of t_s of {step:g} s on average; are these times in s?")
+        # Rows of one packet share its time: the rate is that of the rows.
+        bunched = 2 * self.counts["duplicates"] > self.counts["rows"]
+        step *= 1 - bunched * self.counts["duplicates"] / self.counts["rows"]
         beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST:g}: they count as missing"]
-        notes = (*beyond[: self.counts["unbelievable"]], *self._reader.notes)
+        shared = [f"most rows share their t_s with the row before: they are taken as {1 / step:.4g} Hz, spread evenly"]
+        notes = (*shared[: int(bunched)], *beyond[: self.counts["unbelievable"]], *self._reader.notes)
         return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, **self.counts)
 
 

@@ -1,6 +1,8 @@
 """What is meshed of a finger: surfaces, flat faces, mirrors, and the closed triangulations for the mesher."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -27,24 +29,29 @@ class Plane:
     role: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
-    """The part of a finger that is meshed: all of it, or the quarter that `mirrors` repeat."""
+    """The part of a finger that is meshed: all of it, or the quarter that `mirrors` repeat.
+
+    Parameters
+    ----------
+    low, high : (3,) smallest and largest coordinates in mm.
+    facet_mm, variant : edges of the triangulations of exact surfaces, and which of them: each has its own.
+    """
 
     surfaces: dict[str, Surface]
     planes: tuple[Plane, ...]
     mirrors: tuple[str, ...]
-    triangulations: tuple[Triangulation, ...]
+    low: np.ndarray
+    high: np.ndarray
+    facet_mm: float = math.inf
+    variant: int = 0
 
-    @property
-    def low(self) -> np.ndarray:
-        """Smallest coordinates (3,) in mm."""
-        return self.triangulations[0][0].min(axis=0)
-
-    @property
-    def high(self) -> np.ndarray:
-        """Largest coordinates (3,) in mm."""
-        return self.triangulations[0][0].max(axis=0)
+    @cached_property
+    def triangulations(self) -> tuple[Triangulation, ...]:
+        """A closed triangulation of each nested body, for the mesher; those read from files are what they are."""
+        random = np.random.default_rng(self.variant) if self.variant else None
+        return tuple(_triangulated(surface, self.facet_mm, random) for surface in self.surfaces.values())
 
     @property
     def apex(self) -> np.ndarray:
@@ -56,31 +63,41 @@ class Body:
 
 
 def body_of(finger: Finger, size_mm: float, variant: int = 0) -> Body:
-    """The body to mesh of a finger with elements of `size_mm`; raises what `surfaces_of` raises.
-
-    Each variant has its own triangulation of exact surfaces; those read from files are what they are.
-    """
-    if isinstance(finger.shape, Dome | Slab):
-        longest = max(2 * max(finger.shape.outer), getattr(finger.shape, "depth", 0.0))
+    """The body to mesh of a finger with elements of `size_mm`; raises what `surfaces_of` raises."""
+    shape = finger.shape
+    if isinstance(shape, Dome | Slab):
+        longest = max(2 * max(shape.outer), getattr(shape, "depth", 0.0))
         checks.within("longest side of the finger (mm)", longest, SMALLEST_MM, LARGEST_MM)
     surfaces = surfaces_of(finger)
-    if isinstance(finger.shape, Dome | Slab):
+    if isinstance(shape, Dome | Slab):
         planes = [Plane(0, 0.0, -1, "mirror"), Plane(1, 0.0, -1, "mirror"), Plane(2, 0.0, -1, "base")]
-        if isinstance(finger.shape, Slab):
-            planes.append(Plane(1, finger.shape.depth / 2, 1, "end"))
-        facet = max(max(finger.shape.outer) / FACETS_PER_RADIUS, FACET_SIZES * size_mm)
-        random = np.random.default_rng(variant)
-        parts = tuple(_quarter(surface, facet, random if variant else None) for surface in surfaces.values())
-        return Body(surfaces, tuple(planes), ("x", "y"), parts)
+        high = shape.outer if isinstance(shape, Dome) else (shape.outer[0], shape.depth / 2, shape.outer[1])
+        if isinstance(shape, Slab):
+            planes.append(Plane(1, shape.depth / 2, 1, "end"))
+        facet = max(max(shape.outer) / FACETS_PER_RADIUS, FACET_SIZES * size_mm)
+        return Body(surfaces, tuple(planes), ("x", "y"), np.zeros(3), np.array(high), facet, variant)
     from papilla.mesh.triangle_surface import TriangleSurface
 
-    whole = [surface for surface in surfaces.values() if isinstance(surface, TriangleSurface)]
-    base = Plane(2, whole[0].base_z, -1, "base")
-    return Body(surfaces, (base,), (), tuple((surface.vertices, surface.triangles) for surface in whole))
+    skin = surfaces["skin"]
+    assert isinstance(skin, TriangleSurface)
+    base = Plane(2, skin.base_z, -1, "base")
+    return Body(surfaces, (base,), (), skin.vertices.min(axis=0), skin.vertices.max(axis=0))
 
 
-def _quarter(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
-    assert isinstance(surface, Ellipsoid)
+def narrowest_mm(finger: Finger) -> float:
+    """Smallest of a finger's height and half breadths, a slab's depth apart; raises what `surfaces_of` raises."""
+    body = body_of(finger, LARGEST_MM)
+    half = (body.high - body.low) / [1 if name in body.mirrors else 2 for name in "xyz"]
+    half[2] *= 2
+    return float(half[[0, 2]].min() if isinstance(finger.shape, Slab) else half.min())
+
+
+def _triangulated(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
+    if not isinstance(surface, Ellipsoid):
+        from papilla.mesh.triangle_surface import TriangleSurface
+
+        assert isinstance(surface, TriangleSurface)
+        return surface.vertices, surface.triangles
     divisions = max(6, round(np.pi / 2 * max(surface.axes) / facet))
     if isinstance(surface, EllipticCylinder):
         vertices, triangles = quarter_cylinder(surface, divisions)

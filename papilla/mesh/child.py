@@ -15,13 +15,19 @@ import numpy as np
 
 from papilla.errors import FileAccessError, MeshError
 from papilla.files import reason, scratch
+from papilla.mesh import keeper, worker
 
 TIMEOUT_S = 1800.0  # A child that has not finished by then has hung: the finest useful meshes take a few minutes
 HEARTBEAT_S, PATIENCE_S = 0.5, 10.0
 ERROR_LINES = 3
 
-KEEPER, WORKER = (Path(__file__).with_name(f"{name}.py") for name in ("keeper", "worker"))
+KEEPER, WORKER = Path(keeper.__file__), Path(worker.__file__)
 """Scripts: to import the package would take them longer than most of their work."""
+
+MESHER_VERSION = 1
+"""Part of the key of every stored mesh, in place of the mesher's code and the versions of other packages. Raise it when
+a change of `papilla.mesh` makes meshes that should take the place of those that users have: other sizes or boundaries,
+better cells, a fault removed. Their fingers are meshed again then, and all that is computed on a mesh with them."""
 
 Progress = Callable[[str], None]
 

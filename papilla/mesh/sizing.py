@@ -10,11 +10,16 @@ grows from SITE sizes at each gauge, whose grid is short against the elements th
 bone.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 
 import numpy as np
 
+from papilla import checks
+from papilla.finger import Finger
+from papilla.memory import least_bytes, refuse_size
+from papilla.mesh.body import Body, body_of
+from papilla.mesh.surfaces import gauge_site
 from papilla.mesh.topology import volumes
 
 FINE_ZONE = 0.37
@@ -29,6 +34,9 @@ SITE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and the radius of the zone of 
 FAR = 5.0  # Largest size, in sizes of the fine zone
 FAR_LIMIT_MM = 5.0  # Largest size whatever was asked for: coarser elements do not follow the default finger's surfaces
 DEPTH_STRETCH = 1.4
+
+FINEST, COARSEST = 1 / 200, 1 / 4  # Element sizes that are accepted, as fractions of the finger's height
+SAMPLES = 32  # Points along each axis of the body's box in which its volume is sampled
 
 CELLS_PER_VOLUME, FEWEST_CELLS = 9.3, 2400
 """Tetrahedra in a volume of size^3, and those that the surfaces take whatever the size: with them the seven meshes
@@ -67,6 +75,41 @@ class Sizing:
     def cell_count(self, points: np.ndarray, volume: float) -> float:
         """Expected number of tetrahedra of a body sampled at points (n, 3), each standing for `volume` mm3."""
         return FEWEST_CELLS + CELLS_PER_VOLUME * float((volume / self(points) ** 3).sum())
+
+
+def asked(finger: Finger, size_mm: float, variant: int = 0) -> tuple[Body, Sizing]:
+    """What is to be meshed of a finger, and the element sizes that `size_mm` at the contact stands for.
+
+    Raises what `body_of` raises, `InputError` for a size out of range or a gauge off the interface, and
+    `MemoryEstimateError` where a mesh of that size could not be pressed in the memory left.
+    """
+    body = body_of(finger, size_mm, variant)
+    tall = float(body.high[2] - body.low[2])
+    checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
+    sites = np.array([gauge_site(finger, gauge, body.surfaces["interface"]) for gauge in finger.gauges]).reshape(-1, 3)
+    for axis in ("xyz".index(name) for name in body.mirrors):
+        sites[:, axis] = np.abs(sites[:, axis])
+    sizing = Sizing(body.apex, size_mm, finger.patch_radius, np.unique(np.round(sites, 9), axis=0))
+    refuse_too_fine(body, sizing, finger.bone is not None)
+    return body, sizing
+
+
+def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
+    """Raise `MemoryEstimateError` where the mesh that `sizing` asks for could not be pressed in the memory left."""
+    lines = [
+        low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES for low, high in zip(body.low, body.high, strict=True)
+    ]
+    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    meshed = body.surfaces["skin"].level(points) <= 0
+    if not keep_bone:
+        meshed &= body.surfaces["bone"].level(points) > 0
+    volume = float(np.prod(body.high - body.low)) / SAMPLES**3
+
+    def cells(ratio: float) -> float:
+        return replace(sizing, near_mm=ratio * sizing.near_mm).cell_count(points[meshed], volume)
+
+    job = f"factorising a mesh of about {cells(1):,.0f} tetrahedra (size_mm {sizing.near_mm:g})"
+    refuse_size(job, sizing.near_mm, lambda ratio: least_bytes(cells(ratio)))
 
 
 def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

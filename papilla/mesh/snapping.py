@@ -52,14 +52,16 @@ def snap(body: Body, cells: TaggedCells) -> np.ndarray:
     return relax(points, cells.tets, constraints)
 
 
-def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints) -> np.ndarray:
+def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints, poor: float = POOR) -> np.ndarray:
     """Smart Laplacian smoothing of poor cells: a move counts only if it raises the worst quality around its vertex."""
     points = points.copy()
     quality = mean_ratio(points, tets)
+    order = np.argsort(tets, axis=None, kind="stable")
+    starts = np.searchsorted(tets.ravel()[order], np.arange(len(points) + 1))
     for _ in range(SWEEPS):
         improved = False
-        for vertex in np.unique(tets[quality < POOR]):
-            around = np.flatnonzero(np.any(tets == vertex, axis=1))
+        for vertex in np.unique(tets[quality < poor]):
+            around = order[starts[vertex] : starts[vertex + 1]] // 4
             improved |= _move(points, tets, quality, vertex, around, constraints)
         if not improved:
             break

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from papilla.checks import SIZE_OPTION
 from papilla.errors import MeshError
 from papilla.mesh.body import Body
 from papilla.mesh.layered import BONE, INNER, OUTER
@@ -38,7 +39,7 @@ def tag(body: Body, points: np.ndarray, tets: np.ndarray, keep_bone: bool, reach
     parts = ((OUTER, "outer layer"), (INNER, "inner layer"), (BONE, "bone"))
     missing = [name for number, name in parts if not np.any(layer == number)]
     if missing:
-        raise MeshError(f"the {' and the '.join(missing)} got no tetrahedra: the element size is too coarse")
+        raise MeshError(f"the {' and the '.join(missing)} got no tetrahedra: take a smaller size_mm ({SIZE_OPTION})")
     if not keep_bone:
         keep = layer != BONE
         tets, layer = tets[keep], layer[keep]
@@ -62,14 +63,14 @@ def _sort_faces(body, points, tets, layer, reach) -> TaggedCells:
     centres = points[rim].mean(axis=1)
     on_bone = np.abs(body.surfaces["bone"].level(centres)) < np.abs(body.surfaces["skin"].level(centres))
     if np.any(curved & ~on_bone & (rim_layer != OUTER)) or np.any(curved & on_bone & (rim_layer == OUTER)):
-        raise MeshError("a layer is open: cells of one layer lie on the surface of another; use a smaller element size")
-    between = {pair: _between(faces, cells, layer, *pair) for pair in ((INNER, OUTER), (BONE, INNER), (BONE, OUTER))}
-    if len(between[BONE, OUTER]):
-        raise MeshError("the bone touches the outer layer: use a smaller element size")
+        raise MeshError(f"a layer is open, its cells on the surface of another: take a smaller size_mm ({SIZE_OPTION})")
+    shared = {pair: between(faces, cells, layer, *pair) for pair in ((INNER, OUTER), (BONE, INNER), (BONE, OUTER))}
+    if len(shared[BONE, OUTER]):
+        raise MeshError(f"the bone touches the outer layer: take a smaller size_mm ({SIZE_OPTION})")
     on_surface = {
         "skin": rim[curved & ~on_bone],
-        "interface": between[INNER, OUTER],
-        "bone": np.vstack([rim[curved & on_bone], between[BONE, INNER]]),
+        "interface": shared[INNER, OUTER],
+        "bone": np.vstack([rim[curved & on_bone], shared[BONE, INNER]]),
     }
     return TaggedCells(points, tets, layer, on_surface, tuple(rim[on] for on in flat))
 
@@ -82,7 +83,7 @@ def _on_plane(points, faces, plane, reach) -> np.ndarray:
     return near & (cosine > FLAT_COSINE)
 
 
-def _between(faces, cells, layer, inside, around) -> np.ndarray:
+def between(faces: np.ndarray, cells: np.ndarray, layer: np.ndarray, inside: int, around: int) -> np.ndarray:
     """Faces between two layers, oriented from the inner to the outer one."""
     first, second = layer[cells[:, 0]], np.where(cells[:, 1] >= 0, layer[cells[:, 1]], -1)
     ahead = faces[(first == inside) & (second == around)]

@@ -162,10 +162,8 @@ class Sensing:
         found = self.pipeline.friction
         if found is None:
             return {}
-        status = int(found.status)
-        kinetic = Trust.OK if status in (FrictionStatus.OK, FrictionStatus.STATIC_BELOW_KINETIC) else Trust.DOUBTED
-        static = Trust.OK if status == FrictionStatus.OK else Trust.DOUBTED
+        trust = Trust.OK if FrictionStatus(int(found.status)).good else Trust.DOUBTED
         return {
-            "mu_kinetic": quantity(Ratio, float(found.mu_kinetic), float(found.mu_kinetic_sigma), kinetic),
-            "mu_static": quantity(Ratio, float(found.mu_static), float(found.mu_static_sigma), static),
+            "mu_kinetic": quantity(Ratio, float(found.mu_kinetic), float(found.mu_kinetic_sigma), trust),
+            "mu_static": quantity(Ratio, float(found.mu_static), float(found.mu_static_sigma), trust),
         }

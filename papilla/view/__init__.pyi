@@ -4,6 +4,7 @@ from . import plots as plots
 from .contact_map import contact_figure as contact_figure
 from .pictures import contact as contact
 from .pictures import receptive as receptive
+from .pictures import shown as shown
 from .pictures import strain as strain
 from .pictures import strain_picture as strain_picture
 from .receptive_field import receptive_figure as receptive_figure

@@ -12,7 +12,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from papilla.errors import InputError
 from papilla.fem.pressing.contact import contact_shape
-from papilla.fem.pressing.hertz import SHARPEST, layer_factor, peak_over_mean
+from papilla.fem.pressing.ellipses import SHARPEST, layer_factor, peak_over_mean
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, nice_limit, styled, titled

@@ -5,11 +5,13 @@ What takes a model to compute is kept in the cache, so that a second call needs 
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from papilla import cache
 from papilla.errors import InputError
+from papilla.fem.pressing.fidelity import press as press_scene
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
@@ -20,6 +22,13 @@ from papilla.view.style import content, kind_of, write_bytes
 DPI = 120
 
 Progress = Callable[[str], None]
+
+
+def shown(reduced: ReducedFinger, specimen: Specimen, **scene: Any) -> Press:
+    """The press of a scene, as `papilla.fem.press` makes it, for a picture: pressures are shown node by node, so its
+    contact is solved where that would take it from Hertz."""
+    found = press_scene(reduced, specimen, **scene)
+    return press_scene(reduced, specimen, fidelity="contact", **scene) if found.fidelity == "hertz" else found
 
 
 def strain(
@@ -61,13 +70,14 @@ def strain_picture(
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
 
     def draw() -> dict[str, np.ndarray]:
-        from papilla.fem import FingerModel, recover
+        from papilla.fem import recover
+        from papilla.fem.reduction.finger_model import model_of
         from papilla.view.strain_field import strain_figure
 
         if progress is not None:
             progress("recovering and drawing the strain field")
         mesh = build(finger, size_mm=reduced.mesh_size_mm, variant=variant, progress=progress)
-        field = recover(FingerModel(finger, mesh), reduced, press)
+        field = recover(model_of(finger, mesh), reduced, press)
         picture = content(strain_figure(field, reduced, press, specimen, finger), kind, DPI)
         return {kind: np.frombuffer(picture, dtype=np.uint8)}
 
@@ -99,11 +109,12 @@ def receptive(
     mesh = build(finger, size_mm=size_mm, progress=progress)
 
     def make() -> dict[str, np.ndarray]:
-        from papilla.fem import FingerModel, receptive_fields
+        from papilla.fem import receptive_fields
+        from papilla.fem.reduction.finger_model import model_of
 
         if progress is not None:
             progress("solving for the receptive fields")
-        fields = receptive_fields(FingerModel(finger, mesh))
+        fields = receptive_fields(model_of(finger, mesh))
         return {"vertices": fields.vertices, "strain_per_newton": fields.strain_per_newton}
 
     kept = cache.fetch("receptive", cache.key("papilla.fem.fields", finger.sha256, mesh.sha256), make)

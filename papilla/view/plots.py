@@ -21,13 +21,11 @@ def sd_against_force(
     moduli: Sequence[float],
     sd: np.ndarray,
     published: tuple[np.ndarray, Sequence[float], np.ndarray] | None = None,
-    measured: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> Figure:
     """S_d in microstrain (force, modulus) against force in N, a curve per modulus (MPa).
 
     published : force (N), moduli (MPa) and S_d (force, modulus) of the published regression, scaled to microstrain;
         dashed in the colours of the nearest moduli.
-    measured : force (N), modulus (MPa) and S_d (microstrain) of n presses, drawn as dots.
     """
     colors = _spread(len(moduli))
     with styled(7.2, 4.3) as figure:
@@ -43,9 +41,6 @@ def sd_against_force(
             axes.plot([], [], color=MUTED, label="published (9), one scale factor", **dashed)
             axes.plot([], [], color=MUTED, linewidth=1.8, label="calibration")
             axes.legend(loc="lower right", fontsize=9)
-        if measured is not None:
-            shades = [colors[_nearest(moduli, modulus)] for modulus in measured[1]]
-            axes.scatter(measured[0], measured[2] / 1000, c=shades, s=14, edgecolors="white", linewidths=0.4)
         axes.set(xlabel="force (N)", ylabel=r"$S_d$ (10³ µε)", xlim=(0, float(force_N.max())), ylim=(0, None))
         _label_ends(axes, float(force_N.max()), ends)
     return figure

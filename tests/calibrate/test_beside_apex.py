@@ -1,6 +1,7 @@
 """Contact positions of a calibration: fitted to presses that were moved, and left out with a reason."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,6 +50,10 @@ def test_its_error_is_a_share_of_the_change_and_what_the_fit_misses():
     assert (rough.error[:, 1] ** 2 > smooth.error[:, 1] ** 2 + 200.0**2).all()
 
 
+def stand_in_reduced(text):
+    return SimpleNamespace(to_arrays=lambda: {"meta": np.array(text)}, mesh_size_mm=0.7)
+
+
 def test_a_finger_gets_its_positions(calibration, monkeypatch, tmp_path):
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     calls = []
@@ -61,7 +66,7 @@ def test_a_finger_gets_its_positions(calibration, monkeypatch, tmp_path):
 
     monkeypatch.setattr(position, "move_presses", move)
     finger = Finger.default()
-    stand_in = type("Reduced", (), {"to_arrays": lambda *_: {"meta": np.array("ab")}})()
+    stand_in = stand_in_reduced("ab")
     for _ in range(2):
         assert with_positions(calibration, finger, stand_in, "stick").position.reach_mm == 4.0
     assert len(calls) == 1, "the second time they come from the cache"
@@ -81,9 +86,7 @@ def test_where_contacts_leave_the_skin_a_note_says_so(calibration, monkeypatch, 
         raise InputError("no skin to touch at x 4, y 0 mm")
 
     monkeypatch.setattr(position, "move_presses", fail)
-    found = with_positions(
-        calibration, Finger.default(), type("Reduced", (), {"to_arrays": lambda *_: {"meta": np.array("cd")}})()
-    )
+    found = with_positions(calibration, Finger.default(), stand_in_reduced("cd"))
     assert found.position is None
     assert found.notes[-1] == "the apex alone is calibrated: no skin to touch at x 4, y 0 mm"
 

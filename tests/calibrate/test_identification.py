@@ -13,6 +13,8 @@ from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 
+QUIET = Noise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-4, model=1e-4, depth=1e-4)
+
 
 @pytest.fixture(scope="module")
 def smooth():
@@ -21,8 +23,7 @@ def smooth():
 
 def test_without_noise_the_finger_comes_back(smooth):
     log, truth = made(smooth, 3, noise=0.0, force_error=0.0)
-    quiet = Noise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-4)
-    found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=quiet)
+    found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET, friction="stick")
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         assert found[name][0] == pytest.approx(truth[name], rel=0.03), name
     for values in pulls(found, truth).values():
@@ -56,6 +57,26 @@ def test_the_jacobian_is_that_of_the_residuals(smooth):
 
 
 @pytest.mark.slow
+def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
+    slipping = response(family_of(Finger.default(), size_mm=SIZE_MM), BLOCK, friction=0.0)
+    many = {"forces": np.geomspace(0.05, 0.98, 10), "moduli": (0.089, 0.3, 0.72)}
+    for share, pressed in ((1.0, smooth), (0.0, slipping)):
+        log, _ = made(pressed, 3, noise=0.0, force_error=0.0, **many)
+        found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET)
+        assert found["stick_share"][0] == pytest.approx(share, abs=0.2)
+    told = confess(found)
+    low, high = told.intervals["stick_share"]
+    assert 0 <= low <= found["stick_share"][0] <= high <= 1
+    assert any(doubt.startswith("friction was not told") for doubt in told.doubts) and told.profiles == ()
+    stored = found.with_record(record(found, told, "block"))
+    assert stored.identified.friction == "not told" and stored.bench.friction is None
+    assert compare(stored, log, size_mm=SIZE_MM).same
+    known = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET, friction=0.0)
+    assert "stick_share" not in known.values
+    assert known.with_record(record(known, confess(known), "block")).bench.friction == 0.0
+
+
+@pytest.mark.slow
 def test_a_gauge_wired_backwards_is_answered(smooth):
     log, truth = made(smooth, 5)
     turned = replace(log, readings=log.readings * [1, -1, 1, 1, 1])
@@ -64,6 +85,7 @@ def test_a_gauge_wired_backwards_is_answered(smooth):
     assert other["outer_modulus_MPa"][0] == pytest.approx(one["outer_modulus_MPa"][0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_held_parameters_stay_and_free_ones_move(smooth):
     log, _ = made(smooth, 6)
     found = identify(log, Finger.default(), fix={"outer_modulus_MPa": 0.2, "lever_mm": 0.0}, size_mm=SIZE_MM)

@@ -63,7 +63,7 @@ def of(found, name):
 
 
 def test_simulated_fingers_are_recovered_within_what_is_stated(drawn, found):
-    """95 % intervals hold, less three binomial standard errors of so many fingers; 68 % are not held by all."""
+    """95 % intervals hold, less three binomial standard errors of so many fingers; 68 % are not held by nearly all."""
     gathered = {}
     for one, (_, truth) in zip(found, drawn, strict=True):
         for name, values in pulls(one, truth).items():
@@ -72,7 +72,7 @@ def test_simulated_fingers_are_recovered_within_what_is_stated(drawn, found):
     assert {kind(name) for name in found[0].names} == set(gathered)
     for name, values in gathered.items():
         assert np.mean(np.array(values) < 1.96) > least, name
-        assert np.mean(np.array(values) < 0.994) < 1, name
+        assert np.mean(np.array(values) < 0.994) < 0.98, name
 
 
 def test_saved_and_loaded_is_the_same(gauges, tmp_path):

@@ -66,7 +66,7 @@ SLOPES = {
 def test_all_parameters_are_among_those_whose_derivatives_are_checked():
     usual = {"outer_modulus_MPa", "inner_modulus_MPa", "gain", "lever_mm", "zero_microstrain", "touch_down_mm"}
     besides = {name for _, free in SLOPES.values() for name in free}
-    assert usual | besides | {"specimen_modulus", "common_gain", "common_lever_mm"} == set(PARAMETERS)
+    assert usual | besides | {"specimen_modulus", "stick_share", "common_gain", "common_lever_mm"} == set(PARAMETERS)
 
 
 @pytest.mark.slow
@@ -170,8 +170,7 @@ def test_specimens_of_their_own_shape_and_doubtful_modulus():
     far = replace(found, vector=np.where(np.arange(len(found.names)) == place, np.log(0.3) + 0.25, found.vector))
     assert any("the specimen of 0.3 MPa came out at 0.385, 2.5 of the" in doubt for doubt in confess(far).doubts)
     exact = identify(replace(log, modulus_sigma_MPa=None), Finger.default(), size_mm=SIZE_MM)
-    # The estimate moves too, on which its sigma depends: by 0.4 to 1.4 % more on the meshes seen.
-    assert found["outer_modulus_MPa"][1] > 0.95 * exact["outer_modulus_MPa"][1]
+    assert found["outer_modulus_MPa"][1] > exact["outer_modulus_MPa"][1]
     kept = record(found, confess(found), "block and half-space")
     assert not any(name.startswith("specimen_modulus") for name in kept.parameters)
     assert kept.sigma("outer_modulus_MPa") == pytest.approx(found["outer_modulus_MPa"][1])

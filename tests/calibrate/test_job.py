@@ -19,9 +19,10 @@ def made(monkeypatch, tmp_path, truth):
     """The job with presses from closed forms: the mesh of variant v reads v / 1000 more. Notes what it is asked."""
     asked = {"prepared": [], "swept": [], "positions": [], "laws": "laws stable over the strains reached"}
 
-    def prepare(finger, *, variant=0, progress):
-        asked["prepared"].append((finger, variant))
-        return SimpleNamespace(variant=variant, to_arrays=lambda: {"variant": np.array(variant)})
+    def prepare(finger, *, size_mm, variant=0, progress):
+        progress("meshing, 3 s")
+        asked["prepared"].append((finger, variant, size_mm))
+        return SimpleNamespace(variant=variant, bench=finger.bench, to_arrays=lambda: {"variant": np.array(variant)})
 
     def sweep(reduced, moduli, forces, specimen, progress, friction):
         asked["thickness"] = specimen(0.1).thickness
@@ -34,8 +35,8 @@ def made(monkeypatch, tmp_path, truth):
         assert (reduced.variant, specimen.thickness, fidelity) == (0, asked["thickness"], "contact")
         return SimpleNamespace(sd=float(truth.sd(force, specimen.modulus)))
 
-    def press_truth(finger, mesh, friction, steps):
-        asked["truth"] = mesh, friction
+    def press_truth(finger, size_mm, friction, say):
+        asked["truth"] = size_mm, friction
         rows = [(math.inf, 0.3, 0.1, 1.0), (math.inf, 0.9, 0.4, 1.0), (0.0, 0.3, 0.1, 1 + FREE), (0.0, 9.0, 0.1, 1.0)]
         rows = [(mu, f, E, size * float(truth.sd(f, E))) for mu, f, E, size in rows if friction is None or mu]
         return np.array(rows), asked["laws"]
@@ -50,9 +51,8 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job.fem, "press", press)
     monkeypatch.setattr(job, "sweep", sweep)
     monkeypatch.setattr(job, "with_positions", with_positions)
-    monkeypatch.setattr(job, "build", lambda finger, variant=0: variant)
     monkeypatch.setattr(job, "press_truth", press_truth)
-    monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "")
+    monkeypatch.setattr(job, "ensure_large_strain", lambda *_, **__: "")
     monkeypatch.setattr(job, "large_strain_error", lambda reduced, friction: 0.001)
     monkeypatch.setattr(job, "corrected", lambda reduced, specimen, found: found)
     monkeypatch.setattr(job, "tables_of", lambda reduced, stuck: ())
@@ -74,7 +74,8 @@ def test_a_bench_says_block_and_friction_unless_another_is_asked_for(made):
 def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     finger, lines = Finger.default(), []
     done = job.calibrate_finger(finger, progress=lines.append)
-    assert made["prepared"] == [(finger, variant) for variant in range(4)]
+    assert made["prepared"] == [(finger, variant, 0.7) for variant in range(4)]
+    assert [f"mesh {number} of 5: meshing, 3 s" for number in range(1, 5)] == [line for line in lines if "3 s" in line]
     assert made["swept"] == [(0, 43, 60, "stick"), (0, 43, 60, 0.0), *((k, 8, 10, 0.0) for k in (1, 2, 3))]
     assert made["positions"] == [(finger, 0, "stick")]
     calibration = done.calibration
@@ -89,7 +90,7 @@ def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     reading = truth.readings(0.3, 0.3)[2] / 0.3
     assert calibration.gauges[2].uncertainty.friction(0.3, 0.3) == pytest.approx(FREE * reading, rel=1e-3)
     assert calibration.dominant == "friction"
-    assert "mesh scatter, mesh 3 of 3" in lines and "contacts beside the apex" in lines
+    assert "mesh scatter: 3 of 3 meshes" in lines and "contacts beside the apex" in lines
     job.calibrate_finger(finger)
     assert len(made["swept"]) == 5, "the second time the tables come from the cache"
 
@@ -109,7 +110,8 @@ def test_friction_that_is_known_widens_no_interval(made):
 
 
 def test_large_strain_that_is_not_included_widens_every_interval(made, monkeypatch):
-    monkeypatch.setattr(job, "ensure_large_strain", lambda *_: "large strain is not included: the finger is one layer")
+    said = "large strain is not included: the finger is one layer"
+    monkeypatch.setattr(job, "ensure_large_strain", lambda *_, **__: said)
     calibration = job.calibrate_finger(Finger.default()).calibration
     assert {friction for *_, friction in made["swept"]} == {0.0}
     assert calibration.surface.uncertainty.strain == 0.018 and calibration.dominant == "large strain"
@@ -128,7 +130,7 @@ def test_the_check_is_between_the_points_within_its_limits(made):
 
 def test_a_calibration_is_judged_by_presses_at_finite_strain_on_another_mesh(made):
     truth = job.calibrate_finger(Finger.default()).truth
-    assert made["truth"] == (4, None)
+    assert made["truth"] == (0.7, None)
     assert len(truth.force_N) == 3, "the press outside of the domain is left out"
     assert truth.frictions == ["stick", 0.0] and truth.inside.all()
     assert np.abs(truth.by("stick").error).max() < 0.01 < 0.05 < truth.by(0.0).error.max()
@@ -140,7 +142,7 @@ def test_a_calibration_is_judged_by_presses_at_finite_strain_on_another_mesh(mad
 @pytest.mark.slow
 def test_a_law_that_is_unstable_over_the_strains_reached_is_a_doubt(made):
     stable = job.calibrate_finger(Finger.default(), friction="stick").calibration
-    assert made["truth"] == (4, "stick")
+    assert made["truth"] == (0.7, "stick")
     assert stable.provenance["laws"] == made["laws"] and not any("law" in note for note in stable.notes)
     made["laws"] = "not to be trusted: a material's law is unstable within the stretches reached"
     assert made["laws"] in job.calibrate_finger(Finger.default(), friction="stick").calibration.notes

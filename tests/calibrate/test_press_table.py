@@ -8,13 +8,15 @@ import pytest
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.calibrate import sweep as sweep_function
 from papilla.errors import ContactRangeError, FileFormatError, InputError
+from papilla.finger import Bench
 from papilla.logs import read_presses
 from papilla.specimen import HalfSpace
 from papilla.tables import TableReader
 
 REDUCED = SimpleNamespace(
-    gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7, at=(1.0, 0.0)
-)
+    gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7, at=(1.0, 0.0),
+    bench=Bench(),
+)  # fmt: skip
 
 
 @pytest.fixture

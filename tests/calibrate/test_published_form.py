@@ -86,4 +86,9 @@ def test_comparison_needs_the_published_domain(truth):
 
 
 def test_comparison_of_another_finger_states_the_difference(calibration):
-    assert 0.01 < compare(calibration).relative_rms < 0.5
+    found = compare(calibration)
+    assert 0.01 < found.relative_rms < 0.5
+    each = (found.scaled / found.published - 1) ** 2
+    assert found.press_rms == pytest.approx(np.sqrt(each.mean()))
+    heavy = each[found.force_gf >= 30]
+    assert found.heavy_press_rms == pytest.approx(np.sqrt(heavy.mean())) and heavy.size < each.size

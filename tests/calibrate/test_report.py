@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import fit
-from papilla.calibrate.job import Calibrated, Recovery, calibrate_measured
+from papilla.calibrate.job import Calibrated, Recovery
 from papilla.calibrate.physics import Truth
 from papilla.calibrate.report import page
 from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
@@ -18,7 +18,6 @@ from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.fem import prepare
 from papilla.finger import Finger
-from papilla.logs import PressLog
 from papilla.specimen import Block
 from papilla.view.page import number, plain
 
@@ -63,16 +62,6 @@ class Reader(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def bench(truth) -> Calibrated:
-    """A calibration from presses of the made-up finger on three specimens, with 0.5 % noise."""
-    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.05, 1, 25), [0.089, 0.51, 0.72]))
-    noise = 1 + 0.005 * np.random.default_rng(5).standard_normal((len(force), 5))
-    return calibrate_measured(
-        PressLog(force, modulus, truth.readings(force, modulus) * noise, ("g1", "g2", "g3", "g4", "g5"))
-    )
-
-
-@pytest.fixture(scope="module")
 def swept(made_up, calibration) -> Calibrated:
     """A calibration from the made-up sweep, which has no reduced finger."""
     force, modulus = np.array([0.3, 0.5, 0.9]), np.array([0.1, 0.4, 0.6])
@@ -93,20 +82,14 @@ def read(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def bench_page(read, bench) -> Reader:
-    return read(bench)
-
-
-@pytest.fixture(scope="module")
 def sweep_page(read, swept) -> Reader:
     return read(swept, seconds=2.5)
 
 
-def test_the_page_is_well_formed_and_fetches_nothing(bench_page, sweep_page):
-    for found in (bench_page, sweep_page):
-        assert not found.others
-        assert len(found.images) >= 4
-        assert all(source.startswith("data:image/") for source in found.images)
+def test_the_page_is_well_formed_and_fetches_nothing(sweep_page):
+    assert not sweep_page.others
+    assert len(sweep_page.images) >= 4
+    assert all(source.startswith("data:image/") for source in sweep_page.images)
 
 
 def test_every_coefficient_is_on_the_page_with_its_error(sweep_page, swept):
@@ -137,11 +120,11 @@ def test_the_cost_of_a_force_error_is_that_of_one_per_cent(sweep_page, swept):
     assert f"{number(100 * sigma / 0.51, 2)} % at 0.51 MPa" in sweep_page.text
 
 
-def test_no_error_without_the_share_of_answers(read, bench):
+def test_no_error_without_the_share_of_answers(read, swept):
     """Where no press is answered there is no error, not one of 0 %."""
-    none = Recovery(bench.recovery.force_N, bench.recovery.modulus_MPa, np.full(len(bench.recovery.error), np.nan))
-    text = read(replace(bench, recovery=none)).text
-    assert f"– % largest error of recovered E, of these presses; 0 of {len(none.error)} answered" in text
+    none = Recovery(swept.recovery.force_N, swept.recovery.modulus_MPa, np.full(len(swept.recovery.error), np.nan))
+    text = read(replace(swept, recovery=none)).text
+    assert f"– % largest error of recovered E, same mesh, no noise; 0 of {len(none.error)} answered" in text
     assert none.answered == 0 and np.isnan(none.max_error) and np.isnan(none.rms_error)
 
 
@@ -156,25 +139,18 @@ def test_the_printed_inverse_is_shown_to_be_off(sweep_page):
     assert "by up to +0.046 MPa" in sweep_page.text
 
 
-def test_a_bench_calibration_has_no_field_mesh_or_sweep(bench_page):
-    for word in ("The finger under load", "independent meshes move", "Contact", "computed presses"):
-        assert word not in bench_page.text
-    assert "75 measured presses" in bench_page.text
-    assert "It holds for the specimens that were measured" in bench_page.text
-
-
-def test_a_name_from_a_file_cannot_break_the_page(read, bench):
+def test_a_name_from_a_file_cannot_break_the_page(read, swept):
     nasty = '<script>alert("1")</script>&'
-    named = replace(bench, calibration=replace(bench.calibration, finger={"name": nasty, "sha256": "0"}))
+    named = replace(swept, calibration=replace(swept.calibration, finger={"name": nasty, "sha256": "0"}))
     assert nasty in read(named).text
 
 
 def test_a_domain_elsewhere_leaves_the_comparison_out(read, truth, monkeypatch):
     labels, draw = [], page.view.plots.gauge_readings
     monkeypatch.setattr(page.view.plots, "gauge_readings", lambda *given: labels.append(given[-1]) or draw(*given))
-    force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.3, 0.6, 15), [0.2, 0.3, 0.5]))
-    log = PressLog(force, modulus, truth.readings(force, modulus), ("g1", "g2", "g3", "g4", "g5"))
-    found = read(calibrate_measured(log))
+    table = truth.sweep(np.geomspace(0.2, 0.5, 12), np.geomspace(0.3, 0.6, 12))
+    within = Recovery(*(np.array([one]) for one in (0.4, 0.3, 0.3)))
+    found = read(Calibrated(fit(table), table, within))
     assert "brings the calibration as close to (9)" not in found.text
     assert "calibrated over 0.3 to 0.6 N and 0.2 to 0.5 MPa" in found.text
     assert labels == ["0.316 MPa"], "the readings are shown in the geometric middle of the moduli"
@@ -211,11 +187,14 @@ def test_the_hardest_is_the_last_that_is_told_at_the_middle_force():
 def test_what_a_model_alone_has(monkeypatch):
     finger, shown = Finger.default(), []
     monkeypatch.setattr(page.view, "strain_picture", lambda *given, **_: shown.append(given) or b"\x89PNG")
-    found = page._of_the_model(SimpleNamespace(reduced=prepare(finger)), finger, None)
+    found = page._of_the_model(
+        SimpleNamespace(reduced=prepare(finger), presses=SimpleNamespace(friction="stick")), finger, None
+    )
     assert found["strain_picture"] == "data:image/png;base64,iVBORw=="
     assert found["quality"]["cells"] > 1000 and found["default_finger"] is True
     ((of, reduced, press, specimen),) = shown
     assert of == finger and press.force == pytest.approx(page.SHOWN_FORCE_N)
+    assert press.large_strain and press.friction == np.inf, "the picture is of the press that papilla press makes"
     assert reduced.finger_sha256 == finger.sha256 and specimen.modulus == page.SHOWN_MODULUS_MPA
 
 
@@ -226,14 +205,13 @@ def test_provenance_names_all_sources(swept):
 
 
 @pytest.mark.slow
-def test_statuses_are_counted(swept, bench, calibration, sweep_page):
+def test_statuses_are_counted(swept, calibration, sweep_page):
     of_presses, of_answers = statuses(swept, AnswerMap.of(calibration))
     assert of_presses == [("made up", len(swept.presses))]
     few = replace(swept.presses, status=("contact: converged in 2 exchanges",) * 899 + ("the rim: 3 mm, no more",))
     assert statuses(replace(swept, presses=few), AnswerMap.of(calibration))[0] == [("converged", 899), ("the rim", 1)]
     assert of_answers[0][0] == "ok" and sum(share for _, share in of_answers) == pytest.approx(1)
     assert f"made up {len(swept.presses)}" in sweep_page.text
-    assert statuses(bench, AnswerMap.of(bench.calibration))[0] == []
 
 
 def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
@@ -252,7 +230,7 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     figures |= {"mean_ratio_min": 0.2, "dihedral_min_deg": 9.0, "dihedral_max_deg": 160.0, "edge_min_mm": 0.5}
     monkeypatch.setattr(page.mesh, "build", lambda given, size_mm: (given, size_mm))
     monkeypatch.setattr(page.mesh, "quality", lambda built: figures | {"edge_max_mm": built[1]})
-    monkeypatch.setattr(page.fem, "press", lambda *given, **options: (given[1], options["force"]))
+    monkeypatch.setattr(page.view, "shown", lambda *given, **options: (given[1], options["force"]))
     drawn = []
     draw = lambda *given, **options: drawn.append(given) or b"a picture"  # noqa: E731
     monkeypatch.setattr(page.view, "strain_picture", draw)
@@ -266,9 +244,9 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_folder_that_is_not_there_is_refused_in_one_line(bench, tmp_path):
+def test_a_folder_that_is_not_there_is_refused_in_one_line(swept, tmp_path):
     with pytest.raises(FileAccessError, match="cannot write"):
-        write_report(tmp_path / "missing" / "report.html", bench)
+        write_report(tmp_path / "missing" / "report.html", swept)
 
 
 @pytest.mark.slow
@@ -357,12 +335,12 @@ def test_contacts_are_the_nearest_presses(made_up):
 
 
 @pytest.mark.slow
-def test_the_page_declares_language_charset_and_viewport(bench, tmp_path):
-    write_report(tmp_path / "report.html", bench)
+def test_the_page_declares_language_charset_and_viewport(swept, tmp_path):
+    write_report(tmp_path / "report.html", swept)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert text.startswith('<!doctype html>\n<html lang="en">')
     assert 'charset="utf-8"' in text and "width=device-width" in text
-    assert "<title>Calibration of a measured finger</title>" in text
+    assert "<title>Calibration of made up</title>" in text
 
 
 @pytest.mark.slow

@@ -45,8 +45,8 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     assert max(rows["contact", "Taylor-Hood", size]["error_sd"] for size in (2.0, 2.8)) < 0.2
     assert rows["contact", "Taylor-Hood", 0.7]["reference"] and rows["contact", "Taylor-Hood", 0.7]["error_sd"] == 0
     assert rows["hertz", "Taylor-Hood", 0.7]["error_sd"] < 0.03
-    # A contact one element wide: 0.03-0.05 on the meshes seen
-    assert 0.01 < rows["finite", "Taylor-Hood", 2.8]["small_strain_sd"] < 0.1
+    # A contact one element wide: 0.055 on the mesh that ships
+    assert 0.01 < rows["finite", "Taylor-Hood", 2.8]["small_strain_sd"] < 0.06
     assert any(row["pareto"] for row in found["rows"])
     assert 1.0 < found["growth"]["factor_nonzeros"]["exponent"] < 1.6, "a cube has 4/3 in the limit of many unknowns"
     (peer,) = found["peers"]

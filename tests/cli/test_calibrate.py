@@ -5,8 +5,12 @@ import json
 
 import numpy as np
 import pytest
+import spring_calibration
+from made_up_sweep import make_sweep
 
+from papilla.finger import DEFAULT_FINGER
 from papilla.logs import read_presses
+from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.tables import write_table
 
 
@@ -28,8 +32,9 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
     assert answer.out.count("\n") == 1, "one object and nothing else"
     assert found["max_error"] <= 0.02 and found["rms_error"] <= found["max_error"]
     assert found["checked_presses"] == 100 and found["unanswered"] == 0
+    assert found["physics"] == "block 10 mm thick, friction stick, large strain included"
     assert found["dominant"] == "friction" and found["truth"]["inside_interval"] == 1.0
-    assert found["truth"]["presses"] == 18 and found["truth"]["sd_max_error"]["stick"] < 0.006
+    assert found["truth"]["presses"] == 8 and found["truth"]["sd_max_error"]["stick"] < 0.006
     document = json.loads((tmp_path / found["calibration"]).read_text())
     assert document["schema"] == "papilla.calibration/1"
     for part in ("forward", "inverse"):
@@ -54,21 +59,46 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
         assert text in again.out
 
 
-@pytest.mark.slow
-def test_refit_from_a_bench_log(papilla, tmp_path):
-    columns = bench_columns()
-    write_table(tmp_path / "presses.csv", columns)
-    answer = papilla("calibrate", "--bench", "presses.csv", "--form", "spline", "--out", "mine", "--json")
-    assert answer.code == 0, answer.err
-    found = json.loads(answer.out)
-    assert found["presses"] == 36 and found["rms_error"] < 0.05
-    written = read_presses(tmp_path / "mine" / "sweep.csv")
-    assert np.array_equal(written.readings[:, 2], columns["g3"])
-    assert json.loads((tmp_path / "mine" / "calibration.json").read_text())["mesh"] == {}
+def test_help_shows_how_a_finger_from_surface_files_is_written(papilla):
+    from papilla.finger_file import FORMS
+
+    told = " ".join(papilla("calibrate", "--help").out.split())
+    assert f'"shape" of a design names three closed surface files beside it, as papilla/data/{SCANNED} does' in told
+    assert f'kind = "surfaces", {FORMS["surfaces"]}' in told and (DEFAULT_FINGER.parent / SCANNED).exists()
+    assert f"{DEFAULT_SIZE_MM:g} unless told" in " ".join(told.replace("│", " ").split())
+
+
+SCANNED = "surfaces_finger.toml"
 
 
 @pytest.mark.slow
-def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_path, monkeypatch):
+def test_an_element_size_reaches_the_meshes(papilla, monkeypatch):
+    from papilla.calibrate import job
+    from papilla.errors import MeshError
+
+    def prepare(finger, *, size_mm, **_):
+        raise MeshError(f"asked for {size_mm:g}")
+
+    monkeypatch.setattr(job.fem, "prepare", prepare)
+    assert "asked for 1.3" in papilla("calibrate", "--size-mm", 1.3).err
+    assert "asked for 0.7" in papilla("calibrate").err
+
+
+@pytest.fixture
+def made_up(monkeypatch):
+    """A calibration that is known in closed form in the place of the long job; its presses have a stated factor."""
+    from papilla.calibrate import job
+
+    def set_to(factor):
+        presses = make_sweep([0.06, 0.2, 0.5], [0.2, 0.5, 0.9], lambda *_: factor)
+        recovery = job.Recovery(presses.force_N, presses.modulus_MPa, presses.modulus_MPa)
+        done = job.Calibrated(spring_calibration.calibration(), presses, recovery)
+        monkeypatch.setattr(job, "calibrate_finger", lambda *_, **__: done)
+
+    return set_to
+
+
+def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, made_up, tmp_path, monkeypatch):
     import errno
 
     from papilla.calibrate.report import page
@@ -76,27 +106,33 @@ def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, tmp_pa
     def results():
         return {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
 
-    for seed in (5, 6):
-        write_table(tmp_path / f"{seed}.csv", bench_columns(seed))
-    assert papilla("calibrate", "--bench", "5.csv", "--form", "spline", "--out", "mine").code == 0
+    made_up(1.0)
+    assert papilla("calibrate", "--out", "mine").code == 0
     old = results()
 
     def full(path, *_, **__):
         path.write_text("half")
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
+    made_up(2.0)
     monkeypatch.setattr(page, "write_report", full)
-    answer = papilla("calibrate", "--bench", "6.csv", "--form", "spline", "--out", "mine")
+    answer = papilla("calibrate", "--out", "mine")
     assert answer.code == 2 and "cannot write mine/report.html: No space left on device" in answer.err
     assert results() == old and len(old) == 3
 
 
-@pytest.mark.slow
-def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
+def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path, monkeypatch):
+    from papilla.calibrate import job
+    from papilla.errors import InputError
+
+    def stop(log, *_, **__):
+        raise InputError(f"{len(log)} presses came")
+
+    monkeypatch.setattr(job, "calibrate_bench", stop)
     write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
-    answer = papilla("calibrate", "--bench", "presses.csv", "--form", "spline")
-    assert answer.code == 0
+    answer = papilla("calibrate", "--bench", "presses.csv")
     assert answer.err.splitlines()[0] == "presses.csv: ignored columns: operator"
+    assert answer.code == 2 and "presses.csv: 36 presses came" in answer.err
 
 
 @pytest.mark.parametrize(
@@ -104,14 +140,11 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path):
     [
         (["--finger", "nowhere.toml"], "cannot read finger file nowhere.toml"),
         (["--bench", "nowhere.csv"], "cannot read nowhere.csv"),
-        (["--bench", "one.csv", "--form", "spline", "--friction", "0"], "a spline through those of --bench knows none"),
-        (["--form", "spline"], "--form is for presses of --bench"),
+        (["--size-mm", "0"], "--size-mm must be greater than 0, got 0"),
+        (["--size-mm", "nan"], "--size-mm must be finite, got nan"),
         (["--friction", "-1"], 'friction must be a number of at least 0 or "stick", got -1'),
         (["--bench", "nan.csv"], "nan.csv, line 5, column g2: expected a finite number, got nan"),
         (["--bench", "one.csv"], "one.csv has one row"),
-        (["--bench", "soft.csv", "--form", "spline"], "soft.csv: "),
-        (["--bench", "equal.csv", "--form", "spline"], "equal.csv: "),
-        (["--bench", "beside.csv", "--form", "spline"], "beside.csv: the presses differ in x_mm"),
         (["--bench", "beside.csv"], "beside.csv: press 2 is beside the apex, where S_d is another: papilla identify"),
         (["--bench", "few.csv"], "few.csv: the log has 4 gauges (g1, g2, g3, g4), the finger"),
         (["--out", "file.txt"], "cannot write to folder file.txt: File exists"),
@@ -124,8 +157,6 @@ def test_unusable_input(refused, tmp_path, options, message):
     write_table(tmp_path / "nan.csv", columns)
     write_table(tmp_path / "one.csv", {name: values[:1] for name, values in columns.items()})
     columns = bench_columns()
-    write_table(tmp_path / "soft.csv", columns | {"modulus_MPa": np.full(36, 0.1)})
-    write_table(tmp_path / "equal.csv", columns | {f"g{k}": np.ones(36) for k in range(1, 6)})
     write_table(tmp_path / "beside.csv", columns | {"x_mm": np.arange(36.0), "y_mm": np.zeros(36)})
     write_table(tmp_path / "few.csv", {name: values for name, values in columns.items() if name != "g5"})
     (tmp_path / "file.txt").write_text("")

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
 from papilla.calibrate import job
@@ -19,9 +20,9 @@ def made(monkeypatch, tmp_path):
     force, modulus = (part.ravel() for part in np.meshgrid([0.2, 0.5, 0.9], [0.06, 0.2, 0.5]))
     readings = finger.predict(force, modulus)[:, None] * PATTERN
     names = tuple(f"g{k}" for k in range(1, 6))
-    log = PressLog(force, modulus, readings, names)
-    recovery = job.Recovery(force, modulus, np.asarray(finger.invert(log.sd_microstrain, force).modulus_MPa))
-    monkeypatch.setattr(job, "calibrate_measured", lambda *_, **__: job.Calibrated(finger, log, recovery))
+    recovery = job.Recovery(force, modulus, modulus)
+    presses = make_sweep([0.06, 0.2, 0.5], [0.2, 0.5, 0.9])
+    monkeypatch.setattr(job, "calibrate_finger", lambda *_, **__: job.Calibrated(finger, presses, recovery))
 
     def write(name, factor=1.0):
         PressLog(force, modulus * factor, readings, names).to_csv(tmp_path / name)
@@ -31,18 +32,7 @@ def made(monkeypatch, tmp_path):
 
 
 def test_presses_that_are_recovered_pass_and_the_header_is_written(papilla, made, tmp_path):
-    done = papilla(
-        "calibrate",
-        "--bench",
-        made("log.csv"),
-        "--form",
-        "spline",
-        "--check",
-        made("c.csv"),
-        "--export-c",
-        "f.h",
-        "--json",
-    )
+    done = papilla("calibrate", "--check", made("c.csv"), "--export-c", "f.h", "--json")
     assert done.code == 0, done.err
     found = json.loads(done.out)
     assert found["check"]["passed"] and found["check"]["presses"] == found["check"]["answered"] == 9
@@ -50,7 +40,7 @@ def test_presses_that_are_recovered_pass_and_the_header_is_written(papilla, made
 
 
 def test_presses_that_are_not_recovered_end_with_exit_code_1_and_are_named(papilla, made):
-    done = papilla("calibrate", "--bench", made("log.csv"), "--form", "spline", "--check", made("c.csv", 1.5))
+    done = papilla("calibrate", "--check", made("c.csv", 1.5))
     assert done.code == 1 and "MISSED" in done.out and "9 presses, 9 with a modulus" in done.out
 
 

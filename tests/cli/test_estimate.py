@@ -4,16 +4,21 @@ import csv
 import json
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from made_up_sweep import make_sweep
 
-from papilla.calibrate import fit_bench
-from papilla.logs import PressLog, white_noise
+from papilla.calibrate import fit
+from papilla.logs import white_noise
 from papilla.tables import write_table
 
-COLUMNS = "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_static status"
+COLUMNS = (
+    "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_kinetic_sigma "
+    "mu_static mu_static_sigma modulus_status wavelength_status friction_status status"
+)
 PATTERN = np.array([-0.4, -0.8, 1.5, -0.8, -0.4])
 
 DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
@@ -30,10 +35,9 @@ def readings(force, modulus):
 @pytest.fixture
 def calibrated(tmp_path):
     """A calibration file of the smooth law."""
-    force = np.tile(np.geomspace(0.05, 1, 20), 5)
-    modulus = np.repeat([0.05, 0.1, 0.2, 0.5, 1.0], 20)
-    rows = np.vstack([readings(f, m) for f, m in zip(force, modulus, strict=True)])
-    fit_bench(PressLog(force, modulus, rows, ("g1", "g2", "g3", "g4", "g5"))).save(tmp_path / "c.json")
+    table = make_sweep([0.05, 0.1, 0.2, 0.5, 1.0], np.geomspace(0.05, 1, 20))
+    rows = readings(table.force_N, table.modulus_MPa)
+    fit(replace(table, reading=rows, sd_microstrain=rows.std(axis=1))).save(tmp_path / "c.json")
     return "c.json"
 
 
@@ -92,7 +96,7 @@ def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
     assert (found["nan_rows"], found["nan_cells"], found["gaps"], found["duplicates"]) == (1, 1, 1, 0)
     assert found["gauge_noise_microstrain"] == pytest.approx(2, rel=0.2)
     assert found["force_noise_N"] == pytest.approx(5e-4, rel=0.2)
-    assert all(row[name] == "" for row in rows for name in COLUMNS.split()[4:8]), "no estimator, no value"
+    assert all(row[name] == "" for row in rows for name in COLUMNS.split()[4:10]), "no estimator, no value"
     assert "no friction: no column tangential_N, velocity_mm_s or position_mm" in answer.err
     assert found["lines"] == [] and found["last_wavelength"] is None and found["last_friction"] is None
     assert found["answered_rows"]["modulus_MPa"] == sum(row["modulus_MPa"] != "" for row in rows)
@@ -102,7 +106,7 @@ def test_one_row_of_answers_per_row(papilla, tmp_path, log, calibrated):
 def test_table_for_people(papilla, log, calibrated):
     answer = papilla("estimate", log, "--calibration", calibrated, "--out", "est.csv")
     assert answer.code == 0
-    for text in ("no contact", "gaps", "noise of a gauge", "modulus at 1.049 s", "Wrote est.csv"):
+    for text in ("no contact", "gaps", "noise of a gauge", "modulus, last of", "Wrote est.csv"):
         assert text in answer.out
 
 
@@ -121,8 +125,8 @@ def test_without_calibration_or_force_the_status_says_so(papilla, tmp_path, log,
 @pytest.mark.parametrize("told, ok", [((), True), (("--finger", "default"), False)])
 def test_a_finger_with_ridges_may_feel_a_faint_lone_line_as_a_harmonic(papilla, tmp_path, told, ok):
     t = np.arange(2000) / 1000
-    reading = np.sin(2 * np.pi * 86 * t / 1.2) + np.random.default_rng(1).normal(0, 1.2, 2000)
-    write_table(tmp_path / "lone.csv", {"t_s": t, "g1": reading, "velocity_mm_s": np.full(2000, 86.0)})
+    reading = np.sin(2 * np.pi * 126 * t / 1.2) + np.random.default_rng(1).normal(0, 1.2, 2000)
+    write_table(tmp_path / "lone.csv", {"t_s": t, "g1": reading, "velocity_mm_s": np.full(2000, 126.0)})
     assert papilla("estimate", "lone.csv", "--out", "est.csv", *told).code == 0
     last = rows_of(tmp_path / "est.csv")[-1]
     assert float(last["wavelength_mm"]) == pytest.approx(1.2, rel=0.01)
@@ -159,7 +163,7 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_
     strengths = [line["strength"] for line in found["lines"]]
     assert strengths == sorted(strengths, reverse=True)
     table = papilla("estimate", sliding, "--out", "est.csv").out
-    for text in ("wavelength at 2.999 s", "frequency at", "friction, kinetic and static", "line, strength"):
+    for text in ("wavelength, last of", "frequency, last of", "kinetic friction, last of", "line of the whole log, as"):
         assert text in table
 
 
@@ -174,6 +178,27 @@ def test_units_off_by_a_thousand_are_asked_about(papilla, tmp_path, column, fact
     told = {name: papilla("estimate", f"{name}.csv", "--out", "est.csv").err for name in ("right", "wrong")}
     doubt = "is outside the 0.4 to 6 mm of the rows: give --wavelength-range, or, if it cannot be, look at the units"
     assert doubt in told["wrong"] and doubt not in told["right"]
+
+
+@pytest.mark.slow
+def test_the_summary_speaks_only_of_what_rows_call_ok(papilla, tmp_path):
+    """Hum alone, at a speed that changes: lines of the whole log, and no result of them."""
+    t = np.arange(3000) / 1000
+    reading = np.sin(2 * np.pi * 50 * t) + np.random.default_rng(3).normal(0, 0.05, 3000)
+    one_way = {"force_N": np.ones(3000), "velocity_mm_s": 60 + 20 * np.sin(5 * t), "tangential_N": np.full(3000, 0.3)}
+    write_table(tmp_path / "hum.csv", {"t_s": t, "g1": reading, **one_way})
+    answer = papilla("estimate", "hum.csv", "--out", "est.csv", "--json")
+    found = json.loads(answer.out)
+    assert found["ok_rows"] == {"modulus": 0, "frequency": 0, "wavelength": 0, "friction": 0}
+    assert all(found[f"last_{name}"] is None for name in ("answer", "frequency", "wavelength", "friction"))
+    assert all(line["ok_rows"] == 0 for line in found["lines"])
+    for name in ("wavelength", "friction"):
+        assert sum(line.startswith(f"{name}: no row is ok, most often because: ") for line in found["messages"]) == 1
+    table = papilla("estimate", "hum.csv", "--out", "est.csv").out
+    assert "no row has an answer that is ok" in table and "whole log" not in table and "±" not in table
+    last = rows_of(tmp_path / "est.csv")[-1]
+    assert last["friction_status"].startswith("one way") and float(last["mu_kinetic"]) == pytest.approx(0.3, rel=1e-3)
+    assert float(last["mu_kinetic_sigma"]) == pytest.approx(0.2, rel=0.05)
 
 
 def test_a_log_without_movement_has_no_lines_and_says_so(papilla, tmp_path):

@@ -52,7 +52,8 @@ def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_pat
     found = json.loads(answer.out)
     outer = found["parameters"]["outer_modulus_MPa"]
     assert outer["lower"] < 0.2 < outer["upper"] and outer["lower"] < outer["value"] < outer["upper"]
-    assert found["presses"] == 10 and found["friction"] == "stick" and found["finger"] == str(out)
+    assert found["presses"] == 10 and found["friction"] == "not told" and found["finger"] == str(out)
+    assert found["physics"] == "block 10 mm thick, friction not told, large strain included"
     assert any("g2 reads backwards" in doubt for doubt in found["doubts"])
     finger = Finger.load(out)
     assert finger.outer.modulus == outer["value"] and finger.gauges[1].membrane_gain < 0

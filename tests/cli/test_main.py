@@ -171,3 +171,17 @@ def test_a_full_output_is_one_line():
         )
     assert done.returncode == 2
     assert done.stderr == "papilla: input or output: No space left on device\n"
+
+
+def test_away_from_a_terminal_a_stage_is_named_and_says_now_and_then_how_long_it_takes(monkeypatch, capsys):
+    from papilla.cli import output
+
+    now = iter([100.0, 100.5, 104.0, 105.5, 106.0, 107.0])
+    monkeypatch.setattr(output.time, "monotonic", lambda: next(now))
+    with output.progress() as shown:
+        for seconds in (0, 1, 4, 6):
+            shown.line(f"mesh 2 of 5: meshing, {seconds} s")
+        shown.line("mesh 3 of 5: meshing, 0 s")
+        shown.line("fitting")
+    said = capsys.readouterr().err.splitlines()
+    assert said == [f"mesh {k} of 5: meshing, {t} s" for k, t in ((2, 0), (2, 6), (3, 0))] + ["fitting"]

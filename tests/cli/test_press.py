@@ -144,7 +144,23 @@ def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(pa
     assert line.startswith(
         "papilla: factorising a mesh of 8,679 tetrahedra (43,226 unknowns, size_mm 0.7) needs about "
     )
-    assert " GiB of memory, 0.19 GiB are free: mesh with size_mm >= " in line
+    assert " GiB of memory, 0.19 GiB are free: mesh with size_mm >= " in line and "(--size-mm of press, " in line
+
+
+@pytest.mark.parametrize("fidelity", ["contact", "finite"])
+def test_an_element_size_reaches_the_mesh_of_each_fidelity(papilla, monkeypatch, fidelity):
+    from papilla import mesh
+    from papilla.errors import MeshError
+    from papilla.fem import preparing
+
+    def build(finger, size_mm, **_):
+        raise MeshError(f"asked for {size_mm:g}")
+
+    for module in (mesh, preparing):
+        monkeypatch.setattr(module, "build", build)
+    scene = ("press", "--modulus", 0.5, "--force", 0.1, "--fidelity", fidelity)
+    assert papilla(*scene, "--size-mm", 1.3).err.endswith("asked for 1.3\n")
+    assert papilla(*scene).err.endswith("asked for 0.7\n")
 
 
 def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):

@@ -22,8 +22,22 @@ def test_each_picture_is_written_and_reported(papilla, tmp_path, what):
 def test_strain_is_the_default_and_names_its_file(papilla, tmp_path):
     answer = papilla("view", "--modulus", 0.1, "--force", 0.2)
     assert answer.code == 0, answer.err
-    assert answer.out.split() == ["Wrote", "strain.png"]
+    assert answer.out.splitlines()[-1] == "Wrote strain.png"
     assert (tmp_path / "strain.png").read_bytes().startswith(PNG)
+
+
+def test_an_element_size_reaches_the_mesh(papilla, monkeypatch):
+    from papilla.errors import MeshError
+    from papilla.fem import preparing
+    from papilla.view import pictures
+
+    def build(finger, size_mm, **_):
+        raise MeshError(f"asked for {size_mm:g}")
+
+    for module in (pictures, preparing):
+        monkeypatch.setattr(module, "build", build)
+    for what in ("strain", "contact", "receptive"):
+        assert papilla("view", what, "--size-mm", 1.3).err.endswith("asked for 1.3\n")
 
 
 @pytest.mark.parametrize("ending, begin", [("pdf", b"%PDF-"), ("svg", b"<?xml"), ("PNG", PNG)])

@@ -1,23 +1,29 @@
-"""Friction in both directions from a simulated stick and slide, its offset, its faults and its contract."""
+"""Friction in both directions: the kinds of logs that it was found wrong on, its offset, faults and contract."""
 
 import math
 import pickle
+import warnings
 
 import numpy as np
 import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.friction import Friction, FrictionStatus
+from papilla.studies.estimator_bench import rubbing
 
 OFFSET_N = 0.3
 
 
-def slide(forward=0.5, backward=0.4, static=0.8, swing=0.3, seconds=12.0, rate=1000.0, one_way=False, seed=0):
+def slide(
+    forward=0.5, backward=0.4, static=0.8, swing=0.3, seconds=12.0, rate=1000.0, one_way=False, air=False, seed=0
+):
     """(n, 3) of rest, slide, rest, slide back, each 1 s; at rest the pull grows to the static limit, then gives way."""
     time = np.arange(round(seconds * rate)) / rate
     phase = time % 4
     velocity = np.select([phase < 1, phase < 2, phase < 3], [0.0, 30.0, 0.0], 0.0 if one_way else -30.0)
     normal = 1 + swing * np.sin(2 * np.pi * 0.7 * time)
+    if air:
+        normal = np.where(time < 0.5, 0.0, normal)
     heading = np.where(phase < 2, 1.0, -1.0)
     coefficient = np.where(velocity == 0, static * (phase % 1) ** 2, np.where(velocity > 0, forward, backward))
     if one_way:
@@ -27,62 +33,171 @@ def slide(forward=0.5, backward=0.4, static=0.8, swing=0.3, seconds=12.0, rate=1
     return np.column_stack([tangential, normal + generator.normal(0, 0.003, time.size), velocity])
 
 
+def swipe(first, then, seconds=2.0, speed=50.0, rate=1000.0, scatter=0.003, seed=0):
+    """(n, 3) of one swipe whose kinetic coefficient changes in its middle."""
+    count = round(seconds * rate)
+    mu = np.where(np.arange(count) < count / 2, first, then)
+    generator = np.random.default_rng(seed)
+    return np.column_stack([mu + generator.normal(0, scatter, count), np.ones(count), np.full(count, speed)])
+
+
 def same(first, second) -> bool:
     return all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first, second, strict=True))
 
 
-def test_both_directions_and_the_offset_are_found_when_the_force_varies():
-    estimator = Friction()
-    answer = estimator.process(slide())
-    forward, backward = estimator.coefficients
-    assert forward.mu_kinetic == pytest.approx(0.5, abs=0.005) and backward.mu_kinetic == pytest.approx(0.4, abs=0.005)
-    assert forward.offset_N == pytest.approx(OFFSET_N, abs=0.005)
-    assert forward.mu_static == pytest.approx(0.8, abs=0.03) and backward.mu_static == pytest.approx(0.8, abs=0.03)
-    assert forward.status == FrictionStatus.OK and forward.sentence == "ok"
-    last = answer.status[-1], answer.mu_kinetic[-1], answer.mu_static[-1]
-    assert last == (backward.status, backward.mu_kinetic, backward.mu_static)
-    at_three_seconds = answer.mu_kinetic[9900]
-    assert at_three_seconds == pytest.approx(0.5, abs=0.01), "sliding forward, the answer is that of forward"
+def answered(scene):
+    return Friction(sample_rate_Hz=scene.rate_Hz, **scene.options).process(scene.samples)
 
 
-def test_a_steady_force_makes_the_directions_alike_and_says_so():
-    estimator = Friction()
-    estimator.process(slide(forward=0.45, backward=0.45, swing=0.0))
-    forward, backward = estimator.coefficients
-    assert forward.status == backward.status == FrictionStatus.ALIKE
-    for known, true in ((forward, 0.45), (backward, 0.45)):
-        assert known.mu_kinetic == pytest.approx(true, abs=0.01) and 0.015 < known.mu_kinetic_sigma < 0.03
-    assert forward.offset_N == pytest.approx(OFFSET_N, abs=0.01)
-    other = Friction()
-    other.process(slide(forward=0.5, backward=0.4, swing=0.0))
-    for known, true in zip(other.coefficients, (0.5, 0.4), strict=True):
-        assert known.mu_kinetic == pytest.approx(0.45, abs=0.01), "about their mean, as the status confesses"
-        assert abs(known.mu_kinetic - true) < 3 * known.mu_kinetic_sigma, "and the stated sigma knows"
-    assert "they share the difference" in other.coefficients[0].sentence
+@pytest.mark.parametrize("kind", rubbing.NAMED, ids=lambda kind: kind.__name__)
+def test_logs_of_the_kinds_that_it_was_wrong_on(kind):
+    """Inside two sigma, and sigma at most 10 % where anything tells the offset."""
+    for seed in (1001, 1002):
+        scene = kind(seed)
+        found = rubbing.judge(scene, answered(scene))
+        assert found.inside > 0.95 and found.answered > 0.95
+        assert not found.false > 0.02
+        assert found.sigma < 0.1 or not scene.told
+        assert not found.static_inside < 1
 
 
-def test_one_direction_only_leaves_the_offset_in_and_says_so():
+@pytest.mark.slow
+def test_stated_sigmas_cover_what_is_drawn():
+    scenes = [rubbing.drawn(seed) for seed in range(5000, 5040)]
+    found = [rubbing.judge(scene, answered(scene)) for scene in scenes]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        assert np.nanmean([one.inside for one in found]) > 0.95
+    ok = np.array([one.ok for one in found])
+    assert np.nansum(ok * np.nan_to_num([one.false for one in found])) < 0.05 * ok.sum() and ok.mean() > 0.4
+
+
+def test_one_way_leaves_the_offset_to_its_prior_and_says_so():
+    """However the normal force changes: T / N, and the prior's sigma over N."""
+    time = np.arange(1800) / 10
+    normal = 3 + 0.01 * np.sin(0.9 * time)
+    for slope in (-0.8, 0.2):
+        tangential = 0.6 + slope * (normal - 3)
+        answer = Friction(sample_rate_Hz=10.0).process(np.column_stack([tangential, normal, np.full(1800, 100.0)]))
+        np.testing.assert_allclose(answer.mu_kinetic[20:], 0.2, rtol=0.02)
+        np.testing.assert_allclose(answer.mu_kinetic_sigma[20:], 0.2 / 3, rtol=0.02)
+        assert set(answer.status[20:]) == {FrictionStatus.ONE_WAY}
+        told = Friction(sample_rate_Hz=10.0, offset_sigma_N=1e-3)
+        told = told.process(np.column_stack([tangential, normal, np.full(1800, 100.0)]))
+        assert set(told.status[20:]) == {FrictionStatus.OK}
     estimator = Friction()
     answer = estimator.process(slide(one_way=True, seconds=3.0))
     assert answer.status[-1] == FrictionStatus.ONE_WAY
     assert abs(answer.mu_kinetic[-1] - 0.5) < 2 * answer.mu_kinetic_sigma[-1], "the sensor's offset is in its sigma"
-    steady = Friction()
-    steady.process(slide(one_way=True, swing=0.0, seconds=3.0))
-    known = steady.coefficients[0]
-    assert known.mu_kinetic == pytest.approx(0.5 + OFFSET_N, abs=0.05) and 0.18 < known.mu_kinetic_sigma < 0.22
     assert math.isnan(estimator.coefficients[1].mu_kinetic)
 
 
-@pytest.mark.slow
-def test_a_slower_filter_lowers_the_breakaway_but_not_the_kinetic_value():
-    found = []
-    for corner in (50.0, 5.0, 2.0):
-        estimator = Friction(low_pass_Hz=corner)
-        estimator.process(slide(seconds=24.0))
-        found.append(estimator.coefficients[0])
-    statics = [one.mu_static for one in found]
-    assert statics == sorted(statics, reverse=True) and statics[-1] < 0.7
-    np.testing.assert_allclose([one.mu_kinetic for one in found], 0.5, atol=0.01)
+def test_both_directions_tell_the_offset_but_for_the_anisotropy():
+    estimator = Friction()
+    answer = estimator.process(slide(forward=0.45, backward=0.45))
+    forward, backward = estimator.coefficients
+    for known in (forward, backward):
+        assert known.mu_kinetic == pytest.approx(0.45, abs=0.01) and known.sentence == "ok"
+        assert 0.017 < known.mu_kinetic_sigma < 0.045 and known.mu_static == pytest.approx(0.8, abs=0.03)
+    assert forward.offset_N == pytest.approx(OFFSET_N, abs=0.01)
+    assert (answer.status[-1], answer.mu_kinetic[-1]) == (backward.status, backward.mu_kinetic)
+    other = Friction()
+    other.process(slide(swing=0.0))
+    for known, true in zip(other.coefficients, (0.5, 0.4), strict=True):
+        assert known.mu_kinetic == pytest.approx(0.45, abs=0.02), "about their mean"
+        assert abs(known.mu_kinetic - true) < 3 * known.mu_kinetic_sigma, "and the stated sigma knows"
+
+
+def test_air_tells_the_directions_apart():
+    estimator = Friction()
+    answer = estimator.process(slide(air=True))
+    for known, true in zip(estimator.coefficients, (0.5, 0.4), strict=True):
+        assert known.mu_kinetic == pytest.approx(true, abs=0.01) and known.status == FrictionStatus.OK
+        assert known.mu_static == pytest.approx(0.8, abs=0.03)
+    assert answer.mu_kinetic[9900] == pytest.approx(0.5, abs=0.015), "sliding forward, the answer is that of forward"
+    once = Friction().process(slide(air=True, one_way=True, seconds=3.0))
+    assert once.mu_kinetic[-1] == pytest.approx(0.5, abs=0.01) and once.status[-1] == FrictionStatus.OK
+
+
+@pytest.mark.parametrize("left, status", [(0.0, FrictionStatus.OK), (0.8, FrictionStatus.ONE_WAY)])
+def test_a_rest_tells_the_offset_where_the_finger_was_let_go_of(left, status):
+    """Of what it pulled while sliding, `left` is still there at rest: most of it where the finger is held."""
+    time = np.arange(6000) / 1000
+    velocity = np.where(time % 2 < 1, 40.0, 0.0)
+    tangential = 0.05 + 0.5 * np.where(velocity > 0, 1.0, left)
+    answer = Friction().process(np.column_stack([tangential, np.ones(6000), velocity]))
+    assert answer.status[4500] == status and abs(answer.mu_kinetic[4500] - 0.5) < 2 * answer.mu_kinetic_sigma[4500]
+    assert (answer.mu_kinetic_sigma[4500] < 0.05) == (left == 0)
+
+
+def test_a_negative_coefficient_is_refused_with_its_cause():
+    rows = slide(one_way=True, seconds=3.0)
+    rows[:, 0] = OFFSET_N - rows[:, 0]
+    answer = Friction(offset_sigma_N=0.01).process(rows)
+    assert np.isnan(answer.mu_kinetic[-1]) and np.isnan(answer.mu_static[-1]) and np.isnan(answer.mu_kinetic_sigma[-1])
+    assert answer.status[-1] == FrictionStatus.NEGATIVE and "sign" in answer.sentence[-1]
+
+
+@pytest.mark.parametrize("then", [0.28, 0.6])
+def test_a_step_of_friction_is_followed_within_three_tenths_of_a_second_and_said(then):
+    answer = Friction(offset_sigma_N=1e-3).process(swipe(0.422, then))
+    before, after = answer.mu_kinetic[900:1000], answer.mu_kinetic[1300:]
+    np.testing.assert_allclose(before, 0.422, atol=0.005)
+    np.testing.assert_allclose(after, then, atol=0.01)
+    changed = np.flatnonzero(answer.status == FrictionStatus.CHANGED)
+    assert 1080 < changed[0] < 1200 and changed[-1] < 1350 and (np.diff(changed) == 1).all(), "and not for ever"
+
+
+def test_a_slow_drift_is_followed_one_memory_behind():
+    rows = swipe(0.5, 0.5, seconds=8.0)
+    rows[:, 0] += np.linspace(0, 0.8, len(rows))
+    found = Friction(offset_sigma_N=1e-3).process(rows)
+    assert found.mu_kinetic[-1] == pytest.approx(1.3 - 0.1 * 0.1, abs=0.004)
+    assert abs(found.mu_kinetic[-1] - 1.3) < found.mu_kinetic_sigma[-1]
+    for memory in (10.0, 20.0, 40.0):
+        found = Friction(offset_sigma_N=1e-3, memory_mm=memory).process(rows)
+        assert found.mu_kinetic[-1] == pytest.approx(1.3 - 0.8 * memory / 400, abs=0.01)
+
+
+def broken_away(rate, peak=0.42, kinetic=0.32, seconds=3.0, noise=0.002):
+    """(n, 3): at rest the pull grows, gives way in a triangle of 15 ms, and slides."""
+    time = np.arange(round(seconds * rate)) / rate
+    shape = np.clip(1 - np.abs(time - 1.0) / 0.0075, 0, 1)
+    pull = np.where(time < 1, kinetic * np.clip(time / 0.9, 0, 1) ** 2, kinetic) + (peak - kinetic) * shape
+    pull += np.random.default_rng(3).normal(0, noise, len(time))
+    return np.column_stack([pull, np.ones(len(time)), np.where(time > 1.0075, 40.0, 0.0)])
+
+
+def test_a_breakaway_of_15_ms_is_seen_where_the_rate_allows_it_and_else_not_told():
+    for rate in (500.0, 1000.0, 2000.0):
+        found = Friction(sample_rate_Hz=rate, offset_sigma_N=1e-3).process(broken_away(rate))
+        assert abs(found.mu_static[-1] - 0.42) < 2 * found.mu_static_sigma[-1] < 0.1
+        assert found.mu_static[-1] == pytest.approx(0.42, abs=0.02) and found.status[-1] == FrictionStatus.OK
+    for rate in (10.0, 100.0):
+        found = Friction(sample_rate_Hz=rate, offset_sigma_N=1e-3).process(broken_away(rate))
+        assert np.isnan(found.mu_static).all() and found.status[-1] == FrictionStatus.OK
+
+
+def test_a_breakaway_below_the_kinetic_friction_is_not_told():
+    time = np.arange(8000) / 1000
+    velocity = np.where((time % 4.0) > 0.3, 30.0, 0.0)
+    tangential = np.where((time % 4.0) > 0.5, 0.3, 0.2) * (velocity > 0)
+    answer = Friction(offset_sigma_N=1e-3).process(np.column_stack([tangential, np.full(8000, 0.5), velocity]))
+    assert answer.status[-1] == FrictionStatus.STATIC_NOT_SEEN and answer.sentence[-1].startswith("ok, ")
+    assert np.isnan(answer.mu_static[-1]) and answer.mu_kinetic[-1] == pytest.approx(0.6, abs=0.01)
+
+
+def test_a_rest_that_the_velocity_does_not_tell_is_no_friction():
+    """Strokes of 2 s with rests of 1 s, the velocity its sign alone."""
+    time = np.arange(24000) / 1000
+    way = np.where(time % 6 < 3, 1.0, -1.0)
+    pull = 0.5 * way * (time % 3 < 2)
+    answer = Friction().process(np.column_stack([0.1 + pull, np.ones(len(time)), way]))
+    rests = (time > 12.5) & (time % 3 > 2.3) & (time % 3 < 2.9)
+    slides = (time > 12.5) & (time % 3 > 0.5) & (time % 3 < 1.9)
+    np.testing.assert_allclose(answer.mu_kinetic[slides], 0.5, atol=0.04)
+    assert not np.isin(answer.status[rests], [FrictionStatus.OK, FrictionStatus.STATIC_NOT_SEEN]).any()
+    assert (answer.status[rests] == FrictionStatus.NO_PULL).mean() > 0.9
 
 
 def test_no_movement_no_contact_and_faults_are_statuses():
@@ -97,7 +212,6 @@ def test_no_movement_no_contact_and_faults_are_statuses():
     assert all(isinstance(text, str) for text in estimator.process(rows[:5]).sentence)
 
 
-@pytest.mark.slow
 def test_chunks_states_and_reset():
     rows = slide(seconds=9.0)
     rows[4321, 0] = np.nan
@@ -107,37 +221,11 @@ def test_chunks_states_and_reset():
     assert same([np.concatenate(values) for values in zip(*chunked, strict=True)], whole)
     assert same([np.array(v) for v in zip(*[single.update(row) for row in rows.tolist()], strict=True)], whole)
     first, second = Friction(), Friction()
-    first.process(rows[:5200])
+    first.process(rows[:5217])
     second.state = pickle.loads(pickle.dumps(first.state))
-    assert same(first.process(rows[5200:]), second.process(rows[5200:]))
+    assert same(first.process(rows[5217:]), second.process(rows[5217:]))
     second.reset()
     assert same(second.process(rows), whole)
-
-
-def swipe(first, then, seconds=2.0, speed=50.0, rate=1000.0, scatter=0.003, seed=0):
-    """(n, 3) of one swipe whose kinetic coefficient changes in its middle."""
-    count = round(seconds * rate)
-    mu = np.where(np.arange(count) < count / 2, first, then)
-    generator = np.random.default_rng(seed)
-    return np.column_stack([mu + generator.normal(0, scatter, count), np.ones(count), np.full(count, speed)])
-
-
-def test_a_change_of_friction_is_seen_within_a_few_millimetres_and_said():
-    answer = Friction(offset_sigma_N=1e-3).process(swipe(0.422, 0.280))
-    before, after = answer.mu_kinetic[900:1000], answer.mu_kinetic[1100:]
-    np.testing.assert_allclose(before, 0.422, atol=0.005)
-    np.testing.assert_allclose(after, 0.280, atol=0.005)
-    changed = np.flatnonzero(answer.status == FrictionStatus.CHANGED)
-    assert 1020 < changed[0] < 1100 and changed[-1] < 1300, "said 1 to 5 mm after it, and not for ever"
-    assert len(changed) > 30 and (np.diff(changed) == 1).all(), "until as much was learnt anew"
-
-
-def test_a_slow_drift_is_followed_and_old_sliding_is_forgotten():
-    rows = swipe(0.5, 0.5, seconds=8.0)
-    rows[:, 0] += np.linspace(0, 0.1, len(rows))
-    for memory in (10.0, 20.0, 40.0):
-        found = Friction(offset_sigma_N=1e-3, memory_mm=memory).process(rows)
-        assert found.mu_kinetic[-1] == pytest.approx(0.6 - 0.1 * memory / 400, abs=0.002), "one memory behind"
 
 
 @pytest.mark.parametrize("column, value", [(1, 50.0), (1, 500.0), (1, 0.0), (0, 50.0), (0, -500.0), (2, 1e4)])
@@ -151,46 +239,21 @@ def test_single_wrong_samples_leave_no_trace(column, value, samples):
 
 
 def test_a_longer_burst_is_left_out_or_called_a_change_and_recovered_from():
-    rows = slide(seconds=12.0)
+    rows = slide(seconds=12.0, forward=0.45, backward=0.45)
     rows[5500:5540, 1] = 50.0
     found = Friction().process(rows)
-    wrong = np.abs(found.mu_kinetic - np.where(rows[:, 2] < 0, 0.4, 0.5)) > 0.05
+    wrong = np.abs(found.mu_kinetic - 0.45) > 0.05
     sliding = (rows[:, 2] != 0) & (np.roll(rows[:, 2], 5) == rows[:, 2]) & (np.arange(len(rows)) > 4000)
-    silent = wrong & sliding & (found.status == FrictionStatus.OK) & (found.mu_kinetic_sigma < 0.02)
-    assert not silent.any()
-    assert {FrictionStatus.OUTLIER, FrictionStatus.CHANGED} & set(found.status[5500:6000].tolist())
-    assert found.mu_kinetic[-1] == pytest.approx(0.4, abs=0.01)
-
-
-def test_a_breakaway_below_the_kinetic_friction_is_remarked_on():
-    estimator = Friction(low_pass_Hz=5.0, onset_s=0.002)
-    estimator.process(slide(static=0.3))
-    assert estimator.coefficients[0].status == FrictionStatus.STATIC_BELOW_KINETIC
-
-
-@pytest.mark.slow
-def test_stated_sigmas_cover_what_is_drawn():
-    """Offsets, directions and scatter over the path drawn from what the estimator takes for granted."""
-    inside, trials = 0, 60
-    for seed in range(trials):
-        generator = np.random.default_rng(seed)
-        mean, apart = generator.uniform(0.2, 0.8), generator.normal(0, 0.05)
-        rows = slide(mean + apart / 2, mean - apart / 2, swing=generator.uniform(0, 0.4), seconds=8.0, seed=seed)
-        rows[:, 0] += generator.normal(0, 0.2) - OFFSET_N
-        found = Friction(onset_s=0.05)
-        found.process(rows)
-        truths = zip(found.coefficients, (mean + apart / 2, mean - apart / 2), strict=True)
-        inside += sum(abs(known.mu_kinetic - true) < 2 * known.mu_kinetic_sigma for known, true in truths)
-    assert 0.9 <= inside / (2 * trials) <= 1.0
+    assert not (wrong & sliding & (found.status == FrictionStatus.OK) & (found.mu_kinetic_sigma < 0.02)).any()
+    remarks = {FrictionStatus.OUTLIER, FrictionStatus.CHANGED, FrictionStatus.NO_PULL}
+    assert remarks & set(found.status[5500:6000].tolist())
+    assert found.mu_kinetic[-1] == pytest.approx(0.45, abs=0.01)
 
 
 def test_unusable_parameters_and_rows_are_refused():
-    with pytest.raises(InputError, match="low_pass_Hz must be below half of sample_rate_Hz, got 500 at 1000 Hz"):
-        Friction(low_pass_Hz=500)
-    with pytest.raises(InputError, match="rest_mm_s must be greater than 0"):
-        Friction(rest_mm_s=0)
-    with pytest.raises(InputError, match="memory_mm must be greater than 0"):
-        Friction(memory_mm=0)
+    for name in ("sample_rate_Hz", "rest_mm_s", "contact_N", "memory_mm", "offset_sigma_N"):
+        with pytest.raises(InputError, match=f"{name} must be greater than 0"):
+            Friction(**{name: 0})
     with pytest.raises(InputError, match="n x 3 .*got 4 x 2"):
         Friction().process(np.zeros((4, 2)))
     with pytest.raises(InputError, match="got 2 values"):
@@ -214,7 +277,7 @@ def strokes(noise_mm_s, speed, seed=0):
     return np.column_stack([tangential, np.full(len(time), 0.5), measured])
 
 
-@pytest.mark.parametrize("noise_mm_s, speed", [(0.0, 0.5), (0.02, 0.8), (3.0, 60.0)])
+@pytest.mark.parametrize("noise_mm_s, speed", [(0.0, 0.6), (0.02, 0.8), (3.0, 60.0)])
 def test_rests_are_recognised_by_the_noise_of_the_velocity(noise_mm_s, speed):
     """Slower than 1 mm/s it slides too, and noise far above 1 mm/s is not sliding."""
     samples = strokes(noise_mm_s, speed)
@@ -223,12 +286,3 @@ def test_rests_are_recognised_by_the_noise_of_the_velocity(noise_mm_s, speed):
     assert answer.mu_static[-1] == pytest.approx(0.5, abs=0.03)
     if speed < 1:
         assert np.isnan(Friction(sample_rate_Hz=500.0, rest_mm_s=1.0).process(samples).mu_kinetic[-1])
-
-
-def test_a_static_below_the_kinetic_is_remarked_on_one_way_too():
-    time = np.arange(3000) / 1000
-    velocity = np.where((time % 1.0) > 0.3, 30.0, 0.0)
-    tangential = np.where((time % 1.0) > 0.5, 0.3, 0.1) * (velocity > 0)
-    answer = Friction(offset_sigma_N=1e-3).process(np.column_stack([tangential, np.full(3000, 0.5), velocity]))
-    assert answer.mu_static[-1] < answer.mu_kinetic[-1]
-    assert answer.status[-1] == FrictionStatus.STATIC_BELOW_KINETIC

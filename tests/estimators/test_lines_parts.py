@@ -245,3 +245,15 @@ def test_a_line_that_one_of_many_channels_shows_is_found():
     (found,) = find_lines(position, readings).lines
     assert found.wavelength_mm == pytest.approx(3.0, rel=0.01) and found.channels == (7,)
     assert find_lines(position, np.delete(readings, 7, axis=1)).lines == ()
+
+
+def test_loud_lines_that_share_a_period_which_none_of_them_has_are_told_as_its_harmonics():
+    """2.355 and 1.570 mm: 4.71 mm, where that is in the range; with 1.62 mm beside it a line is its own."""
+    position = np.arange(0, 60, 0.05)
+    noise = 0.1 * np.random.default_rng(3).normal(size=position.size)
+    for second, high, told in ((1.570, 6.0, [(2, 4.71), (3, 4.71)]), (1.570, 4.0, None), (1.62, 6.0, None)):
+        readings = sum(np.cos(2 * np.pi * position / own) / own for own in (2.355, second)) + noise
+        lines = find_lines(position, readings, wavelength_range_mm=(0.4, high)).lines
+        found = sorted((own.harmonic, own.fundamental_mm) for own in lines)
+        own = sorted((1, own) for own in (2.355, second))
+        assert found == [(order, pytest.approx(mm, rel=2e-3)) for order, mm in told or own]

@@ -72,7 +72,7 @@ def test_repeated_and_late_rows_are_left_out_and_said_so():
     doubled[1::2, 1:4] += 500
     doubled[501, 0] -= 0.1
     clean, answer = tracked(rows, "velocity_mm_s"), tracked(doubled, "velocity_mm_s")
-    for a, b in zip(answer[:-2], clean[:-2], strict=True):
+    for a, b in zip(answer[:-4], clean[:-4], strict=True):
         np.testing.assert_array_equal(a[::2], b)
         assert np.isnan(a[1::2]).all()
     assert answer.status[::2] == clean.status
@@ -86,7 +86,7 @@ def test_after_a_long_gap_everything_begins_anew():
     answer = tracked(rows, "velocity_mm_s")
     assert answer.status[1000].startswith("time: begun anew")
     alone = tracked(rows[1000:], "velocity_mm_s")
-    for a, b in zip(answer[:-2], alone[:-2], strict=True):
+    for a, b in zip(answer[:-4], alone[:-4], strict=True):
         np.testing.assert_array_equal(a[1000:], b)
 
 
@@ -194,7 +194,7 @@ def test_without_a_velocity_a_slow_log_has_no_frequency_and_says_so():
     pipeline = Pipeline(gauges=1, columns=(), sample_rate_Hz=20.0)
     assert "20 Hz is too slow without a velocity" in pipeline.off["frequency"]
     answer = pipeline.update((0.0, 1.0))
-    assert np.isnan(answer[:-2]).all() and answer.status.startswith("nothing to estimate; no modulus")
+    assert np.isnan(answer[:-4]).all() and answer.status.startswith("nothing to estimate; no modulus")
 
 
 def test_a_gauge_alone_is_tracked():

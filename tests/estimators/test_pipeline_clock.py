@@ -139,3 +139,26 @@ def test_the_slope_is_over_the_last_ten_milliseconds_or_64_samples(rate, begin):
     # After a gap the slope is that over the gap.
     later = clock.tick(time[-1] + 0.5, NAN, place[-1] + 3.0)
     assert (later.slope_mm_s, later.velocity_mm_s) == pytest.approx((6.0, 6.0))
+
+
+@pytest.mark.parametrize("every", [0.01, 0.016, 0.0156])
+def test_packets_that_share_a_stamp_are_spread_evenly(every):
+    """Half of the first packet and the second tell nothing yet; doubled rows are no packets."""
+    true = 3.0 + 0.005 + np.arange(2000) / 1000
+    clock = Clock(1000.0)
+    found = [clock.tick(stamp, 50.0, NAN) for stamp in (np.floor(true / every + 1e-9) * every).tolist()]
+    late = found[60:]
+    assert {tick.status for tick in late} == {ClockStatus.OK} and clock.state.packet_s == pytest.approx(every)
+    off = np.array([tick.time_s for tick in late]) - true[60:]
+    assert np.ptp(off) < 1e-3
+    places = np.array([tick.place_mm for tick in late])
+    np.testing.assert_allclose(places - places[0], 50 * (true[60:] - true[60]), atol=0.05)
+    doubled = ticks(1000.0, np.repeat(true, 2).tolist())
+    assert [tick.status for tick in doubled[1::2]] == [ClockStatus.REPEATED] * 2000
+
+
+def test_a_lost_packet_is_a_gap():
+    stamps = np.floor(np.arange(1000) / 10) / 100
+    found = ticks(1000.0, np.delete(stamps, np.s_[500:510]).tolist(), [10.0] * 990)
+    assert [tick.missing for tick in found[30:] if tick.missing] == pytest.approx([10], abs=1)
+    assert found[-1].place_mm == pytest.approx(10 * 0.999, abs=0.15)

@@ -13,7 +13,8 @@ from papilla.estimators.pipeline.parts import BlindPart, ModulusPart, Row, Wavel
 from papilla.estimators.softness.gauges import GaugeEstimate
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.answer import FusedEstimate
-from papilla.estimators.tracking.chirp import ChirpEstimate, ChirpStatus
+from papilla.estimators.tracking.chirp import ChirpEstimate
+from papilla.estimators.tracking.finding import Finding
 
 ROW = Row((1.0, 2.0), (), 0.3, math.nan, Tick(0, 0, 1.0, 50.0, 50.0, 3.0))
 NAMES = ("left", "right")
@@ -114,7 +115,10 @@ def test_what_dominates_is_that_of_the_gauges_or_of_s_d(calibration):
 def test_a_lateness_that_was_found_is_told_in_milliseconds(late_ms, told):
     for stated in (None, 0.0):
         part = WavelengthPart(1, latency_s=stated)
-        part.tracker._follower.memory.late_s = late_ms / 1e3
+        memory = part.tracker._follower.memory
+        memory.late_s = late_ms / 1e3
+        assert not part.doubted, "at a constant speed nothing tells it"
+        memory.late_variance = (abs(memory.late_s) / 3.1) ** 2
         expected = f"found to be {told} behind the readings" if told and stated is None else ""
         assert expected in part.doubted and bool(part.doubted) == bool(expected)
 
@@ -136,46 +140,29 @@ def test_phases_three_sigmas_off_contradict_the_path(off, contradicted):
     )
 
 
-@pytest.mark.parametrize(
-    "answers, told",
-    [
-        ([(ChirpStatus.OK, 40.0), (ChirpStatus.OK, 44.0), (ChirpStatus.OK, 90.0)], (44.0, ChirpStatus.OK)),
-        ([(ChirpStatus.OK, 40.0), (ChirpStatus.OK, 44.0)], (42.0, ChirpStatus.OK)),
-        ([(ChirpStatus.OK, 40.0), (ChirpStatus.SEARCHING, 90.0), (ChirpStatus.MISSING, 90.0)], (40.0, ChirpStatus.OK)),
-        ([(ChirpStatus.SEARCHING, 50.0), (ChirpStatus.QUIET, math.nan)], (50.0, ChirpStatus.SEARCHING)),
-        ([(ChirpStatus.MISSING, math.nan), (ChirpStatus.QUIET, math.nan)], (math.nan, ChirpStatus.QUIET)),
-    ],
-)
-def test_without_a_velocity_the_frequency_is_the_median_of_the_gauges_that_know_it_best(answers, told):
-    part, asked = BlindPart(len(answers), 1000.0), []
-
-    class Tracker:
-        def __init__(self, status, frequency):
-            self.answer = ChirpEstimate(frequency, 1.0, math.nan, math.nan, int(status))
-
-        def update(self, sample):
-            asked.append(sample)
-            return self.answer
-
-    part._estimators = [Tracker(*answer) for answer in answers]
-    readings = tuple(float(number) for number in range(len(answers)))
-    found = part.take(ROW._replace(readings=readings, tick=Tick(1, 2)))
-    np.testing.assert_equal(found, (told[0], int(told[1])))
-    # Two samples are missing before this one.
-    assert asked[-len(answers) :] == [(reading,) for reading in readings]
-    assert len(asked) == 3 * len(answers) and all(math.isnan(value) for (value,) in asked[: 2 * len(answers)])
-    assert part.lag_s == pytest.approx(0.014)
+def test_without_a_velocity_the_gauge_that_changes_most_is_followed():
+    part, asked = BlindPart(3, 1000.0), []
+    part._tracker.update = lambda sample: asked.append(sample[0]) or ChirpEstimate(40.0, 1.0, math.nan, math.nan, 0)
+    waves = np.outer(np.sin(np.arange(1000.0)), [1.0, 3.0, 1.4]) + [0.0, 50.0, 0.0]
+    waves[200:, 2] *= 8
+    waves[300:, 2] = math.nan
+    found = [part.take(ROW._replace(readings=tuple(row), tick=Tick(1))) for row in waves.tolist()]
+    assert found[-1] == (40.0, 0)
+    assert asked[50:200] == waves[50:200, 1].tolist(), "another one must change four times more, in power"
+    assert asked[290:300] == waves[290:300, 2].tolist(), "at once, as long as it changes more"
+    assert asked[-5:] == waves[-5:, 1].tolist(), "until its change has faded where it is lost"
+    part.take(ROW._replace(readings=(0.0, 0.0, 0.0), tick=Tick(1, 2)))
+    assert np.isnan(asked[1000:1002]).all() and len(asked) == 1003, "two samples are missing before this one"
+    other = BlindPart(3, 1000.0)
+    other.state = part.state
+    assert other._followed == part._followed and part.lag_s == pytest.approx(0.014)
 
 
-@pytest.mark.parametrize(
-    "rate, low_pass, note",
-    [(1000.0, 20.0, ""), (100.0, 20.0, ""), (50.0, 10.0, "low-pass of 10 Hz, 0.2 of the sampling rate")],
-)
-def test_forces_are_passed_as_slowly_as_the_rate_allows(rate, low_pass, note):
+@pytest.mark.parametrize("rate, told", [(1000.0, True), (400.0, True), (399.0, False)])
+def test_a_static_coefficient_needs_a_rate_that_shows_a_breakaway(rate, told):
     pipeline = Pipeline(None, gauges=1, columns=("force_N", "velocity_mm_s", "tangential_N"), sample_rate_Hz=rate)
-    assert pipeline._parts["friction"]._friction.low_pass_Hz == pytest.approx(low_pass)
-    said = [line for line in pipeline.messages if line.startswith("friction")]
-    assert note in said[0] if note else not said
+    said = [line for line in pipeline.messages if line.startswith("friction: no static coefficient at 399 Hz")]
+    assert bool(said) != told
 
 
 @pytest.mark.parametrize("rate, slow", [(199.0, True), (200.0, False)])
@@ -197,3 +184,13 @@ def test_a_saturated_reading_is_used_by_nobody_and_said_to_be_so():
         found = pipeline.update((0.001 * (1 + len(seen)), *readings, 50.0))
     assert seen[0] == (9.9, -9.9) and math.isnan(seen[1][0]) and seen[1][1] == 1.0 and math.isnan(seen[2][1])
     assert "b saturated" in found.status and pipeline.lines == () and pipeline.friction is None
+
+
+def test_an_ambiguous_wavelength_names_both():
+    part = WavelengthPart(1)
+    found = FusedEstimate(2.355, 0.01, 30.0, int(TrackingStatus.AMBIGUOUS), math.nan, math.nan, 1)
+    part.tracker.follow = lambda *given: found
+    part.tracker._follower.memory.finding = Finding(other=1 / 4.71)
+    assert part.sentence(part.take(ROW)[-1]) == TrackingStatus.AMBIGUOUS.sentence + " (2.355 or 4.71 mm)"
+    part.tracker._follower.memory.finding = Finding()
+    assert part.sentence(part.take(ROW)[-1]) == TrackingStatus.AMBIGUOUS.sentence

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.softness.belief import Belief, Contrast, Tangent
-from papilla.estimators.softness.fitter import DRIFT, SPREAD_FORCE, ZERO_WALK
+from papilla.estimators.softness.fitter import SHAPE, SPREAD_FORCE, ZERO_WALK
 
 NOISE = np.array([50.0] * 5 + [0.005])
 DOUBTS = Doubts(gauge_gain=0.03, creep=0.02, zero_microstrain=150.0, force_gain=0.04, force_offset_N=0.006,
@@ -39,7 +39,9 @@ def belief_of(fitter, linear, seed=0):
     mean = 0.2 * np.random.default_rng(seed + 1).standard_normal(fitter.size)
     mean[0] = linear.at[2]
     covariance = root @ root.T + 0.3 * np.eye(fitter.size)
-    return Belief(mean, covariance, linear, linear, ln_force=linear.at[0], anchor=linear.at[2] - 0.1, samples=40.0)
+    return Belief(
+        mean, covariance, np.zeros(30), linear, linear, ln_force=linear.at[0], anchor=linear.at[2] - 0.1, samples=40.0
+    )
 
 
 def sample_of(linear, seed=0):
@@ -130,7 +132,7 @@ def test_noise_alone_is_least_squares_with_the_samples_own_force_eliminated(own)
 
 @pytest.mark.parametrize("keep", [1.0, 0.99])
 def test_learning_is_kalmans_correction(own, keep):
-    """With S = H P H' + B' B + 1 / n; then zeros and creep fade, and of noise alone a share is kept."""
+    """With S = H P H' + B' B + 1 / n and the cell's own errors; zeros and creep fade; of noise alone a share stays."""
     linear = near(own)
     belief = replace_of(belief_of(own, linear), information=50.0, score=5.0, square=30.0, freedom=70.0)
     rows, count, y = np.arange(6), 8, sample_of(linear, 3)
@@ -140,6 +142,7 @@ def test_learning_is_kalmans_correction(own, keep):
     away = belief.mean - [alone.linear.at[2], alone.linear.at[3], *[0.0] * (own.size - 2)]
     innovation = y / NOISE - alone.linear.expected - alone.linear.H @ away
     S = H @ belief.covariance @ H.T + B.T @ B + np.eye(6) / count
+    S += np.diag((SHAPE**2 * H[:, own._shaped] ** 2).sum(axis=1))
     np.testing.assert_allclose(contrast.precision, np.linalg.inv(S), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(contrast.weighted, np.linalg.solve(S, innovation), rtol=1e-6, atol=1e-8)
     assert contrast.misfit == pytest.approx(innovation @ np.linalg.solve(S, innovation), rel=1e-6)
@@ -178,24 +181,31 @@ def test_what_contradicts_by_more_than_a_limit_is_not_learnt(own):
     assert own.contrast(y, rows, own_place).misfit == pytest.approx(contrast.misfit, rel=0.02) != spoilt.misfit
 
 
-def test_gains_drift_where_a_sample_lies_far_from_the_last_node(own):
-    """A node holds within 0.05 in ln force and 0.3 in ln E; from node to node gains and errors are partly others."""
+def test_slopes_are_taken_anew_far_from_the_last_node(own):
+    """A node holds within 0.05 in ln force and 0.3 in ln E."""
     linear = near(own)
-    belief, drifting = (
-        belief_of(own, linear),
-        slice(own.parts["the gain of the gauges"].start, own.parts["friction"].start),
-    )
+    belief = belief_of(own, linear)
     for (force, modulus), anew in (
         ((1.04, 1.0), False), ((1 / 1.04, 1.0), False), ((1.06, 1.0), True), ((1 / 1.06, 1.0), True),
         ((1.0, 1.25), False), ((1.0, 1 / 1.25), False), ((1.0, 1.5), True), ((1.0, 1 / 1.5), True),
     ):  # fmt: skip
         other = near(own, FORCE * force, MODULUS * modulus)
-        found = own._near(belief, other)
-        assert found.node is (other if anew else linear)
-        more = np.diag(found.covariance - belief.covariance)
-        assert more[drifting] == pytest.approx(DRIFT**2 * anew) and more.sum() == pytest.approx(more[drifting].sum())
-    first = own._near(belief._replace(node=None), linear)
-    assert first.node is linear and np.array_equal(first.covariance, belief.covariance)
+        assert own._near(belief, other).node is (other if anew else linear)
+    assert own._near(belief._replace(node=None), linear).node is linear
+
+
+def test_a_cell_of_force_tells_its_own_error_once(own):
+    """In information: 1 / (own + 1 / n) of n samples in all, however they are split; without errors n."""
+    H, at = near(own).H, math.log(FORCE)
+    own_error = (SHAPE**2 * H[:, own._shaped] ** 2).sum(axis=1)
+    pressed, told = np.zeros(30), np.zeros(6)
+    for samples in (1.0, 7.0, 32.0, 60.0):
+        plain, new, cell = own._own_errors(H, pressed, at, samples)
+        assert plain == pytest.approx(own_error + 1 / samples)
+        told += 1 / new
+        pressed[cell] += samples
+    assert told == pytest.approx(1 / (own_error + 1 / 100)) and told[5] == pytest.approx(100) and pressed.sum() == 100
+    assert own._own_errors(H, pressed, at + 0.11, 1.0)[2] != cell
 
 
 def test_a_tangent_takes_samples_for_what_they_are(own):
@@ -255,7 +265,9 @@ def test_a_belief_before_the_first_sample_knows_the_doubts_only(own):
         spread = np.sqrt(np.diag(belief.covariance))
         zero = own.parts["the zero of the gauges"]
         assert spread[zero] == pytest.approx(share) and spread[0] == pytest.approx(own.top / 4)
-        rest = np.delete(spread, [0, *range(zero.start, zero.stop)])
+        offset, shaped = own.parts["the offset of the force"], own._shaped
+        assert spread[offset] == pytest.approx(share) and spread[shaped] == pytest.approx(math.sqrt(1 - SHAPE**2))
+        rest = np.delete(spread, [0, *np.r_[zero, offset, shaped]])
         assert rest == pytest.approx(1.0) and not belief.mean.any()
         assert np.count_nonzero(belief.covariance) == own.size
 
@@ -289,7 +301,7 @@ def test_the_doubt_that_dominates_is_the_one_that_would_take_most_off_sigma(own)
         columns = own.parts[name]
         covariance[0, columns] = covariance[columns, 0] = 0.6 / math.sqrt(columns.stop - columns.start)
         covariance[0, own.parts["the zero of the gauges"]] = covariance[own.parts["the zero of the gauges"], 0] = 0.1
-        belief = Belief(np.zeros(size), covariance, anchor=h, information=4.0)
+        belief = Belief(np.zeros(size), covariance, np.zeros(1), anchor=h, information=4.0)
         assert own.dominant(belief) == name
         assert own.dominant(belief._replace(information=2.0)) == "noise"
     assert own.dominant(belief._replace(information=0.0)) == "noise"
@@ -316,7 +328,7 @@ def test_what_others_expect_of_a_channel_is_the_conditional_mean(own):
 
 
 def test_a_sample_is_odd_from_twenty_times_the_usual_misfit():
-    belief = Belief(np.zeros(1), np.eye(1))
+    belief = Belief(np.zeros(1), np.eye(1), np.zeros(1))
     assert belief.usual == 20.0
     assert belief._replace(square=50.0, freedom=100.0).usual == pytest.approx(30.0)
     assert belief._replace(square=0.5, freedom=0.1).usual == pytest.approx(30.0)

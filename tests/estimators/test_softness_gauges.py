@@ -10,7 +10,9 @@ from papilla.calibration import SoftnessStatus, Surface
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
+from papilla.estimators.softness.gauges import at_once
 from papilla.estimators.softness.surfaces import distance_curve
+from papilla.estimators.spectrum import whole
 from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)
@@ -107,7 +109,7 @@ def test_a_saved_state_continues_bit_for_bit(exact):
     second.state = first.state
     np.testing.assert_array_equal(second.process(samples[77:]).modulus_MPa, expected.modulus_MPa[77:])
     with pytest.raises(InputError, match="the state is of 2 gauges, the calibration has 5"):
-        second.state = first.state._replace(zeros=(1.0, 2.0))
+        second.state = first.state._replace(zeros=(1.0, 2.0, 0.0))
 
 
 def swapped(samples, one, other):
@@ -185,7 +187,8 @@ def test_a_spike_costs_its_gauge_a_few_samples(exact):
     samples = touched(exact, 0.2, PRESS)
     samples[40, 2] += 8000
     status = estimator(exact).process(samples).status
-    assert status[39] == OK and status[40] == LEFT_OUT and (status[60:] == OK).all()
+    assert status[39] == OK and status[40] == SoftnessStatus.MISFIT and (status[70:] == OK).all()
+    assert set(status[40:70].tolist()) == {int(SoftnessStatus.MISFIT), int(LEFT_OUT), int(OK)}
 
 
 def test_a_touch_off_the_apex_has_no_answer(exact):
@@ -222,8 +225,10 @@ def test_lost_contact_ends_what_was_learnt(exact):
 def test_forces_outside_the_domain_have_no_answer(exact):
     own, rows = estimator(exact), touched(exact, 0.2, np.array([0.5, 0.052, 0.98]), 0.0, 0.0)
     own.update(rows[0])
-    assert own.update(rows[1] * 0.8).status == SoftnessStatus.FORCE_BELOW
-    assert own.update(rows[2] * 1.15).status == SoftnessStatus.FORCE_ABOVE
+    for row, told in ((rows[1] * 0.8, SoftnessStatus.FORCE_BELOW), (rows[2] * 1.15, SoftnessStatus.FORCE_ABOVE)):
+        found = [own.update(row).status for _ in range(12)]
+        # What contradicts is looked into for some samples, which have no answer.
+        assert told in found and set(found) <= {told, SoftnessStatus.MISFIT}
 
 
 @pytest.mark.slow
@@ -309,7 +314,8 @@ def test_a_pair_is_no_rival_of_a_channel_that_explains_as_much_by_itself(exact, 
     """Mirrored gauges 0 and 4 leave a squared misfit of 10.5; 0 by itself leaves so much, all others 100."""
     left = {(0,): alone, (0, 4): 10.5}
     own = estimator(exact)
-    assert own._blamed(np.arange(6), lambda some: [left.get(channels, 100.0) for channels in some]) == blamed
+    misfits = at_once(lambda some: [left.get(channels, 100.0) for channels in some])
+    assert whole(own._blamed(np.arange(6), misfits)) == blamed
 
 
 def test_what_cannot_be_explained_is_not_searched_again_at_once(exact):

@@ -10,7 +10,9 @@ from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import MISSING, STUCK, Fault
 from papilla.estimators.softness.belief import Alone, Belief
 from papilla.estimators.softness.fitter import SPREAD_FORCE
+from papilla.estimators.softness.gauges import at_once
 from papilla.estimators.softness.touch import TouchState
+from papilla.estimators.spectrum import whole
 
 NOISE = np.array([50.0] * 5 + [0.005])
 
@@ -61,7 +63,7 @@ def test_a_touch_begins_at_the_contact_that_explains_its_first_sample(made, forc
     own = made(doubts=Doubts.NONE)
     y, h = exact(own, force, modulus)
     for rows, most in ((np.arange(6), 0.03), (np.arange(5), 0.1)):
-        contrast, belief = own._start(y, rows, own._fitter.fresh(1.0))
+        contrast, belief = whole(own._start(y, rows, own._fitter.fresh(1.0)))
         assert contrast.misfit < 1.0 and belief.ln_force == pytest.approx(math.log(force), abs=0.05)
         assert belief.anchor == pytest.approx(h, abs=most * own._fitter.top)
         assert belief.mean[0] == belief.anchor and belief.place_mm == 0.0
@@ -73,11 +75,11 @@ def test_of_a_sample_that_fits_badly_the_likeliest_explanations_are_worked_out(o
     y[1] *= -1.0
     rows, prior = np.arange(6), own._fitter.fresh(1.0)
     some = [(number,) for number in range(6)]
-    found = own._start.without(y, rows, prior)(some)
+    found = whole(own._start.without(y, rows, prior)(some))
     tried = [number for number, misfit in enumerate(found) if misfit < math.inf]
     assert len(tried) == 4 and int(np.argmin(found)) == 1 and found[1] < 5.0
     for number in tried:
-        again, _ = own._start(y, np.delete(rows, number), prior)
+        again, _ = whole(own._start(y, np.delete(rows, number), prior))
         assert found[number] == pytest.approx(again.misfit, rel=0.05, abs=0.5)
 
 
@@ -123,19 +125,28 @@ def test_a_light_force_ends_a_touch_where_the_readings_agree_or_it_lasts(made):
     assert fitter.least_reading() == pytest.approx(np.abs(nodes).min(axis=0))
 
 
-def test_zeros_are_learnt_below_half_of_the_contact_force_and_known_better_after_fifty_samples(made):
-    for force, learnt in ((0.0099, True), (-0.0099, True), (0.0101, False), (-0.0101, False)):
-        own = made()
-        own._lift((5.0,) * 5, force, True)
-        assert (own.state.airborne == 1) == learnt and (own.state.zeros[0] > 4) == learnt
-    own._lift((5.0,) * 5, 0.0, False)
-    assert own.state.airborne == 0, "not with a channel missing"
+def test_zeros_are_learnt_from_rests_that_agree_and_known_better_after_fifty_samples(made):
+    own, rest = made(), (5.0,) * 5 + (0.02,)
+    own._lift(rest, False)
+    assert own.state.rest.samples == 0, "not with a channel missing"
+    for count in range(1, 161):
+        own._lift(rest, True)
+        assert own.state.airborne == min(max(count // 20 - 1, 0) * 20, 100)
+        known = own._unknown().covariance.diagonal()
+        for name in ("the zero of the gauges", "the offset of the force"):
+            assert known[own._fitter.parts[name]] == pytest.approx(0.25 if count >= 80 else 1.0)
+    assert own.state.zeros == pytest.approx(rest, rel=0.01)
+
+
+@pytest.mark.parametrize("step, learnt", [((3.0,) * 5 + (0.0,), True), ((60.0,) * 5 + (0.0,), False)])
+def test_a_rest_is_learnt_only_when_the_next_one_agrees(made, step, learnt):
+    """Twenty samples of noise 20 each, so 3 microstrain are noise and 60 the begin of a press."""
     own = made()
-    for count in range(1, 121):
-        own._lift((5.0,) * 5, 0.0, True)
-        assert own.state.airborne == min(count, 100)
-        zero = own._unknown().covariance.diagonal()[own._fitter.parts["the zero of the gauges"]]
-        assert zero == pytest.approx(0.25 if count >= 50 else 1.0)
+    for sample in [(5.0,) * 5 + (0.0,)] * 20 + [step] * 20:
+        own._lift(sample, True)
+    assert (own.state.airborne == 20) == learnt
+    own._land()
+    assert own.state.rest.before is None
 
 
 def test_a_contact_outside_is_named(own):
@@ -155,7 +166,9 @@ def told(made, **known):
     mean = np.zeros(fitter.size)
     mean[0] = h
     covariance = 1e-6 * np.eye(fitter.size)
-    belief = Belief(mean, covariance, anchor=h, information=1e4, freedom=50.0, offset=(0.1, 0.2), place_sigma_mm=0.3)
+    belief = Belief(
+        mean, covariance, np.zeros(1), anchor=h, information=1e4, freedom=50.0, offset=(0.1, 0.2), place_sigma_mm=0.3
+    )
     known = {name: value(belief) if callable(value) else value for name, value in known.items()}
     own._note(belief=belief._replace(**known))
     return own._modulus(), fitter, h
@@ -215,9 +228,9 @@ def misfits_of(table, rest=1e9):
 )
 def test_who_is_blamed(own, table, single, blamed):
     """One before two, mirrored gauges as one; who cannot be told apart together; and three channels must be left."""
-    assert own._blamed(np.arange(6), misfits_of(table), single) == blamed
-    assert own._blamed(np.arange(3), misfits_of({(0,): 1.0})) is None
-    assert own._blamed(np.arange(4), misfits_of({(0,): 1.0})) == (0,)
+    assert whole(own._blamed(np.arange(6), at_once(misfits_of(table)), single)) == blamed
+    assert whole(own._blamed(np.arange(3), at_once(misfits_of({(0,): 1.0})))) is None
+    assert whole(own._blamed(np.arange(4), at_once(misfits_of({(0,): 1.0})))) == (0,)
 
 
 def test_distrust_wears_off_by_good_samples_and_lasts_longer_each_time(made):
@@ -236,7 +249,7 @@ def test_a_channel_that_fits_ten_times_in_a_row_is_used_again(made):
     y, h = exact(own, 0.3, 0.2)
     own._note(faults=(0, int(Fault.OFF_SURFACE), 0, 0, 0, 0))
     rows = np.array([0, 2, 3, 4, 5])
-    _, belief = own._start(y, rows, own._fitter.fresh(1.0))
+    _, belief = whole(own._start(y, rows, own._fitter.fresh(1.0)))
     alone = own._fitter.alone(y, rows, belief)
     _, belief = own._fitter.learn(y, rows, belief, alone)
 
@@ -255,7 +268,7 @@ def test_a_channel_that_fits_ten_times_in_a_row_is_used_again(made):
 def test_a_fault_is_named_by_what_would_explain_the_reading(made):
     own = made(doubts=Doubts.NONE)
     y, _ = exact(own, 0.3, 0.2)
-    _, belief = own._start(y, np.arange(6), own._fitter.fresh(1.0))
+    _, belief = whole(own._start(y, np.arange(6), own._fitter.fresh(1.0)))
     off, flipped, swapped = (int(Fault[name]) for name in ("OFF_SURFACE", "SIGN_FLIPPED", "SWAPPED"))
 
     def named(*blamed, **changes):
@@ -299,17 +312,19 @@ def test_a_force_that_all_sensors_place_outside_is_said_to_be_there(made):
         (low, 0.049, SoftnessStatus.FORCE_BELOW), (low, 0.051, None), (low + 0.1, 0.01, None),
         (high, 1.01, SoftnessStatus.FORCE_ABOVE), (high, 0.99, None), (high - 0.1, 2.0, None),
     ):  # fmt: skip
-        belief = Belief(np.zeros(1), np.eye(1), ln_force=ln_force)
+        belief = Belief(np.zeros(1), np.eye(1), np.zeros(1), ln_force=ln_force)
         assert own._beyond(np.array([0.0] * 5 + [force]), belief) == status
     assert (
-        blind._beyond(np.full(6, math.nan), Belief(np.zeros(1), np.eye(1), ln_force=low)) == SoftnessStatus.FORCE_BELOW
+        blind._beyond(np.full(6, math.nan), Belief(np.zeros(1), np.eye(1), np.zeros(1), ln_force=low))
+        == SoftnessStatus.FORCE_BELOW
     )
     assert (
-        blind._beyond(np.full(6, math.nan), Belief(np.zeros(1), np.eye(1), ln_force=high)) == SoftnessStatus.FORCE_ABOVE
+        blind._beyond(np.full(6, math.nan), Belief(np.zeros(1), np.eye(1), np.zeros(1), ln_force=high))
+        == SoftnessStatus.FORCE_ABOVE
     )
 
 
 def test_a_state_is_of_this_many_gauges(own):
-    with pytest.raises(ValueError, match="the state is of 4 gauges, the calibration has 5"):
+    with pytest.raises(ValueError, match="the state is of 3 gauges, the calibration has 5"):
         own.state = TouchState(None, (0.0,) * 4)
     assert own.state.information == 0.0

@@ -345,7 +345,7 @@ def test_the_pipeline_answers_by_s_d_while_most_samples_contradict_themselves(bu
     force = np.full(600, 0.5)
     clean = force[:, None] * seen(force, 0.3, 0.0)
     phase = 2 * np.pi * (0.06 * np.arange(600)[:, None] - GAUGES_MM) / 1.5
-    bumpy = clean * (1 + 0.1 * np.sin(phase)) + rng.normal(0, 20, clean.shape)
+    bumpy = clean * (1 + 0.2 * np.sin(phase)) + rng.normal(0, 20, clean.shape)
     rows = np.column_stack([np.arange(600) / 1000, bumpy, force + rng.normal(0, 1e-3, 600)])
     pipeline = Pipeline(calibration, columns=("force_N",), gauge_sigma=20.0)
     by_sd = ["from S_d" in status for status in pipeline.process(rows).status]

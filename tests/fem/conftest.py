@@ -11,6 +11,7 @@ from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 
 from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
+from papilla.fem.finite import strain_tables
 from papilla.fem.pressing import large_strain
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
@@ -24,6 +25,7 @@ from papilla.mesh.topology import paired_faces, volumes
 def without_tables(monkeypatch):
     """No table of large strain is known: presses without a fidelity are linear."""
     monkeypatch.setattr(large_strain, "ALL_SHIPPED", ())
+    monkeypatch.setattr(strain_tables, "ensure_large_strain", lambda *_, **__: "")
     large_strain._known.cache_clear()
     yield
     large_strain._known.cache_clear()

@@ -1,13 +1,16 @@
-"""The path of a frictionless contact, against single presses."""
+"""The path of a growing contact, against single presses; without friction here, stuck in test_friction."""
+
+import dataclasses
+import math
 
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError, SolverError
-from papilla.fem import FingerModel
-from papilla.fem.pressing.contact import solve_contact
-from papilla.fem.pressing.contact_path import contact_path
-from papilla.fem.reduction.compliance import weak_gap
+from papilla.errors import SolverError
+from papilla.fem import FingerModel, press
+from papilla.fem.pressing.contact import plain_path, solve_contact
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
+from papilla.fem.pressing.friction import friction_path, loading
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, HalfSpace, Sphere
@@ -15,71 +18,100 @@ from papilla.specimen import Block, HalfSpace, Sphere
 SPECIMENS = [Block(0.02, 10), Block(0.51, 10), Block(1e4, 3), HalfSpace(0.3), Sphere(1.0, 20.0), Sphere(1e5, 4.0)]
 
 
-def problem(reduced, specimen):
-    return reduced.total_compliance(specimen), reduced.patch.mass, weak_gap(reduced.patch, specimen)
+def without_friction(compliance, mass, gap) -> ContactProblem:
+    return ContactProblem(compliance, mass, gap, np.zeros((0, len(mass)), dtype=bool))
+
+
+def check_against_single_presses(path, forces, rel=1e-10):
+    problem = path.problem
+    for force in forces:
+        single = solve_contact(problem.compliance, problem.mass, problem.gap, force=force)
+        state = path.at(force=force)
+        assert state.indentation == pytest.approx(single.indentation, rel=rel)
+        assert state.traction[0] == pytest.approx(single.pressure, abs=10 * rel * single.pressure.max())
+        assert state.force == pytest.approx(force, rel=1e-9) and (state.active == single.active).all()
 
 
 @pytest.mark.parametrize("specimen", SPECIMENS, ids=repr)
 def test_every_force_is_the_single_press(reference, specimen):
-    given, top = problem(reference, specimen), 1.0 / reference.multiplicity
-    path = contact_path(*given, top)
-    forces = np.geomspace(1e-4, 1.0, 40) * top
-    depth, pressure = path.at(forces)
-    for k, force in enumerate(forces):
-        single = solve_contact(*given, force=force)
-        assert depth[k] == pytest.approx(single.indentation, rel=1e-10)
-        assert pressure[k] == pytest.approx(single.pressure, abs=1e-10 * single.pressure.max())
+    check_against_single_presses(plain_path(reference, specimen), np.geomspace(1e-4, 1.0, 40) / reference.multiplicity)
 
 
-def test_the_path_rises_and_keeps_the_force(reference):
-    given = problem(reference, Block(0.3, 10))
-    path = contact_path(*given, 0.2)
-    assert (np.diff(path.indentation) >= 0).all() and (np.diff(path.force) >= 0).all() and (path.pressure >= 0).all()
-    assert path.pressure @ reference.patch.mass == pytest.approx(path.force, abs=1e-12)
-    assert path.force[-1] == pytest.approx(0.2) and path.at(0.2)[0] == pytest.approx(path.indentation[-1])
-    with pytest.raises(ContactRangeError, match=r"the path ends at 0.2 N on the patch, asked 0.3 N"):
-        path.at(0.3)
+def test_force_and_depth_rise_and_are_two_ways_to_one_state(reference):
+    path = plain_path(reference, Block(0.3, 10))
+    by_force = path.at(force=0.2)
+    assert (np.diff(path.depth) >= 0).all() and (np.diff(path.force) >= 0).all()
+    assert len(set(path.nodes)) == len(path.nodes) > by_force.active.sum()
+    by_depth = path.at(indentation=by_force.indentation)
+    assert by_depth.force == pytest.approx(0.2, rel=1e-12)
+    assert by_depth.traction == pytest.approx(by_force.traction, abs=1e-12 * by_force.traction.max())
+    assert path.at(indentation=-1e-3) is None and path.at(force=0.0) is None
 
 
 @pytest.mark.slow
 def test_nodes_that_touch_at_once_are_taken_one_by_one():
     """A whole patch has mirror nodes: they touch together, but for rounding."""
     whole = FingerModel(Finger.default(), build(Finger.default(), size_mm=2.8)).reduce((1e-9, 0.0))
-    given = problem(whole, Block(0.3, 10))
-    path = contact_path(*given, 0.8)
-    for force in (0.01, 0.1, 0.8):
-        single = solve_contact(*given, force=force)
-        assert path.at(force)[0] == pytest.approx(single.indentation, rel=1e-9)
-        assert path.at(force)[1] == pytest.approx(single.pressure, abs=1e-8 * single.pressure.max())
+    check_against_single_presses(plain_path(whole, Block(0.3, 10)), (0.01, 0.1, 0.8), rel=1e-9)
 
 
 def test_all_gaps_equal_is_a_flat_punch():
     rng = np.random.default_rng(2)
     root = rng.normal(size=(12, 12))
     mass, compliance = rng.uniform(0.5, 1.0, 12), root @ root.T + 30 * np.eye(12)
-    path = contact_path(compliance, mass, 0.25 * mass, 5.0)
-    single = solve_contact(compliance, mass, 0.25 * mass, force=5.0)
-    assert path.indentation[0] == pytest.approx(0.25)
-    assert path.at(5.0)[0] == pytest.approx(single.indentation)
-    assert path.at(5.0)[1] == pytest.approx(single.pressure, abs=1e-10)
+    path = ContactPath(without_friction(compliance, mass, 0.25 * mass))
+    check_against_single_presses(path, [5.0])
+    assert path.depth == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_nodes_may_leave_again(seed):
+def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
     """Random stiff problems, where pressure moves about: nodes come and go."""
     rng = np.random.default_rng(seed)
     n = 15
     root = rng.normal(size=(n, n))
     compliance, mass = root @ root.T + 0.5 * np.eye(n), rng.uniform(0.5, 1.5, n)
-    gap = mass * rng.exponential(size=n)
-    path = contact_path(compliance, mass, gap, 2.0)
+    path = ContactPath(without_friction(compliance, mass, mass * rng.exponential(size=n)))
+    answered = 0
     for force in np.linspace(0.01, 2.0, 25):
-        single = solve_contact(compliance, mass, gap, force=force)
-        depth, pressure = path.at(force)
-        assert depth == pytest.approx(single.indentation, rel=1e-8)
-        assert pressure == pytest.approx(single.pressure, abs=1e-7 * single.pressure.max())
+        try:
+            check_against_single_presses(path, [force], rel=1e-8)
+        except LeavingError:
+            continue
+        answered += 1
+    assert answered > 0
 
 
 def test_a_compliance_that_is_not_positive_is_refused():
+    compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
     with pytest.raises(SolverError, match="not positive"):
-        contact_path(np.array([[1.0, -2.0], [-2.0, 1.0]]), np.ones(2), np.array([0.0, 1.0]), 10.0)
+        ContactPath(without_friction(compliance, np.ones(2), np.array([0.0, 1.0]))).at(force=10.0)
+
+
+def test_a_press_whose_nodes_leave_is_still_a_contact(reference, monkeypatch):
+    """The slower methods answer as the path does, without friction and stuck."""
+    found = {friction: press(reference, Block(0.2, 10), force=0.4, fidelity="contact", friction=friction)
+             for friction in (0, "stick")}  # fmt: skip
+
+    def leaves(*_, **__):
+        raise LeavingError("leaves")
+
+    monkeypatch.setattr(ContactPath, "at", leaves)
+    reference = dataclasses.replace(reference)  # which keeps nothing yet
+    for friction, before in found.items():
+        other = press(reference, Block(0.2, 10), force=0.4, fidelity="contact", friction=friction)
+        assert other.indentation == pytest.approx(before.indentation, rel=1e-9)
+        assert other.reading == pytest.approx(before.reading, rel=1e-8)
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+def test_another_order_to_begin_with_changes_nothing(reference, stuck):
+    """A guess from another specimen, from none, and from a path that is worthless."""
+    path = friction_path(reference, Block(0.2, 10), math.inf) if stuck else plain_path(reference, Block(0.2, 10))
+    problem, expected = path.problem, path.at(force=0.1)
+    backwards = ContactPath(without_friction(problem.compliance[: len(problem.mass), : len(problem.mass)],
+                                             problem.mass, problem.gap.max() - problem.gap))  # fmt: skip
+    for guess in (None, plain_path(reference, Sphere(5.0, 8.0)), backwards):
+        other = (loading(problem, math.inf, guess) if stuck else ContactPath(problem, guess)).at(force=0.1)
+        assert other.indentation == pytest.approx(expected.indentation, rel=1e-12)
+        assert other.traction == pytest.approx(expected.traction, abs=1e-11 * expected.traction.max())

@@ -47,16 +47,6 @@ def test_nodes_span_the_ratios(relatives):
     assert "within" in repr(relatives)
 
 
-def test_slopes_are_derivatives(relatives):
-    outer, inner = 0.21, 0.05
-    slopes = relatives.slope(outer, inner)
-    for k, step in enumerate(((1e-6, 0.0), (0.0, 1e-6))):
-        up, down = (relatives.at(outer + sign * step[0], inner + sign * step[1]) for sign in (1, -1))
-        for name, found in slopes.items():
-            expected = (getattr(up, name) - getattr(down, name)) / 2e-6
-            assert found[k] == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
-
-
 @pytest.mark.parametrize("outer, inner", [(1.0, 0.05), (0.04, 0.05)])
 def test_ratios_beyond_the_family_are_refused(relatives, outer, inner):
     with pytest.raises(InputError, match="outer over inner modulus"):

@@ -37,9 +37,8 @@ def test_membranes_take_the_strain_and_plates_the_curvature(coarse):
     )
     assert np.abs(membrane.strain).max() < 0.1 * np.abs(plain.strain).max()
     assert np.abs(plate.curvature).max() < 0.8 * np.abs(plain.curvature).max()
-    assert plate.strain == pytest.approx(plain.strain, rel=0.2, abs=0.01 * np.abs(plain.strain).max())
-    # A plate changes it by less than the mesh does.
-    assert membrane.indentation < plain.indentation and plate.indentation < 1.01 * plain.indentation
+    assert plate.strain == pytest.approx(plain.strain, rel=0.1, abs=0.01 * np.abs(plain.strain).max())
+    assert membrane.indentation < plain.indentation and plate.indentation < plain.indentation
 
 
 @pytest.mark.slow
@@ -50,8 +49,7 @@ def test_a_foil_is_symmetric_beside_the_apex_too(coarse):
     assert right.reading == pytest.approx(left.reading[::-1], rel=1e-6, abs=1e-6 * np.abs(right.reading).max())
     middle = press(model.reduce((1e-6, 0.0)), Block(0.3, 10), force=0.3, fidelity="contact")
     apex = press(model.reduce(), Block(0.3, 10), force=0.3, fidelity="contact")
-    # Whole elements are in touch or not: a quarter of a patch and a half may differ by one.
-    assert middle.reading == pytest.approx(apex.reading, rel=5e-3, abs=5e-3 * np.abs(apex.reading).max())
+    assert middle.reading == pytest.approx(apex.reading, rel=1e-4, abs=1e-4 * np.abs(apex.reading).max())
 
 
 def test_stiffness_is_not_negative(coarse):

@@ -9,7 +9,7 @@ from papilla.specimen import Block, HalfSpace, Sphere
 
 
 def traction_compliance(patch, specimen):
-    return specimen.traction_compliance(PatchSurface(patch, None))
+    return specimen.traction_compliance(PatchSurface(patch))
 
 
 CORNERS = np.array([[0.3, -0.2], [-0.9, 0.4], [0.5, 1.6]])

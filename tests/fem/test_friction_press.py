@@ -31,9 +31,12 @@ def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
     loads = sp.hstack([loaded.loads(SYMMETRIC, c) for c in range(3)])
     loads = sp.vstack([loads, sp.csr_matrix((len(free) - loads.shape[0], loads.shape[1]))]).tocsr()[free]
     traction, n = np.zeros(loads.shape[1]), len(coarse.patch.xy)
-    knots = [knot for knot in path.knots if knot.force < aim.force] + [aim]
+    knots = [path.at(indentation=depth) for depth in path.depth[1:] if depth < aim.indentation] + [aim]
+    first = dataclasses.replace(aim, indentation=path.depth[0], active=np.isin(np.arange(n), path.nodes[0]))
+    knots = [first, *knots]
     for before, after in zip(knots, knots[1:], strict=False):
-        index = np.flatnonzero((path.problem.free & before.active).ravel())
+        # Between two knots those are in contact that are at the second
+        index = np.flatnonzero((path.problem.free & after.active).ravel())
         held = loads[:, index].tocsc()
         system = sp.block_array([[matrix, -held], [held.T, None]], format="csc")
         sunk = np.where(index < n, coarse.patch.mass[index % n], 0.0) * (after.indentation - before.indentation)

@@ -9,9 +9,9 @@ import pytest
 
 from papilla import cache
 from papilla.calibrate import sweep
-from papilla.calibrate.large_strain import RATIOS
 from papilla.errors import FileFormatError
 from papilla.fem import FingerModel, press, press_finite
+from papilla.fem.finite.strain_tables import RATIOS
 from papilla.fem.pressing import large_strain
 from papilla.fem.pressing.large_strain import Family, LargeStrain, known, softness_in_each, tables_of, with_large_strain
 from papilla.finger import Finger, Layer

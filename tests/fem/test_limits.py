@@ -49,7 +49,7 @@ def _of_moduli(outer, inner):
 @pytest.mark.parametrize("radius, size", [(0.1, 0.076), (0.2, 0.15), (0.4, 0.3)])
 @pytest.mark.parametrize("fidelity", ["auto", "contact"])
 def test_a_ball_that_the_patch_cannot_see_is_refused_with_the_size_that_could(reference, radius, size, fidelity):
-    message = rf"too coarse for a ball of {radius:g} mm radius: 0.46 mm elements .*; mesh with size_mm <= {size:g}$"
+    message = rf"too coarse for a ball of {radius:g} mm radius: 0.46 mm elements .*; mesh with size_mm <= {size:g} "
     with pytest.raises(ContactRangeError, match=message):
         press(reference, Sphere(0.5, radius), force=0.1, fidelity=fidelity)
 
@@ -103,7 +103,7 @@ def test_a_resolved_contact_is_right(disc, stand_in, rings):
             assert found.indentation == pytest.approx(exact.indentation, rel=0.0075)
             assert found.contact_area == pytest.approx(exact.area, rel=0.045)
         else:
-            size = float(found.status.split("size_mm <= ")[1])
+            size = float(found.status.split("size_mm <= ")[1].split()[0])
             assert size == pytest.approx(body.mesh_size_mm * across / 2.5, rel=0.1), "the size that would resolve it"
     assert len(resolved) >= 11
 
@@ -152,10 +152,10 @@ def test_auto_answers_a_stiff_skin_on_a_stiff_block_by_contact(stiff_skin, force
 @pytest.mark.parametrize("specimen", [Block(5, 10), Block(5, 3), HalfSpace(1e5), Sphere(0.5, 8.0)])
 def test_tables_end_where_parabolas_do_not_reach(stiff_skin, specimen):
     table = hertz_table(stiff_skin, specimen)
-    for column in (table.a, table.b, table.indentation, table.force):
+    a, b = table.columns[:, :2].T
+    for column in (table.cube_root * a, table.cube_root * b, table.indentation, table.force):
         assert (np.diff(column) > 0).all()
-    first = np.log(table.b[1] / table.a[1])
-    assert np.abs(np.log(table.b[1:] / table.a[1:]) - first).max() < 0.2
+    assert np.abs(np.log(b / a) - np.log(b[1] / a[1])).max() < 0.2
     with pytest.raises(ContactRangeError, match="takes the contact (beyond the ellipses of this skin|to the rim)"):
         press(stiff_skin, specimen, force=1.001 * table.force[-1], fidelity="hertz")
 

@@ -76,7 +76,7 @@ def test_a_reduction_is_refused_before_it_starts(at, job, free, no_factor):
     model = FingerModel(finger, build(finger))
     free(int(2e8))
     message = rf"^{job} a mesh of 8,679 tetrahedra \(43,226 unknowns, size_mm 0.7\) needs about [\d.]+ GiB of memory, "
-    with pytest.raises(MemoryEstimateError, match=message + r"0.19 GiB are free: mesh with size_mm >= [\d.]+$"):
+    with pytest.raises(MemoryEstimateError, match=message + r"0.19 GiB are free: mesh with size_mm >= [\d.]+ \("):
         model.reduce(at)
 
 
@@ -93,7 +93,7 @@ def test_the_size_that_is_named_would_fit(free, no_factor):
     free(left)
     with pytest.raises(MemoryEstimateError) as refused:
         model.reduce()
-    ratio = float(re.search(r"size_mm >= ([\d.]+)$", str(refused.value)).group(1)) / 0.7
+    ratio = float(re.search(r"size_mm >= ([\d.]+) ", str(refused.value)).group(1)) / 0.7
     columns = len(model._patch((0.0, 0.0))[0].patch.xy)
     smaller = len(model.space.mesh.tets) / ratio**3, model.space.unknowns / ratio**3, columns / ratio**2
     assert reduction_bytes(*smaller) <= left

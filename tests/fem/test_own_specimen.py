@@ -192,3 +192,31 @@ def test_big_objects_have_a_short_repr(reference, reference_model):
     texts = [repr(reference), repr(press(reference, Block(0.51, 10), force=0.3)), repr(reference_model)]
     assert all(len(text) < 400 for text in texts), texts
     assert "0.3 N" in texts[1] and "156 nodes" in texts[0] and "Taylor-Hood" in texts[2]
+
+
+@dataclass(frozen=True)
+class SaggingBlock(Block):
+    """A bonded block whose surface sags by its own weight: the softer it is, the rounder."""
+
+    def gap(self, points):
+        return 1e-4 / self.modulus * (points**2).sum(axis=1)
+
+
+@pytest.mark.parametrize("friction", [0, "stick"])
+def test_a_gap_that_depends_on_the_modulus_is_that_of_the_specimens_own(reference, friction):
+    """Presses take compliances from the specimen of 1 MPa, whose gap here is twenty times as flat."""
+    sagging, same = SaggingBlock(0.05, 10.0), RoundBlock(0.05, 10.0)
+    one, other = (
+        press(reference, block, force=0.3, fidelity="contact", friction=friction) for block in (sagging, same)
+    )
+    flat = press(reference, Block(0.05, 10.0), force=0.3, fidelity="contact", friction=friction)
+    assert one.indentation == pytest.approx(other.indentation, rel=1e-12)
+    assert one.indentation > 1.01 * flat.indentation
+
+
+@dataclass(frozen=True)
+class RoundBlock(Block):
+    """The same of 0.05 MPa, said without the modulus."""
+
+    def gap(self, points):
+        return 2e-3 * (points**2).sum(axis=1)

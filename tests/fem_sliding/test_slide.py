@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla import Grating, Slab
+from papilla import Grating
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import Motion, slide
 from papilla.fem.sliding.coulomb import STICK
@@ -137,12 +137,6 @@ def test_inertia_closes_its_energy_and_vanishes_when_slow(finger, coarse):
     np.testing.assert_allclose(moving.readings, still.readings, atol=1e-5 * np.abs(still.readings).max())
     auto = slide(finger, GRATING, slowly, section=coarse, force=0.1, length_mm=5.0)
     assert auto.dynamics == "quasi-static"
-
-
-def test_a_slab_carries_its_depth(finger, coarse):
-    slab = replace(finger, shape=Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 8.0))
-    found = slide(slab, Flat(), steady(10.0, 0.1), section=coarse, force=0.1)
-    assert found.length_mm == 8.0
 
 
 @pytest.mark.parametrize(

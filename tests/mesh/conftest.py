@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.finger import Dome, Finger, Gauge, Layer, Slab
-from papilla.mesh.builder import mesh_finger
+from papilla.mesh.drawing import drawn
 
 COARSE_MM = 2.5
 
@@ -39,17 +39,17 @@ def slab_shape() -> Slab:
 
 @pytest.fixture(scope="session")
 def dome(dome_shape):
-    return mesh_finger(a_finger(dome_shape), COARSE_MM)
+    return drawn(a_finger(dome_shape), COARSE_MM)
 
 
 @pytest.fixture(scope="session")
 def dome_with_bone(dome_shape):
-    return mesh_finger(a_finger(dome_shape, bone=Layer(3000.0, 0.35)), COARSE_MM)
+    return drawn(a_finger(dome_shape, bone=Layer(3000.0, 0.35)), COARSE_MM)
 
 
 @pytest.fixture(scope="session")
 def slab(slab_shape):
-    return mesh_finger(a_finger(slab_shape), COARSE_MM)
+    return drawn(a_finger(slab_shape), COARSE_MM)
 
 
 @pytest.fixture(scope="session")

@@ -7,11 +7,8 @@ import pytest
 from papilla import memory
 from papilla.errors import MemoryEstimateError
 from papilla.finger import Finger, Layer
-from papilla.mesh import build
-from papilla.mesh import builder as builder_module
-from papilla.mesh.body import body_of
-from papilla.mesh.builder import refuse_too_fine
-from papilla.mesh.sizing import Sizing
+from papilla.mesh import build, drawing
+from papilla.mesh.sizing import asked
 
 GB = 1e9
 
@@ -20,10 +17,7 @@ MADE = {2.0: 2618, 1.4: 4329, 1.0: 5290, 0.7: 8679, 0.5: 18877, 0.35: 52958, 0.2
 
 
 def refuse(size_mm, finger=None):
-    finger = finger or Finger.default()
-    body = body_of(finger, size_mm)
-    sizing = Sizing(body.apex, size_mm, finger.patch_radius, builder_module._sites(finger, body))
-    refuse_too_fine(body, sizing, finger.bone is not None)
+    asked(finger or Finger.default(), size_mm)
 
 
 @pytest.fixture
@@ -51,17 +45,17 @@ def test_the_size_that_is_named_would_fit_and_a_finer_one_would_not(left, free):
     free(left)
     with pytest.raises(MemoryEstimateError) as refused:
         refuse(0.1)
-    size = float(re.search(r": mesh with size_mm >= ([\d.]+)$", str(refused.value)).group(1))
+    size = float(re.search(r": mesh with size_mm >= ([\d.]+) \(--size-mm of ", str(refused.value)).group(1))
     refuse(size)
     with pytest.raises(MemoryEstimateError):
         refuse(0.93 * size)
 
 
 def test_the_mesher_is_not_even_started(free, monkeypatch):
-    monkeypatch.setattr(builder_module, "tetrahedralise", lambda *_: pytest.fail("the mesher was called"))
+    monkeypatch.setattr(drawing, "tetrahedralise", lambda *_: pytest.fail("the mesher was called"))
     free(16 * GB)
     message = r"^factorising a mesh of about \d,\d{3},\d{3} tetrahedra \(size_mm 0.1\) needs about \d+ GiB of memory, "
-    with pytest.raises(MemoryEstimateError, match=message + r"15 GiB are free: mesh with size_mm >= 0.\d+$"):
+    with pytest.raises(MemoryEstimateError, match=message + r"15 GiB are free: mesh with size_mm >= 0.\d+ \("):
         build(Finger.default(), 0.1)
 
 
@@ -84,5 +78,5 @@ def test_the_law_grows_as_nested_dissection_does():
 
 def test_the_size_that_would_do_is_rounded_up(free):
     free(11)
-    with pytest.raises(MemoryEstimateError, match="a job needs about .*: mesh with size_mm >= 4.6$"):
+    with pytest.raises(MemoryEstimateError, match="a job needs about .*: mesh with size_mm >= 4.6 "):
         memory.refuse_size("a job", 0.5, lambda ratio: 100 / ratio)

@@ -7,7 +7,8 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.finger import Finger, Layer
-from papilla.mesh import build, builder
+from papilla.mesh import build, drawing
+from papilla.mesh import sizing as sizing_module
 from papilla.mesh.body import body_of
 from papilla.mesh.sizing import Sizing, grid_over, positively_oriented
 from papilla.mesh.topology import paired_faces, volumes
@@ -79,11 +80,11 @@ def given(monkeypatch):
     def ask(soup, _progress):
         raise AskedError(soup)
 
-    monkeypatch.setattr(builder, "tetrahedralise", ask)
+    monkeypatch.setattr(drawing, "tetrahedralise", ask)
 
     def of(*arguments, **more):
         with pytest.raises(AskedError) as asked:
-            builder.mesh_finger(*arguments, **more)
+            drawing.drawn(*arguments, **more)
         return asked.value.args[0]
 
     return of
@@ -137,12 +138,12 @@ def test_a_variant_triangulates_the_same_body(variant, finger_of, slab_shape):
 
 @pytest.mark.parametrize("size, accepted", [(0.101, True), (0.099, False), (4.99, True), (5.01, False)])
 def test_sizes_from_a_200th_to_a_quarter_of_the_height(size, accepted, given, monkeypatch):
-    monkeypatch.setattr(builder, "refuse_size", lambda *_: None)
+    monkeypatch.setattr(sizing_module, "refuse_size", lambda *_: None)
     if accepted:
         given(Finger.default(), size)
     else:
         with pytest.raises(InputError, match="size_mm of a finger 20 mm tall must lie between 0.1 and 5, got"):
-            build(Finger.default(), size, cache=False)
+            build(Finger.default(), size)
 
 
 @pytest.mark.parametrize("size, divisions", [(0.7, 28), (2.0, 21), (5.0, 9)])
@@ -169,10 +170,10 @@ def test_planes_of_the_quarters(finger_of, slab_shape):
 def test_a_bone_with_a_modulus_is_counted_as_volume(monkeypatch):
     """The volume that is sampled, through the number of cells it would take with elements of one size everywhere."""
     told = []
-    monkeypatch.setattr(builder, "refuse_size", lambda job, size, needed: told.append(job))
+    monkeypatch.setattr(sizing_module, "refuse_size", lambda job, size, needed: told.append(job))
     for finger in (Finger.default(), replace(Finger.default(), bone=Layer(3000.0, 0.35))):
         body = body_of(finger, 0.5)
-        builder.refuse_too_fine(body, Sizing(np.array([0, 0, 0.0]), 0.5, 1e3), finger.bone is not None)
+        sizing_module.refuse_too_fine(body, Sizing(np.array([0, 0, 0.0]), 0.5, 1e3), finger.bone is not None)
     cells = [int("".join(filter(str.isdigit, job.split("tetrahedra")[0]))) - 2400 for job in told]
     quarter = np.pi / 6 * np.array([24 * 30 * 20 - 10 * 16 * 6, 24 * 30 * 20])
     assert cells == pytest.approx(9.3 * quarter / 0.3**3, rel=0.01)

@@ -44,7 +44,7 @@ def octahedron():
 
 
 def constraints_of(points, tets, base, skin=EMPTY):
-    body = Body(SURFACES, (Plane(2, 0.0, -1, "base"),), (), ())
+    body = Body(SURFACES, (Plane(2, 0.0, -1, "base"),), (), np.zeros(3), np.ones(3))
     cells = TaggedCells(points, tets, np.zeros(len(tets)), {"skin": skin, "interface": EMPTY, "bone": EMPTY}, (base,))
     return Constraints(body, cells)
 
@@ -135,9 +135,9 @@ def test_cells_are_poor_below_a_mean_ratio_of_a_tenth():
 def test_surfaces_that_share_a_vertex_are_refused():
     points, tets = octahedron()
     on_surface = {"skin": np.array([[5, 0, 2]]), "interface": np.array([[5, 1, 3]]), "bone": EMPTY}
-    base = Plane(2, 0.0, -1, "base")
+    body = Body(SURFACES, (Plane(2, 0.0, -1, "base"),), (), np.zeros(3), np.ones(3))
     with pytest.raises(MeshError, match="two surfaces share a vertex"):
-        Constraints(Body(SURFACES, (base,), (), ()), TaggedCells(points, tets, np.zeros(8), on_surface, (EMPTY,)))
+        Constraints(body, TaggedCells(points, tets, np.zeros(8), on_surface, (EMPTY,)))
 
 
 def test_the_rim_of_a_surface_stays_in_the_base_plane():

@@ -1,14 +1,16 @@
 """Surface files of the user: read exactly, refused with one clear line, meshed like the shape they copy."""
 
 import re
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
-from papilla.finger import Gauge, Surfaces
+from papilla.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
 from papilla.mesh import INNER, OUTER, build, surface_files
-from papilla.mesh.builder import mesh_finger
+from papilla.mesh.drawing import drawn
 from papilla.mesh.surface_files import read_closed, read_nested
 from papilla.mesh.surfaces import Ellipsoid, facet_deviation, surfaces_of
 from papilla.mesh.topology import volumes
@@ -281,9 +283,31 @@ def test_missing_file_stops_the_build(files, finger_of):
 
 
 @pytest.mark.slow
+def test_the_example_that_ships_is_meshed_once_its_files_lie_beside_it(tmp_path, half_ellipsoid, write_surface):
+    example = DEFAULT_FINGER.with_name("surfaces_finger.toml")
+    shutil.copy(example, tmp_path)
+    for name, axes in zip(("skin", "interface", "bone"), AXES.values(), strict=True):
+        write_surface(tmp_path / f"{name}.stl", *half_ellipsoid(axes, 8))
+    finger = Finger.load(tmp_path / example.name)
+    assert finger.shape == Surfaces(*(str(tmp_path / f"{name}.stl") for name in ("skin", "interface", "bone")))
+    mesh = build(finger, 4.0)
+    assert set(mesh.layer) == {OUTER, INNER} and volumes(mesh.points, mesh.tets).min() > 0
+    # With the commented table, too, and kept by content: another name and other moduli are the same mesh
+    whole = example.read_text(encoding="utf-8").replace("# [bone]\n# modulus_MPa = 3000.0\n# nu = 0.35", BONE)
+    assert BONE in whole
+    (tmp_path / "other.toml").write_text(whole, encoding="utf-8")
+    assert Finger.load(tmp_path / "other.toml").bone == Layer(3000.0, 0.35)
+    renamed = replace(finger, name="other", outer=Layer(0.2))
+    assert build(renamed, 4.0).sha256 == mesh.sha256
+
+
+BONE = "[bone]\nmodulus_MPa = 3000.0\nnu = 0.35"
+
+
+@pytest.mark.slow
 def test_files_of_the_dome_give_its_mesh(files, finger_of):
     finger = finger_of(Surfaces(*files(divisions=28)))
-    mesh = mesh_finger(finger, 2.0)
+    mesh = drawn(finger, 2.0)
     outer, interface, bone = (2 / 3 * np.pi * np.prod(axes) for axes in AXES.values())
     volume = volumes(mesh.points, mesh.tets)
     assert volume.min() > 0 and mesh.mirrors == ()

@@ -1,53 +1,157 @@
-"""The axisymmetric reference: its tangents, its linear limit, and the 3-D presses on the same finger."""
+"""The axisymmetric reference: its law, its contact and its readout against closed forms, and 3-D presses against it."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 
 from papilla.fem import prepare, press, press_finite
-from papilla.fem.finite.body import Card
 from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.gauges import elongation, gauge_functionals, linear_value
 from papilla.finger import Layer
 from papilla.materials import NeoHookean, Ogden
 from papilla.mesh import build
+from papilla.mesh.surfaces import Ellipsoid
+from papilla.references import bonded_layer_sphere
+from papilla.references.tangential_contact import dundurs_beta, frictional_punch
 from papilla.specimen import Block
-from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Shape
-from papilla.studies.verify.axisymmetric.path import Contact, press_path
+from papilla.studies.verify.axisymmetric.bodies import APART, FINE, Bodies, Shape
+from papilla.studies.verify.axisymmetric.contact import Contact
+from papilla.studies.verify.axisymmetric.law import Rubber
+from papilla.studies.verify.axisymmetric.path import press_path
+from papilla.studies.verify.axisymmetric.readout import Readout
 from papilla.studies.verify.axisymmetric.rings import Rings
 from papilla.studies.verify.revolution import LINEAR
 from papilla.units import gf_to_newton
 
 COARSE = Shape(cells=(20, 3, 4, 5))
+GAUGES = FINE.finger.gauges
 
 
-def _card(modulus, nu=0.4999, alpha=None):
-    mu = modulus / (2 * (1 + nu))
-    return Card(NeoHookean(mu) if alpha is None else Ogden(mu, alpha), nu)
+def _bodies(shape, specimen=0.51, linear=False, half_alpha=1):
+    layers = [Rubber(modulus, 0.4999, linear, half_alpha) for modulus in (0.136, 0.034)]
+    return Bodies(shape, [*layers, Rubber(specimen, 0.495, linear, half_alpha)])
 
 
-def _bodies(shape, specimen=0.51, linear=False, alpha=None):
-    return Bodies(shape, [_card(0.136, alpha=alpha), _card(0.034, alpha=alpha), _card(specimen, 0.495)], linear)
+def _ball(radius, near, cells, layer, specimen, interface=0.8, bone=0.2, width=45.0, near_share=0.6):
+    """A half ball of one rubber on a specimen."""
+    axes = ((size * radius,) * 2 for size in (1, interface, bone))
+    return Bodies(Shape(*axes, 10.0, width, cells, near, near_share), [layer, layer, specimen])
 
 
-def test_tangents_are_derivatives_of_the_forces():
+@pytest.mark.parametrize("half_alpha", [1, 3])
+@pytest.mark.parametrize("linear", [True, False])
+def test_stress_and_volume_change_have_their_derivatives(half_alpha, linear):
+    rng, rubber = np.random.default_rng(0), Rubber(0.3, 0.49, linear, half_alpha)
+    at, along, pressure = 0.1 * rng.normal(size=(4, 5)), rng.normal(size=(4, 5)), 0.01 * rng.normal(size=4)
+    up, down = (rubber.response(at + sign * 1e-6 * along, pressure) for sign in (1, -1))
+    _, tangent, _, slope = rubber.response(at, pressure)
+    assert np.einsum("kab,kb->ka", tangent, along) == pytest.approx((up[0] - down[0]) / 2e-6, abs=1e-8)
+    assert (slope * along).sum(axis=1) == pytest.approx((up[2] - down[2]) / 2e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("material, half_alpha", [(NeoHookean(0.1), 1), (Ogden(0.1, 6.0), 3)])
+@pytest.mark.parametrize("mode, axis", [("uniaxial", 0.8), ("equibiaxial", 1.2**-2)])
+def test_a_block_deformed_alike_everywhere_is_pressed_by_the_closed_form(material, half_alpha, mode, axis):
+    """Patch test of finger and specimen: nothing acts inside, and the table feels the nominal stress."""
+    rubber = Rubber(0.1 * 2 * 1.499999, 0.499999, half_alpha=half_alpha)
+    bodies = Bodies(COARSE, [rubber] * 3)
+    across = axis**-0.5
+    m, mu = half_alpha, rubber.shear_modulus
+    free = axis if mode == "equibiaxial" else across  # the stretch without stress
+    pressure = mu / m * (free ** (2 * m) - 1)
+    moved = bodies.mesh.doflocs.T * [across - 1, axis - 1]
+    state = np.concatenate([moved.ravel(), np.full(bodies.pressures, pressure)])
+    force = bodies.forces(state)[0][: 2 * bodies.nodes].reshape(-1, 2)
+    x, y = bodies.parameters
+    inside = (x > 0) & (x < 1) & ~np.isin(y, (0, 2, APART, APART + 1))
+    width = bodies.shape.width
+    assert np.abs(force[inside]).max() < 1e-9 * mu * width
+    if mode == "uniaxial":
+        nominal = float(material.nominal_stress(axis, mode))
+        assert force[y == APART + 1, 1].sum() == pytest.approx(nominal * width**2 / 2, rel=1e-5)
+    else:
+        nominal = float(material.nominal_stress(across, mode))
+        rim = (x == 1) & (y >= APART)
+        assert force[rim, 0].sum() == pytest.approx(nominal * width * bodies.shape.thickness, rel=1e-5)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1, math.inf])
+def test_tangents_are_derivatives_of_the_forces(friction):
     bodies = _bodies(COARSE)
-    contact, rng = Contact(bodies, stick=False), np.random.default_rng(4)
-    at, along = rng.normal(size=(2, bodies.unknowns)) * [[1e-4], [1.0]]
-    at[: 2 * bodies.nodes].reshape(-1, 2)[bodies.parameters[1] > 5, 1] -= 0.2
+    contact, rng = Contact(bodies, friction), np.random.default_rng(4)
+    at, along = rng.normal(size=(2, bodies.unknowns)) * [[1e-5], [1.0]]
+    at[: 2 * bodies.nodes].reshape(-1, 2)[bodies.parameters[1] > 5] += [0.01, -0.2]
+    if friction == 0.1:
+        contact.forces(at)  # which points slip is told from one state to the next
+        assert 0 < np.abs(contact.slides).sum() < len(contact.slides)
     for part in (bodies.forces, contact.forces):
         up, down = (part(at + sign * 1e-7 * along)[0] for sign in (1, -1))
-        matrix = part(at)[1].tocsr()
-        whole = matrix if part == contact.forces else matrix + sp.tril(matrix, -1).T
-        change = whole @ along
+        change = part(at)[1] @ along
         assert np.abs(change).max() > 0
         assert (up - down) / 2e-7 == pytest.approx(change, abs=2e-6 * np.abs(change).max())
 
 
 def test_without_strain_large_strain_is_small_strain():
-    forces = [press_path(_bodies(COARSE, linear=linear), 1e-3, 1).force[-1] for linear in (True, False)]
+    forces = [press_path(_bodies(COARSE, linear=one), GAUGES, 1e-5, first=1e-3).force[0] for one in (True, False)]
     assert forces[1] == pytest.approx(forces[0], rel=2e-3)
+
+
+def test_gauges_read_what_the_finger_of_revolution_reads():
+    """A smooth displacement at the points of `papilla.fem`'s functionals, and on the interface's nodes here."""
+    moved = [replace(gauge, angle_deg=gauge.angle_deg + 7) for gauge in GAUGES]
+    shape = Shape(cells=(160, 3, 4, 2), near=0.7, near_share=0.9)
+    finger, bodies = replace(shape.finger, gauges=tuple(moved)), _bodies(shape)
+
+    def displaced(r, z):
+        return 0.02 * r * (1 + 0.03 * z) - 1e-4 * r**3, -0.5 + 3e-3 * r**2 - 1e-5 * r**4
+
+    r, z = bodies.mesh.doflocs
+    told = Readout(bodies, moved)(np.column_stack(displaced(r, z)))
+    functionals = gauge_functionals(finger, Ellipsoid((21.0, 21.0, 17.0)))
+    expected = []
+    for number, functional in enumerate(functionals):
+        radius = np.hypot(*functional.points[:, :2].T)
+        outwards, up = displaced(radius, functional.points[:, 2])
+        share = (outwards / radius)[:, None] * functional.points[:, :2]
+        value = elongation if number < len(moved) else linear_value
+        expected.append(value(functional, np.column_stack([share, up])))
+    assert told.ravel() == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_stiff_ball_on_a_bonded_layer_is_the_closed_form():
+    layers = Rubber(1e4, 0.3, linear=True), Rubber(0.3, 0.495, linear=True)
+    rings = Rings(_ball(100.0, 0.035, (80, 4, 4, 12), *layers, width=160.0, near_share=0.8), GAUGES)
+    for chi in (0.2, 0.4):
+        exact = bonded_layer_sphere((10 * chi) ** 2 / 100, 100.0, 10.0, 0.3, 0.495)
+        found = rings.press(exact.force)
+        assert found.indentation == pytest.approx(exact.indentation, rel=1e-3)
+        assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_small_contact_is_hertzs_and_friction_brings_mossakovskiis_and_spences_shear():
+    """A half ball of nu 0.2 on a rigid flat, contact radius over ball 0.01: the depth at a force, and int q r dA.
+
+    Measured: 8 and 18 % of what friction changes in depth, 0 and 9 % of the shear (ADR 0026).
+    """
+    radius, contact, beta, e_star = 24.0, 0.24, dundurs_beta(1.0, 0.2), 1 / (1 - 0.2**2)
+    bodies = _ball(
+        radius, 0.0121, (64, 8, 16, 1), Rubber(1.0, 0.2), Rubber(math.inf), interface=0.97, bone=0.1, near_share=0.4
+    )
+    depth, force = contact**2 / radius, 4 / 3 * e_star * contact**3 / radius
+    none, some, stick = (
+        press_path(bodies, GAUGES, force, friction, first=0.1 * depth, growth=1.2) for friction in (0.0, 0.1, math.inf)
+    )
+    assert none.at(force)[0] == pytest.approx(depth, rel=3e-3)
+    for path, friction, bound in ((some, 0.1, 0.1), (stick, math.inf, 0.2)):
+        punch = frictional_punch(beta, friction)
+        less = (punch.force_factor * punch.depth_factor) ** (-1 / 3)
+        expected = punch.depth_factor * less**2
+        assert path.at(force)[0] / none.at(force)[0] - 1 == pytest.approx(expected - 1, rel=bound)
+        edge = less * (0.75 * path.force[-1] * radius / e_star) ** (1 / 3)
+        assert path.shear_moment[-1] == pytest.approx(punch.shear_moment * path.force[-1] * edge, rel=0.6 * bound)
 
 
 @pytest.mark.slow
@@ -56,58 +160,67 @@ def test_ogden_layers_change_what_the_reference_says_they_change():
 
     Neo-Hookean layers, stuck ones too, are a family of `papilla verify`.
     """
-    layers = {
-        name: Layer.of(_card(modulus, alpha=6.0).material, 0.4999)
-        for name, modulus in (("outer", 0.136), ("inner", 0.034))
-    }
-    finger = replace(FINE.finger, **layers)
+    outer, inner = (Layer.of(Ogden(modulus / (2 * 1.4999), 6.0), 0.4999) for modulus in (0.136, 0.034))
+    finger = replace(FINE.finger, outer=outer, inner=inner)
     mesh, specimen = build(finger), Block(100.0, 10)
     linear = press(FingerModel(finger, mesh).reduce(), specimen, force=0.6, fidelity="contact")
     finite = press_finite(finger, mesh, specimen, force=0.6)
-    reference = [press_path(_bodies(Shape(), 100.0, one, 6.0), 1.05, 14).at(0.6) for one in (True, False)]
-    assert linear.indentation == pytest.approx(reference[0][0], rel=5e-3)
-    assert linear.strain[2:] == pytest.approx(reference[0][2:], rel=2e-2)
-    change = reference[1] / reference[0] - 1
-    assert finite.indentation / linear.indentation - 1 == pytest.approx(change[0], abs=2e-3)
-    assert (finite.strain / linear.strain - 1)[2:] == pytest.approx(change[2:], abs=1e-2)
-    spread = [np.std([path[4], path[3], path[2], path[3], path[4]]) for path in reference]
-    assert finite.sd / linear.sd == pytest.approx(spread[1] / spread[0], abs=3e-3)
+    before, after = (press_path(_bodies(Shape(), math.inf, one, 3), GAUGES, 0.6).at(0.6) for one in (True, False))
+    assert linear.indentation == pytest.approx(before[0], rel=5e-3)
+    assert linear.strain == pytest.approx(before[1][0], rel=2e-2)
+    assert finite.indentation / linear.indentation - 1 == pytest.approx(after[0] / before[0] - 1, abs=2e-3)
+    assert finite.strain / linear.strain == pytest.approx(after[1][0] / before[1][0], abs=1e-2)
+    assert finite.sd / linear.sd == pytest.approx(after[1][0].std() / before[1][0].std(), abs=3e-3)
 
 
 @pytest.mark.slow
 def test_rings_and_penalty_are_the_same_press():
     bodies = _bodies(Shape(cells=(40, 3, 4, 5)), linear=True)
-    rings, path = Rings(bodies).press(0.3), press_path(bodies, 0.7, 6).at(0.3)
-    assert rings.indentation == pytest.approx(path[0], rel=2e-3)
-    assert rings.strain == pytest.approx(path[2:], rel=2e-2)
+    rings, (indentation, values) = Rings(bodies, GAUGES).press(0.3), press_path(bodies, GAUGES, 0.3).at(0.3)
+    assert rings.indentation == pytest.approx(indentation, rel=2e-3)
+    assert rings.values[0] == pytest.approx(values[0], rel=2e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [0.1, math.inf])
+def test_halved_elements_and_load_steps_change_little(friction):
+    """At 10 and 20 gf; stuck, 0.27 % of S_d between the elements at 10 gf (ADR 0026)."""
+    force = gf_to_newton(20)
+    paths = (
+        press_path(_bodies(shape), GAUGES, force, friction, growth=growth)
+        for shape, growth in ((Shape(), 1.2), (Shape(), 1.095), (replace(Shape(), cells=(80, 10, 14, 16)), 1.2))
+    )
+    (depth, values), *finer = (path.at(np.array([0.5, 1]) * force) for path in paths)
+    for indentation, others in finer:
+        assert indentation == pytest.approx(depth, rel=1.5e-3)
+        assert others[:, 0].std(axis=1) == pytest.approx(values[:, 0].std(axis=1), rel=3.5e-3)
 
 
 @pytest.mark.slow
 def test_a_skin_of_six_tenths_is_seen_by_elements_about_as_large():
     """Elements of about 0.4 mm where it is touched, and of 0.55 and more elsewhere."""
     shape = replace(FINE, interface=(23.4, 19.4))
-    rings, reduced = Rings(_bodies(shape, linear=True)), prepare(shape.finger, size_mm=0.55)
+    rings, reduced = Rings(_bodies(shape, linear=True), GAUGES), prepare(shape.finger, size_mm=0.55)
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
         found, exact = press(reduced, Block(0.51, 10), force=force, fidelity="contact"), rings.press(force)
         assert found.resolved and found.indentation == pytest.approx(exact.indentation, rel=3e-3)
-        assert found.strain.std() == pytest.approx(np.std(exact.strain[[2, 1, 0, 1, 2]]), rel=1.5e-2)
+        assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=1.5e-2)
         assert found.contact_area == pytest.approx(exact.contact_area, rel=0.08)
 
 
 @pytest.mark.slow
 def test_presses_on_other_triangulations_are_the_references():
     """Every machine makes meshes of its own: the bounds are those of `papilla verify`, twice the worst of six."""
-    rings, specimen = Rings(_bodies(FINE, 0.05, linear=True)), Block(0.05, 10)
+    rings, specimen = Rings(_bodies(FINE, 0.05, linear=True), GAUGES), Block(0.05, 10)
     reduced = [prepare(FINE.finger, variant=variant) for variant in (1, 2)]
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
         exact = rings.press(force)
-        sd = np.std(exact.strain[[2, 1, 0, 1, 2]])
         for finger in reduced:
             found = press(finger, specimen, force=force, fidelity="contact")
-            assert found.strain.std() == pytest.approx(sd, rel=LINEAR["S_d"])
-            assert found.strain[2:] == pytest.approx(exact.strain, rel=LINEAR["gauges"])
+            assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=LINEAR["S_d"])
+            assert found.strain == pytest.approx(exact.values[0], rel=LINEAR["gauges"])
             assert found.indentation == pytest.approx(exact.indentation, rel=LINEAR["indentation"])
             assert found.contact_area == pytest.approx(exact.contact_area, rel=LINEAR["contact area"])
             assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=LINEAR["peak pressure"])

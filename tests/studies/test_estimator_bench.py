@@ -129,12 +129,30 @@ def test_the_error_over_the_bound_is_that_of_the_path_remembered():
 
 
 def test_the_faults_of_the_product_alone():
-    good = dict(answered=0.9, asked=1.0, claimed=1.0, false=0.0, false_settled=0.0, median=0.001, over_5=0.0, rms=0.001)
+    good = dict(
+        answered=0.9,
+        asked=1.0,
+        claimed=1.0,
+        false=0.0,
+        false_steady=0.0,
+        false_settled=0.0,
+        median=0.001,
+        over_5=0.0,
+        rms=0.001,
+    )
     good |= dict(covered=0.95, over_sigma=1.0, over_bound=1.0, first_right_s=0.1, us=1.0, runs=1)
     fine = honesty.Row("const", "pipeline", PRODUCT, **good)
     beside = [fine, honesty.Row("const", "periodogram", RIVAL, **good)]
     assert honesty.faults(fine, beside) == ()
-    worse = {"answered": 0.7, "false": 0.03, "false_settled": 0.01, "median": 0.002, "over_5": 0.02, "covered": 0.8}
+    worse = {
+        "answered": 0.7,
+        "false": 0.03,
+        "false_steady": 0.03,
+        "false_settled": 0.01,
+        "median": 0.002,
+        "over_5": 0.02,
+        "covered": 0.8,
+    }
     for name, value in worse.items():
         assert len(honesty.faults(dataclasses.replace(fine, **{name: value}), beside)) == 1, name
     blind = dataclasses.replace(beside[1], over_5=0.3)

@@ -19,7 +19,10 @@ FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name fo
 def test_position_is_the_integral_of_velocity(name):
     made = scene(name, 1.8, seed=3, seconds=0.5)
     steps = 0.5 * (made.velocity_mm_s[1:] + made.velocity_mm_s[:-1]) / made.sample_rate_Hz
-    assert np.cumsum(steps) == pytest.approx(made.position_mm[1:] - made.position_mm[0], abs=1e-3)
+    # A quarter of a step times the changes of acceleration holds what the trapezoidal rule misses, at jumps, too
+    missed = np.abs(np.diff(made.velocity_mm_s, 2)).sum() / made.sample_rate_Hz / 4
+    assert missed < 0.3
+    assert np.cumsum(steps) == pytest.approx(made.position_mm[1:] - made.position_mm[0], abs=1e-3 + missed)
 
 
 @pytest.mark.parametrize("wavelength", WAVELENGTHS_MM)

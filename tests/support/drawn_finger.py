@@ -29,7 +29,7 @@ def made(smooth, seed, *, noise=5.0, force_error=0.01, forces=FORCES, moduli=MOD
         tuple(f"g{k}" for k in range(1, 6)),
         indentation_mm=felt.indentation + 0.15 + 0.004 * noise * rng.normal(size=force.size) if depth else None,
     )
-    truth = {"outer_modulus_MPa": outer, "inner_modulus_MPa": inner, "touch_down_mm": 0.15}
+    truth = {"outer_modulus_MPa": outer, "inner_modulus_MPa": inner, "touch_down_mm": 0.15, "stick_share": 1.0}
     for name, values in (("gain", gain), ("lever_mm", lever), ("zero_microstrain", zero)):
         truth |= {f"{name}.g{k}": float(value) for k, value in enumerate(values, start=1)}
     return log, truth

@@ -32,12 +32,6 @@ def test_published_curves_are_dashed_in_the_colour_of_the_nearest_modulus():
     assert dashed.get_color() == lines[1].get_color()
 
 
-def test_measured_presses_are_dots():
-    figure = plots.sd_against_force(FORCE, MODULI, SD, measured=(FORCE, np.full(20, 0.5), SD[:, 1]))
-    (dots,) = figure.axes[0].collections
-    np.testing.assert_allclose(dots.get_offsets(), np.column_stack([FORCE, SD[:, 1] / 1000]))
-
-
 def test_a_curve_a_force_against_the_modulus():
     figure = plots.sd_against_modulus(MODULI, [0.1, 0.2], SD[:2])
     assert [line.get_ydata()[0] for line in figure.axes[0].get_lines()] == pytest.approx(SD[:2, 0] / 1000)

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from papilla.calibrate.identification.fit import shapes_of, unmoved
 from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import MOVES, kind, names_of, scaled, start_of
+from papilla.calibrate.identification.parameters import MOVES, OF_THE_LOG, kind, names_of, scaled, start_of
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -85,7 +85,7 @@ def compare(
     told = finger.identified
     if told is None:
         raise InputError(f"the finger {finger.name!r} has no table [identified]: papilla identify makes one")
-    unknown = [name for name in told.parameters if name not in names_of(finger)]
+    unknown = [name for name in told.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
     if unknown:
         raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     refuse(log, finger)
@@ -122,7 +122,7 @@ def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
             found = float(column @ precision @ off) / told
             changes.append(Change(name, found, told**-0.5, found**2 * told))
     changes.sort(key=lambda one: -one.chi_square)
-    return Comparison(len(problem.log), total, len(off), float(chi2.sf(total, len(off))), tuple(changes))
+    return Comparison(len(problem.log), total, len(off), float(chdtrc(len(off), total)), tuple(changes))
 
 
 def _may_move(problem: Problem) -> tuple[str, ...]:

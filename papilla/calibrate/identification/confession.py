@@ -10,7 +10,6 @@ from papilla.calibrate.identification.fit import MISFIT, Identification, descend
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, kind, physical
 from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
 from papilla.identified import Identified
-from papilla.specimen import friction_words
 
 TOLD = 0.7
 """Share of a prior's width that is left in a parameter, from which the prior decides it."""
@@ -50,13 +49,16 @@ def confess(found: Identification) -> Confession:
     profiles = tuple(
         profile(found, name)
         for name, sigma, linear in zip(found.names, found.sigma, found.problem.linear, strict=True)
-        if not linear and sigma > POORLY
+        if not linear and sigma > POORLY and name != "stick_share"
     )
     intervals = {
         name: (physical(name, value - NORMAL * sigma), physical(name, value + NORMAL * sigma))
         for name, value, sigma in zip(found.names, found.vector.tolist(), found.sigma.tolist(), strict=True)
     }
     intervals |= {one.name: (one.lower, one.upper) for one in profiles}
+    if "stick_share" in intervals:
+        low, high = intervals["stick_share"]
+        intervals["stick_share"] = max(low, 0.0), min(high, 1.0)
     moved = influence(found)
     asked = (found.asked,) if found.asked else ()
     doubts = (
@@ -72,7 +74,7 @@ def confess(found: Identification) -> Confession:
         doubts += (f"press {row + 1} alone moves a modulus by {moved[row]:.2g} of its standard deviations",)
     n = len(found.problem.log)
     good = "ok" if not doubts else "doubtful"
-    doubts += tuple(_backwards(found))
+    doubts += (*_backwards(found), *_rubbing(found, intervals))
     status = f"{good}: identified from {n} presses, chi-square {found.chi_square:.3g} at {found.freedom:.3g} of freedom"
     return Confession(status, doubts, intervals, profiles, moved, _condition(found))
 
@@ -83,7 +85,6 @@ def record(found: Identification, told: Confession, specimen: str) -> Identified
     Specimens' moduli leave their covariance to the others; what all gauges have in common stands as each one's.
     """
     problem = found.problem
-    friction = friction_words(problem.shapes[0].responses[0].friction)
     names, values, by_free = _recorded(found)
     covariance = by_free @ ((found.covariance + found.covariance.T) / 2) @ by_free.T
     half = NORMAL * np.sqrt(np.diag(covariance))
@@ -92,7 +93,7 @@ def record(found: Identification, told: Confession, specimen: str) -> Identified
         status=told.status,
         presses=len(problem.log),
         specimen=specimen,
-        friction=friction,
+        friction=problem.friction,
         zeros_microstrain=tuple(found.values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges),
         touch_down_mm=found.values["touch_down_mm"],
         parameters=names,
@@ -193,7 +194,7 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
         said.append(f"the ratio of the moduli is {100 * abs(beyond):.1g} % outside of 1 to 16, where fingers are known")
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
         told = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
-        if not (linear or told) and sigma > TOLD * problem.prior_sigma(name):
+        if not (linear or told or name == "stick_share") and sigma > TOLD * problem.prior_sigma(name):
             said.append(f"the presses do not tell {name}: its prior decides")
     for name, known in problem.specimens.items():
         off = np.log(found.values[name] / problem.held[name]) / known.sigma
@@ -262,3 +263,14 @@ def _backwards(found: Identification) -> list[str]:
     gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
     turned = [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
     return turned
+
+
+def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
+    """What is taken of a friction that nobody told, which is no doubt: its intervals are in all others."""
+    if "stick_share" not in found.names:
+        return []
+    low, high = intervals["stick_share"]
+    return [
+        f"friction was not told: of what stick changes the presses have {100 * found['stick_share'][0]:.0f} % "
+        f"({100 * low:.0f} to {100 * high:.0f}), which intervals take in; --friction says it"
+    ]

@@ -11,6 +11,7 @@ from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import (
     MOVES,
+    OF_THE_LOG,
     PARAMETERS,
     checked_values,
     expanded,
@@ -19,17 +20,19 @@ from papilla.calibrate.identification.parameters import (
     physical,
     start_of,
 )
-from papilla.calibrate.identification.presses import Known, Shape, needs_places, refuse_far
-from papilla.calibrate.identification.problem import Problem
+from papilla.calibrate.identification.presses import NOT_TOLD, Known, Shape, needs_places, refuse_far
+from papilla.calibrate.identification.problem import MIDDLES, Problem
 from papilla.calibrate.identification.repeats import noise_told
 from papilla.errors import InputError
+from papilla.fem.finite.strain_tables import SPANNING, ensure_large_strain
 from papilla.fem.pressing.beside import Room, beside
+from papilla.fem.pressing.large_strain import ends_of
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.finger import Bench, Finger
 from papilla.identified import Identified
 from papilla.logs import PressLog
-from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_words
+from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_coefficient, friction_words
 
 SIZE_MM = 1.0
 """Element size at the contact for identifications: S_d is within 0.6 % of that on meshes half as fine."""
@@ -115,6 +118,8 @@ class Identification:
     def with_record(self, told: Identified) -> Finger:
         """The identified finger that carries what was told of it, and its bench."""
         bench = replace(self.finger.bench, touch_down=told.touch_down_mm, thickness=self.values["thickness_mm"])
+        if told.friction != NOT_TOLD:
+            bench = replace(bench, friction=told.friction)
         return replace(self.finger, identified=told, bench=bench)
 
     def at(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
@@ -128,7 +133,7 @@ class Identification:
         log = PressLog(force_N, modulus_MPa, np.zeros((n, problem.gauge_count)), problem.gauges, deep)
         shape = replace(problem.shapes[0], rows=np.arange(n))
         nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in problem.specimens.items()}
-        return replace(problem, log=log, shapes=(shape,), specimens=nobody, weights=None, robust=None)
+        return replace(problem, log=log, shapes=(shape,), specimens=nobody, weights=None, robust=None, candidates=True)
 
     @cached_property
     def residuals(self) -> np.ndarray:
@@ -160,7 +165,9 @@ def problem_of(
     wanted = tuple(sorted(wanted, key=lambda name: PARAMETERS[kind(name)].linear))
     friction = finger.bench.friction if friction is None else friction
     shapes = shapes_of(log, touched, finger, wanted, held, friction, size_mm, progress)
-    start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held
+    opened = {"stick_share": MIDDLES["stick_share"]} if any(shape.friction_open for shape in shapes) else {}
+    wanted = tuple(sorted((*wanted, *opened), key=lambda name: PARAMETERS[kind(name)].linear))
+    start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held | opened
     start |= {name: float(log.modulus_MPa[known.rows[0]]) for name, known in specimens.items()}
     problem = Problem(log, finger, shapes, start, wanted, noise or Noise(), specimens=specimens)
     refuse_beyond(problem)
@@ -220,6 +227,19 @@ def family_of(
     return family(plain, size_mm=size_mm or SIZE_MM, variant=variant, progress=progress)
 
 
+def ensure_physics(
+    finger: Finger,
+    friction: Friction | None,
+    *,
+    processes: int = 1,
+    progress: Callable[[str], None] | None = None,
+) -> None:
+    """Make the tables of large strain that presses of a finger need whatever its moduli are; with and without friction,
+    if nothing is said of it."""
+    ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
+    ensure_large_strain(finger, ends, ratios=SPANNING, processes=processes, progress=progress)
+
+
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
     """The parameters that a fit varies, in the order of the table; raises `InputError` for what no press can tell."""
     usual = ["outer_modulus_MPa", "inner_modulus_MPa"]
@@ -257,7 +277,8 @@ def shapes_of(
     size_mm: float | None,
     progress: Callable[[str], None] | None,
 ) -> tuple[Shape, ...]:
-    """The specimens' shapes of a log with the responses to them of a finger's family.
+    """The specimens' shapes of a log with the responses to them of a finger's family; with and without friction where
+    nothing is said of it and large strain is known with both.
 
     touched : what was pressed where the log does not say.
     """
@@ -266,6 +287,8 @@ def shapes_of(
     if "thickness_mm" in free and len(log.specimens) > 1:
         raise InputError(f"thickness_mm is that of one block, and the presses are on {len(log.specimens)} specimens")
     relatives = family_of(finger, size_mm=size_mm, progress=progress)
+    if any(one.curvature == (0.0, 0.0) for one in log.specimens or (touched,)):
+        ensure_physics(finger, friction, progress=progress)
     moving = needs_places(log, free, held)
     if moving:
         refuse_far(log, Room.of(relatives), free)
@@ -281,6 +304,8 @@ def shapes_of(
                 f"a tilt moves the contact with a {kept.words} by what it turns about: only flat ones tell it"
             )
         responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
+        if friction is None and responses[0].friction:
+            responses += tuple(response(relatives, one, friction=0.0, progress=progress) for one in made)
         rubbing = friction_words(responses[0].friction)
         aside = beside(relatives, made[len(made) // 2], rubbing, progress=progress) if moving else None
         rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)
@@ -315,7 +340,7 @@ def starts_of(problem: Problem) -> list[np.ndarray]:
     names = [name for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
     # What is known well, or moves little, starts where it is
     widths = np.diag([PARAMETERS[kind(name)].sigma for name in names])
-    widths = widths[[kind(name) not in (*MOVES, "specimen_modulus", "common_gain") for name in names]]
+    widths = widths[[kind(name) not in (*MOVES, *OF_THE_LOG, "common_gain") for name in names]]
     return [middle, *(middle + widths), *(middle - widths)]
 
 

@@ -5,7 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla.calibrate.identification.fit import MISFIT, Identification, family_of, problem_of, solve, solved_from
+from papilla.calibrate.identification.fit import (
+    MISFIT,
+    Identification,
+    ensure_physics,
+    family_of,
+    problem_of,
+    solve,
+    solved_from,
+)
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, checked_values, kind, names_of
 from papilla.calibrate.identification.presses import refuse_far
@@ -39,6 +47,7 @@ def identify(
     noise: Noise | None = None,
     friction: Friction | None = None,
     size_mm: float | None = None,
+    processes: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> Identification:
     """Identify a finger of known geometry from presses on specimens of known modulus.
@@ -53,11 +62,14 @@ def identify(
         are indentations. fix : values (in their units) at which parameters are held.
     specimen : what was pressed where the log does not say; its modulus does not count. noise : of the presses.
         friction : as for `papilla.fem.press`. Where they are None, those of the finger's `bench`.
-    size_mm : elements at the contact.
+    size_mm : elements at the contact. processes : that measure large strain at the same time, where it is not known.
 
     Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
     than a fit needs, and what `papilla.fem.reduction.family.family` raises.
     """
+    if processes > 1:
+        rubbing = finger.bench.friction if friction is None else friction
+        ensure_physics(finger, rubbing, processes=processes, progress=progress)
     problem = problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress)
     held = checked_values(fix or {}, finger)
     return freed(solve(problem, progress), tuple(held), size_mm, progress)

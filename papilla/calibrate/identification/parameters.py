@@ -49,17 +49,21 @@ PARAMETERS: dict[str, Parameter] = {
     "place_mm": Parameter("mm", 1.0, -1.5, 1.5, f"one gauge towards greater x, {_BY_HAND}", each_gauge=True),
     "tilt_x_deg": Parameter("deg", 1.5, -3.0, 3.0, f"of the finger about x, {_BY_EYE}"),
     "tilt_y_deg": Parameter("deg", 1.5, -3.0, 3.0, f"of the finger about y, {_BY_EYE}"),
+    "stick_share": Parameter("", 0.5, -0.5, 0.5, "0 without friction, 1 stuck; silicones rub anywhere between"),
     "common_gain": Parameter("", 3.0, -9.2, 9.2, "all gains and levers over the design's", logarithmic=True),
     "common_lever_mm": Parameter("mm", 0.87, -2.0, 1.0, "all levers over gains, besides the design's"),
     "specimen_modulus": Parameter("MPa", 0.1, -0.5, 0.5, "what modulus_sigma_MPa of the log says", logarithmic=True),
 }
 """All parameters. Gains have next to no prior; that of a lever is its ratio to the gain, whatever the gain is. There is
-a modulus for each specimen of which the log says how well it is known."""
+a modulus for each specimen of which the log says how well it is known, and a share of stick where friction is not."""
 
 MOVES = ("row_along_mm", "row_across_mm", "place_mm", "tilt_x_deg", "tilt_y_deg")
 """What moves contacts and gauges against each other: 0 unless freed or fixed."""
 
-OF_THE_BENCH = ("tilt_x_deg", "tilt_y_deg", "specimen_modulus")
+OF_THE_LOG = ("specimen_modulus", "stick_share")
+"""What a fit has or has not by what was said of the presses: nobody asks for it by name."""
+
+OF_THE_BENCH = ("tilt_x_deg", "tilt_y_deg", "specimen_modulus", "stick_share")
 """What is no part of the finger: another bench has another."""
 
 LEVER_PER_GAIN_MM = -0.5
@@ -72,7 +76,7 @@ def names_of(finger: Finger) -> tuple[str, ...]:
     return tuple(
         name
         for key, one in PARAMETERS.items()
-        if key != "specimen_modulus"
+        if key not in OF_THE_LOG
         for name in ([f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key])
     )
 
@@ -104,10 +108,10 @@ def expanded(asked: Sequence[str], finger: Finger) -> list[str]:
     for name in asked:
         if name in known:
             found.append(name)
-        elif name in PARAMETERS and name != "specimen_modulus":
+        elif name in PARAMETERS and name not in OF_THE_LOG:
             found += [one for one in known if kind(one) == name]
         else:
-            every = [key for key in PARAMETERS if key != "specimen_modulus"]
+            every = [key for key in PARAMETERS if key not in OF_THE_LOG]
             meant = closest(name, [*every, *known])
             hint = f", did you mean {meant}?" if meant else "."
             raise InputError(f"no parameter is called {name!r}{hint} There are {', '.join(every)}")

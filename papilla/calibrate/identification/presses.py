@@ -11,16 +11,21 @@ from papilla.fem.pressing.beside import Beside, Room
 from papilla.fem.pressing.response import RATIO_LIMITS, Response
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.logs import PressLog
-from papilla.specimen import Specimen
+from papilla.specimen import Friction, Specimen, friction_words
 
-LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm")
-"""What every press depends on, all by the logarithm."""
+NOT_TOLD = "not told"
+"""Of the friction of presses: those with and without are mixed."""
+
+LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
+"""What every press depends on, by the logarithm; the last by itself."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
     """The presses (rows of the log) on one shape of specimen, and the responses to it at rising thicknesses (mm).
 
+    responses : one a thickness; where friction is not known those that stick, then those without friction, of which
+    `stick_share` is mixed.
     beside : what contacts beside the apex and moved gauges change, where there are any.
     """
 
@@ -29,6 +34,16 @@ class Shape:
     responses: tuple[Response, ...]
     thicknesses: tuple[float, ...] = ()
     beside: Beside | None = None
+
+    @property
+    def friction_open(self) -> bool:
+        """Whether presses with and without friction are mixed by their share."""
+        return len(self.responses) > max(len(self.thicknesses), 1)
+
+    @property
+    def friction(self) -> Friction:
+        """Of the presses: Coulomb's coefficient, "stick", or `NOT_TOLD`."""
+        return NOT_TOLD if self.friction_open else friction_words(self.responses[0].friction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +84,12 @@ def felt_by(
         loads = log.force_N[rows], moduli[rows], ratio * inner, inner
         told = [one.felt(*loads) for one in shape.responses]
         weight, steep = _between(shape.thicknesses, values["thickness_mm"])
+        by_share = np.zeros_like(weight)
+        if shape.friction_open:
+            stuck = values.get("stick_share", 1.0)
+            share = np.array([stuck, 1 - stuck])
+            by_share = np.kron([1.0, -1.0], weight)
+            weight, steep = np.kron(share, weight), np.kron(share, steep)
         parts = (
             (felt, found.slopes, [one.values for one in told], [one.slope_values for one in told]),
             (depth, found.depth_slopes, [one.indentation for one in told], [one.slope_indentation for one in told]),
@@ -80,6 +101,7 @@ def felt_by(
             slope["outer_modulus_MPa"][rows] = by_ratio
             slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
             slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
+            slope["stick_share"][rows] = np.tensordot(by_share, of_all, 1)
         if shape.beside is not None:
             _move(found, shape, loads, log, values, gauges)
     return found

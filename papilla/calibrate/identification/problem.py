@@ -18,6 +18,7 @@ from papilla.fem.pressing.beside import UNSURE
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog
+from papilla.specimen import Friction
 from papilla.units import MICROSTRAIN
 
 MISSING = 1e9
@@ -39,8 +40,15 @@ CANCELLING = 0.2
 """Share of the largest of these readings below which strain and curvature are not taken to cancel."""
 
 
-MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM}
+MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
 """Where priors are about another value than 0, or for a logarithmic parameter, than where it starts."""
+
+PATTERNS = 6
+"""What the model is off by is smooth in force and modulus: a parabola in both. However many presses there are, they
+tell no more of it than so many."""
+
+CURVED = 2.0
+"""How much more a change of curvature is off than a strain."""
 
 ASIDE_PER_MM2 = 3e-4
 """Relative one sigma of an indentation a mm beside the apex, which is taken to be that at the apex; with its square."""
@@ -125,6 +133,11 @@ class Problem:
         """All parameters in their units, the free ones from a vector (f,) in the scale of the fit."""
         found = zip(self.free, vector.tolist(), strict=True)
         return {**self.held, **{name: physical(name, value) for name, value in found}}
+
+    @property
+    def friction(self) -> Friction:
+        """That of the presses on the first shape."""
+        return self.shapes[0].friction
 
     # ---- what presses measure
 
@@ -238,32 +251,38 @@ class Problem:
 
     def residuals(self, vector: np.ndarray) -> np.ndarray:
         """(m,) weighted: what was measured less what presses of a vector (f,) measure, then the priors."""
-        return np.concatenate([self._weighted(self._differences(vector))[:, 0], self._prior(vector)])
+        return self.linearised(vector)[0]
 
     def jacobian(self, vector: np.ndarray) -> np.ndarray:
         """(m, f) derivatives of `residuals`."""
-        columns = -self.modelled(vector).by_free
-        return np.vstack([self._weighted(columns), self._prior_slope(vector)])
+        return self.linearised(vector)[1]
+
+    def linearised(self, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both."""
+        told = self.modelled(vector)
+        residuals = np.concatenate([self._weighted(self._off(told))[:, 0], self._prior(vector)])
+        return residuals, np.vstack([self._weighted(-told.by_free), self._prior_slope(vector)])
 
     def solved(self, outside: np.ndarray) -> np.ndarray:
         """The vector (f,) of the best linear parameters, at given values of the others."""
         vector = self.start.copy()
         vector[~self.linear] = outside
         if self.linear.any():
-            vector[self.linear] -= np.linalg.lstsq(self.jacobian(vector)[:, self.linear], self.residuals(vector))[0]
+            residuals, jacobian = self.linearised(vector)
+            vector[self.linear] -= np.linalg.lstsq(jacobian[:, self.linear], residuals)[0]
         return vector
 
     def projected(self, outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (m,) with the best linear parameters, and their Jacobian (m, others) by the others."""
         vector = self.solved(outside)
-        residuals, jacobian = self.residuals(vector), self.jacobian(vector)
+        residuals, jacobian = self.linearised(vector)
         inner = np.linalg.qr(jacobian[:, self.linear])[0]
         outer = jacobian[:, ~self.linear]
         return residuals, outer - inner @ (inner.T @ outer)
 
-    def _differences(self, vector: np.ndarray) -> np.ndarray:
-        """(n, c, 1), zero where nothing was measured."""
-        return np.nan_to_num(self.measured - self.modelled(vector).values)[:, :, None]
+    def _off(self, told: Modelled) -> np.ndarray:
+        """(n, c, 1) what was measured less what was modelled, zero where nothing was measured."""
+        return np.nan_to_num(self.measured - told.values)[:, :, None]
 
     def _weighted(self, rows: np.ndarray) -> np.ndarray:
         """Rows (n, c, k) whitened, weighed and flat: (n c, k)."""
@@ -359,12 +378,15 @@ class Problem:
     def _model_errors(self, inner: float) -> np.ndarray:
         """(n, 1 + q g) relative errors of what the model says of each press: indentation, then what the gauges feel."""
         found = np.zeros((len(self.log), 1 + 2 * self.gauge_count))
+        alike = 1.0 if self.candidates else max(1.0, len(self.log) / PATTERNS) ** 0.5
+        felt = np.repeat(self.noise.model * np.array([1.0, CURVED]), self.gauge_count)
+        model = alike * np.append(self.noise.depth, felt)
         for shape in self.shapes:
-            found[shape.rows] = np.hypot(self.noise.model, shape.responses[0].error)
+            found[shape.rows] = np.hypot(model, shape.responses[0].error)
         return np.hypot(found, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
 
     def downweighted(self, vector: np.ndarray, outlying: float) -> "Problem":
         """The problem with each weighted reading counting less from `outlying` on (Cauchy's weights)."""
         assert self.weights is not None
-        whitened = (self.weights @ self._differences(vector))[:, :, 0]
+        whitened = (self.weights @ self._off(self.modelled(vector)))[:, :, 0]
         return replace(self, robust=1 / np.sqrt(1 + (whitened / outlying) ** 2))

@@ -110,10 +110,13 @@ class _Curve:
 
 
 def at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
-    """What is at its bound in a vector (f,): parameters that readings do not follow linearly, and the ratio."""
+    """What is at its bound in a vector (f,): parameters that readings do not follow linearly, and the ratio; a share of
+    stick may be none or all."""
     low, high = problem.bounds
     near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
     named = [
-        name for name, close, linear in zip(problem.free, near, problem.linear, strict=True) if close and not linear
+        name
+        for name, close, linear in zip(problem.free, near, problem.linear, strict=True)
+        if close and not linear and name != "stick_share"
     ]
     return [*named, *([RATIO] if problem.beyond(vector) else [])]

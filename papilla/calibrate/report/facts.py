@@ -114,9 +114,8 @@ def largest_reading(sweep: Sweep) -> float:
 
 
 def statuses(done: Calibrated, answers: AnswerMap) -> tuple[list[tuple[str, int]], list[tuple[str, float]]]:
-    """How often each status occurs: presses of a sweep (none of a log), shares of the answers over the domain."""
-    presses = done.presses
-    kinds = Counter(map(_kind, presses.status)) if isinstance(presses, Sweep) else Counter()
+    """How often each status occurs: presses of the sweep, shares of the answers over the domain."""
+    kinds = Counter(map(_kind, done.presses.status))
     answered = Counter(SoftnessStatus(int(code)).sentence for code in answers.status.ravel())
     return kinds.most_common(), [(kind, count / answers.status.size) for kind, count in answered.most_common()]
 

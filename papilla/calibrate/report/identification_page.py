@@ -11,7 +11,6 @@ from papilla.calibrate.identification import PARAMETERS, Confession, Identificat
 from papilla.calibrate.identification.parameters import kind
 from papilla.calibrate.identification.presses import places
 from papilla.files import write_text
-from papilla.specimen import friction_words
 from papilla.view.page import data_uri, environment, number, plain
 
 CURVE_POINTS = 60
@@ -29,11 +28,10 @@ def write_identification(path: str | PathLike, found: Identification, told: Conf
 
 def parts(found: Identification, told: Confession) -> dict[str, Any]:
     """What the page shows, by the names that its template has."""
-    response = found.problem.shapes[0].responses[0]
     return {
         "told": told,
         "noise": found.problem.noise.words,
-        "friction": friction_words(response.friction),
+        "friction": found.problem.friction,
         "specimen": " and ".join(shape.specimen.words for shape in found.problem.shapes),
         "parameters": _parameters(found, told),
         "gauges": _gauges(found),

@@ -9,9 +9,8 @@ from os import PathLike
 import numpy as np
 from markupsafe import Markup, escape
 
-from papilla import fem, mesh, view
+from papilla import mesh, view
 from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
-from papilla.calibrate.press_table import Sweep
 from papilla.calibrate.published_form import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
@@ -46,7 +45,7 @@ def write_report(
 
     Parameters
     ----------
-    finger : the design; needed for the strain field and the mesh, which a calibration from a log does not have.
+    finger : the design; needed for the strain field and the mesh.
     seconds : how long the calibration took.
     progress : called with a line of text before something takes long (the strain field, unless it is in the cache).
 
@@ -63,7 +62,6 @@ def write_report(
         calibration=done.calibration,
         recovery=done.recovery,
         reduced=done.reduced,
-        swept=isinstance(done.presses, Sweep),
         finger=finger,
         seconds=seconds,
         answers=answers,
@@ -96,7 +94,7 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
     if done.reduced is None or finger is None:
         return {"quality": None, "strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
-    press = fem.press(done.reduced, specimen, force=SHOWN_FORCE_N, fidelity="contact")
+    press = view.shown(done.reduced, specimen, force=SHOWN_FORCE_N, friction=done.presses.friction)
     return {
         "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),
         "strain_picture": data_uri(
@@ -118,10 +116,9 @@ def _bench(done: Calibrated) -> dict | None:
     }
 
 
-def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, str | None]:
+def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, str]:
     """The page's diagrams as addresses that hold them."""
-    calibration, presses, recovery, plots = done.calibration, done.presses, done.recovery, view.plots
-    swept = isinstance(presses, Sweep)
+    calibration, recovery, plots = done.calibration, done.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
     modulus = np.geomspace(low, high, CURVE_POINTS)
     force = np.geomspace(*calibration.domain["force_N"], CURVE_POINTS)
@@ -136,7 +133,6 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
             published=None
             if comparison is None
             else (gf_to_newton(comparison.force_gf), SPECIMENS_MPA, comparison.published / comparison.scale),
-            measured=None if swept else (presses.force_N, presses.modulus_MPa, presses.sd_microstrain),
         ),
         "sd_against_modulus": plots.sd_against_modulus(
             modulus, forces.tolist(), calibration.predict(forces[:, None], modulus)
@@ -152,10 +148,8 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
             answers.modulus_MPa,
             answers.relative_sigma,
             answers.identified,
-            (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA) if swept else None,
+            (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA),
         ),
-        "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error)
-        if len(recovery.error)
-        else None,
+        "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
-    return {name: None if plot is None else data_uri(view.svg(plot), "svg+xml") for name, plot in figures.items()}
+    return {name: data_uri(view.svg(plot), "svg+xml") for name, plot in figures.items()}

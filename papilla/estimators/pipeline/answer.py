@@ -8,9 +8,9 @@ import numpy as np
 class PipelineEstimate(NamedTuple):
     """The columns of `papilla estimate`: NaN where there is no answer, and a status that says why.
 
+    modulus_status, wavelength_status, friction_status : of each alone; it begins with "ok" where the value may be used.
     status : "ok", or what is wrong with the time, the gauges and each estimator, then `no <output>: <why>` of what is
-    switched off. wavelength_status : of the wavelength alone; it begins with "ok" where that may be used. Of a block,
-    arrays (n,) and lists of n sentences.
+    switched off. Of a block, arrays (n,) and lists of n sentences.
     """
 
     modulus_MPa: float | np.ndarray
@@ -19,10 +19,14 @@ class PipelineEstimate(NamedTuple):
     wavelength_mm: float | np.ndarray
     wavelength_sigma_mm: float | np.ndarray
     mu_kinetic: float | np.ndarray
+    mu_kinetic_sigma: float | np.ndarray
     mu_static: float | np.ndarray
-    status: str | list[str]
+    mu_static_sigma: float | np.ndarray
+    modulus_status: str | list[str]
     wavelength_status: str | list[str]
+    friction_status: str | list[str]
+    status: str | list[str]
 
 
-COLUMNS = PipelineEstimate._fields[:-1]
-"""Those that `papilla estimate` writes."""
+QUANTITIES = ("modulus", "wavelength", "friction")
+"""Those with a status of their own, in the order of the columns."""

@@ -15,6 +15,8 @@ LONGEST_GAP_S = 1.0
 """A gap longer than this is not bridged: what is touched after it may be something else, so everything begins anew."""
 RATE_TOLERANCE, RATE_MEMORY = 0.1, 256
 """A mean step this fraction off the nominal one, over about so many samples, is another sampling rate."""
+BUNCH, PULL = 3, 0.1
+"""Samples with one stamp from which stamps are those of packets; part by which the spread time follows each of them."""
 SLOPE_S = 0.01
 """A velocity that is made from positions, for friction, is the slope over this time: it smooths their resolution."""
 _NONE = math.nan
@@ -56,7 +58,8 @@ class ClockState(NamedTuple):
 
     offset_mm : what is added to a stated position, NaN before the first. mean_step : fading mean of the steps that are
     no gaps, in nominal periods; steps : their number, up to its memory. trail : (time, place) of the last `SLOPE_S`,
-    oldest first, where velocities come from positions.
+    oldest first, where velocities come from positions. stamp_s, stamped : the last time as it was stated, and how many
+    samples stated it; packet_s : between such times where samples come in packets, else 0.
     """
 
     time_s: float = _NONE
@@ -67,6 +70,9 @@ class ClockState(NamedTuple):
     mean_step: float = 1.0
     steps: int = 0
     trail: tuple[tuple[float, float], ...] = ()
+    stamp_s: float = _NONE
+    stamped: int = 0
+    packet_s: float = 0.0
 
 
 class Clock:
@@ -82,14 +88,13 @@ class Clock:
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """What this sample is; without a finite time it is taken to be one period after the last."""
         rate, last = self._rate, self.state.time_s
-        if not math.isfinite(time):
-            time = 0.0 if last != last else last + 1 / rate
+        time = self._spread(time) if math.isfinite(time) else 0.0 if last != last else last + 1 / rate
         status, missing, mean, steps = OK, 0, self.state.mean_step, self.state.steps
         if last == last:
             late = time - last
             periods = late * rate
             if late > LONGEST_GAP_S + 1 / rate or late < -LONGEST_GAP_S:
-                self.state = ClockState()
+                self.state = ClockState(stamp_s=self.state.stamp_s, stamped=1)
                 status, mean, steps = BEGUN_ANEW, 1.0, 0
             elif late <= 0.0:
                 return _LEFT_OUT
@@ -104,9 +109,25 @@ class Clock:
                     status = OTHER_RATE
         return self._move(status, missing, time, velocity if math.isfinite(velocity) else _NONE, position, mean, steps)
 
+    def _spread(self, stamp: float) -> float:
+        """The time of a sample that states this one: itself, or, where samples come in packets whose stamp they share,
+        one period after the sample before.
+
+        Samples are packets' where as many share a stamp as fit at the nominal rate between it and the next one.
+        """
+        state, even = self.state, self.state.time_s + 1 / self._rate
+        if stamp == state.stamp_s:
+            self.state = state._replace(stamped=state.stamped + 1)
+            return even if state.packet_s else stamp
+        packet, count = stamp - state.stamp_s, state.stamped
+        fits = count >= BUNCH and abs(packet * self._rate - count) <= max(1.0, RATE_TOLERANCE * count)
+        packet = packet if fits else state.packet_s if count >= BUNCH else 0.0
+        self.state = state._replace(stamp_s=stamp, stamped=1, packet_s=packet)
+        return even + PULL * (stamp - even) if 0 < 2 * abs(stamp - even) < state.packet_s else stamp
+
     def _move(self, status: int, missing: int, time: float, velocity: float, position: float, mean, steps) -> Tick:
         """The tick with the path of this sample, which is remembered."""
-        _, known, before, fast, offset, _, _, trail = self.state
+        _, known, before, fast, offset, _, _, trail, *_ = self.state
         place = _NONE
         if velocity == velocity:
             start = fast if fast == fast else velocity
@@ -117,7 +138,7 @@ class Clock:
                 offset = place - position if before == before and place == place else 0.0
             place = position + offset
         if place != place:
-            self.state = ClockState(time, known, before, fast, offset, mean, steps)
+            self.state = self.state._replace(time_s=time, mean_step=mean, steps=steps)
             return Tick(status, missing, time, velocity, velocity)
         passed, slope = velocity, velocity
         if velocity != velocity:
@@ -126,7 +147,7 @@ class Clock:
             trail = (*(pair for pair in trail if pair[0] >= time - SLOPE_S), (time, place))[-64:]
             (begun, where), *_ = trail if len(trail) > 1 or not last else last
             slope = (place - where) / (time - begun) if time > begun else _NONE
-        self.state = ClockState(time, time, place, passed, offset, mean, steps, trail)
+        self.state = ClockState(time, time, place, passed, offset, mean, steps, trail, *self.state[8:])
         return Tick(status, missing, time, passed, slope, place)
 
 

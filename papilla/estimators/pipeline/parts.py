@@ -15,14 +15,15 @@ from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 from papilla.status import Status
 
-LOW_PASS_HZ, LOW_PASS_SHARE = 20.0, 0.2
-"""Low-pass of the forces for friction, and the greatest share of the sampling rate that it may be."""
 CONTRADICTED_SIGMAS = 3.0
 """By which the wavelengths over the path and between the gauges differ, where one of them is wrong."""
+LIVELY_S, LIVELIER = 0.1, 4.0
+"""Without a velocity: time over which the variance of a gauge fades, and by how much more another one must have."""
 LATE_MS = 1.5
 """From here on a lateness that was found is told; less is its error in harsh touch."""
-_BY_PHASE = 32
-"""Added to the status of a wavelength where they do."""
+_BY_PHASE, _EITHER, _MOST = 32, 64, 10**7
+"""Added to the status of a wavelength where they do. In multiples of the next: two values between which it is open, in
+thousandths, each less than this."""
 _BY_SD, _CREPT = 32, 64
 """A modulus' status, whether it is that of S_d, how it creeps and the faults of all channels make one number: (faults x
 3 + creep) x 64 + 32 + status."""
@@ -38,6 +39,19 @@ class Row(NamedTuple):
     force_N: float
     tangential_N: float
     tick: Tick
+
+
+def _either(told: float, other: float, step: int = 1) -> int:
+    """What is added to a status that is open between two values, told in steps of so many thousandths; 0 for one that
+    is too large to be said."""
+    pair = [step * round(1e3 * value / step) for value in (told, other)]
+    return (pair[0] * _MOST + pair[1]) * _EITHER if max(pair) < _MOST else 0
+
+
+def _or(both: int, unit: str) -> str:
+    """The two values in words."""
+    told, other = divmod(both, _MOST)
+    return f" ({1e-3 * told:.4g} or {1e-3 * other:.4g} {unit})" if both else ""
 
 
 class Part(ABC):
@@ -148,7 +162,9 @@ class WavelengthPart(Part):
     def doubted(self) -> str:
         """How late velocity or position were found to be, where nobody said so."""
         late = 1e3 * self.tracker.latency_s
-        if self._stated is not None or abs(late) < LATE_MS:
+        # At a constant speed a lateness moves the surface, and no reading tells.
+        unknown = abs(late) < 3e3 * self.tracker.latency_sigma_s
+        if self._stated is not None or abs(late) < LATE_MS or unknown:
             return ""
         return (
             f"wavelength: velocity or position were found to be {late:.1f} ms behind the readings, which is allowed for"
@@ -163,52 +179,82 @@ class WavelengthPart(Part):
             spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
             if abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread:
                 status += _BY_PHASE
+        if status == TrackingStatus.AMBIGUOUS and self.tracker.other_mm < math.inf:
+            status += _either(found.wavelength_mm, self.tracker.other_mm)
         return found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, status
 
     def sentence(self, status):
         """The status in words."""
-        text = TrackingStatus(status % _BY_PHASE).sentence
+        both, status = divmod(status, _EITHER)
+        text = TrackingStatus(status % _BY_PHASE).sentence + _or(both, "mm")
         remark = "the phases between the gauges tell another wavelength: the velocity may be wrong"
         return f"{text}, but {remark}" if status >= _BY_PHASE else text
 
 
 class BlindPart(Part):
-    """frequency_Hz without a velocity: the median over the gauges that their chirp trackers follow, `lag_s` ago.
+    """frequency_Hz without a velocity, `lag_s` ago: of the gauge that changes most, which one chirp tracker follows.
 
-    The trackers want samples evenly in time: those that are missing before one are taken as missing.
+    A tracker for each gauge would cost as many times more. It wants samples evenly in time: those that are missing
+    before one are taken as missing. Another gauge is followed where it changes `LIVELIER` times more.
     """
 
-    statuses = ChirpStatus
-
     def __init__(self, gauges: int, rate_Hz: float):
-        super().__init__(*[ChirpTracker(sample_rate_Hz=rate_Hz) for _ in range(gauges)])
-        self.lag_s = self._estimators[0].lag_s
+        self._tracker = ChirpTracker(sample_rate_Hz=rate_Hz)
+        super().__init__(self._tracker)
+        self.lag_s, self._fade = self._tracker.lag_s, 1 / (LIVELY_S * rate_Hz)
+        self._followed, self._moments = 0, ((_NONE, 0.0),) * gauges
 
     def take(self, row):
         """The columns of a sample, and last the status as a number."""
         for _ in range(row.tick.missing):
-            for tracker in self._estimators:
-                tracker.update((_NONE,))
-        found = [one.update((reading,)) for one, reading in zip(self._estimators, row.readings, strict=True)]
-        followed = [(answer.status, answer.frequency_Hz) for answer in found if answer[0] == answer[0]]
-        if not followed:
-            return _NONE, min(answer.status for answer in found)
-        best = min(followed)[0]
-        known = sorted(frequency for status, frequency in followed if status == best)
-        return 0.5 * (known[(len(known) - 1) // 2] + known[len(known) // 2]), best
+            self._tracker.update((_NONE,))
+        self._moments = tuple(map(self._faded, self._moments, row.readings))
+        powers = [power for _, power in self._moments]
+        best, own = max(range(len(powers)), key=powers.__getitem__), self._followed
+        if powers[best] > LIVELIER * powers[own]:
+            self._followed = best
+            if powers[own]:
+                self._tracker.reset()
+        frequency, *_, status = self._tracker.update((row.readings[self._followed],))
+        if status == ChirpStatus.AMBIGUOUS:
+            # In steps of 0.1 Hz: a sentence for every sample would cost more than the sample.
+            status += _either(frequency, self._tracker.other_Hz, 100)
+        return frequency, status
+
+    def sentence(self, status):
+        """The status in words."""
+        both, status = divmod(status, _EITHER)
+        return ChirpStatus(status).sentence + _or(both, "Hz")
+
+    def _faded(self, moments: tuple[float, float], reading: float) -> tuple[float, float]:
+        """Fading mean and variance of a gauge after one more reading; one that is missing does not change."""
+        mean, power = moments
+        off = reading - mean
+        if off != off:
+            return mean if mean == mean else reading, power * (1 - self._fade)
+        return mean + self._fade * off, power + self._fade * (off * off - power)
+
+    @property
+    def state(self) -> tuple:
+        """What is remembered, to be kept or to be set again."""
+        return self._tracker.state, self._followed, self._moments
+
+    @state.setter
+    def state(self, state: tuple) -> None:
+        self._tracker.state, self._followed, self._moments = state
 
 
 class FrictionPart(Part):
-    """mu_kinetic, mu_static; last : the whole answer to the last sample."""
+    """mu_kinetic, mu_static with their sigmas; last : the whole answer to the last sample."""
 
     statuses = FrictionStatus
 
-    def __init__(self, rate_Hz: float, low_pass_Hz: float, memory_mm: float):
-        self._friction = Friction(sample_rate_Hz=rate_Hz, low_pass_Hz=low_pass_Hz, memory_mm=memory_mm)
+    def __init__(self, rate_Hz: float, memory_mm: float | None):
+        self._friction = Friction(sample_rate_Hz=rate_Hz, memory_mm=memory_mm)
         super().__init__(self._friction)
         self.last: FrictionEstimate | None = None
 
     def take(self, row):
         """The columns of a sample, and last the status as a number."""
         self.last = found = self._friction.update((row.tangential_N, row.force_N, row.tick.slope_mm_s))
-        return found.mu_kinetic, found.mu_static, found.status
+        return found.mu_kinetic, found.mu_kinetic_sigma, found.mu_static, found.mu_static_sigma, found.status

@@ -9,13 +9,11 @@ from papilla import checks
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.estimators import health
-from papilla.estimators.friction import MEMORY_MM, FrictionEstimate
+from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
-from papilla.estimators.pipeline.answer import COLUMNS, PipelineEstimate
+from papilla.estimators.pipeline.answer import QUANTITIES, PipelineEstimate
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
 from papilla.estimators.pipeline.parts import (
-    LOW_PASS_HZ,
-    LOW_PASS_SHARE,
     BlindPart,
     FrictionPart,
     ModulusPart,
@@ -37,9 +35,9 @@ SOFTNESS = (SURFACE, "quadratic", "printed", "exact")
 SLOW_HZ = 200.0
 """Below it the steps of usual movements come near the wavelengths of usual textures."""
 _NONE = math.nan
-_PLACES = {"modulus": slice(0, 2), "wavelength": slice(2, 5), "frequency": slice(2, 3), "friction": slice(5, 7)}
+_PLACES = {"modulus": slice(0, 2), "wavelength": slice(2, 5), "frequency": slice(2, 3), "friction": slice(5, 9)}
 """Which of the columns an output fills."""
-_NOTHING = (_NONE,) * (len(COLUMNS) - 1)
+_NOTHING = (_NONE,) * 9
 
 
 class PipelineState(NamedTuple):
@@ -57,10 +55,11 @@ class Pipeline(Stream):
     (where neither is known), `friction` (tangential and normal force, velocity or position). What the columns or the
     sampling rate do not allow is switched off: `off` says why, and so does every status.
 
-    Time: a sample that is not later than the one before is left out; one that is more than 1.5 periods later has
-    missing samples before it, which estimators see as missing; after more than 1 s everything begins anew, as it does
-    when the time goes back by more than that. A time that is not finite counts as one period after the last. The path
-    is from position_mm where there is one, else from the velocity over the time that passed.
+    Time: samples that come in packets which share a stamp are spread evenly over them where their number fits
+    `sample_rate_Hz`; else a sample that is not later than the one before is left out. One that is more than 1.5 periods
+    later has missing samples before it, which estimators see as missing; after more than 1 s everything begins anew, as
+    it does when the time goes back by more than that. A time that is not finite counts as one period after the last.
+    The path is from position_mm where there is one, else from the velocity over the time that passed.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ class Pipeline(Stream):
     gauge_sigma, force_sigma_N : noise of a gauge (microstrain) and of the force (`papilla.logs.white_noise` of a log).
     saturation : |reading| from which a gauge is saturated, and its reading is not used.
     doubts : what else of finger, sensors and specimen is not known exactly, see `papilla.estimators.Doubts`.
-    friction_memory_mm : slid path after which what was learnt of a direction's friction has faded to 1 / e.
+    friction_memory_mm : slid path that the kinetic coefficient is averaged over; None: 0.1 s of sliding.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
     softness : "surface", what is best: every gauge against its calibrated surface; or for comparison a published form,
@@ -87,7 +86,7 @@ class Pipeline(Stream):
     """
 
     answer: ClassVar[type] = PipelineEstimate
-    texts = ("status", "wavelength_status")
+    texts = PipelineEstimate._fields[len(_NOTHING) :]
 
     def __init__(
         self,
@@ -106,7 +105,7 @@ class Pipeline(Stream):
         resonances_Hz: tuple[float, ...] = (),
         ridge_pitch_mm: float | None = None,
         doubts: Doubts | None = None,
-        friction_memory_mm: float = MEMORY_MM,
+        friction_memory_mm: float | None = None,
         gauge_positions_mm: Sequence[float] | None = None,
         softness: str = SURFACE,
     ):
@@ -209,12 +208,10 @@ class Pipeline(Stream):
         if lacking:
             self.off["friction"] = f"no column {', '.join(lacking)}"
             return
-        low_pass = min(LOW_PASS_HZ, LOW_PASS_SHARE * rate)
-        self._parts["friction"] = FrictionPart(rate, low_pass, memory_mm)
-        if low_pass < LOW_PASS_HZ:
+        self._parts["friction"] = FrictionPart(rate, memory_mm)
+        if rate < STATIC_HZ:
             self._notes.append(
-                f"friction: forces behind a low-pass of {low_pass:.3g} Hz, {LOW_PASS_SHARE:g} of the sampling rate, "
-                "which lowers the static coefficient"
+                f"friction: no static coefficient at {rate:g} Hz: a breakaway of 15 ms is seen from {STATIC_HZ:g} Hz on"
             )
 
     @property
@@ -244,6 +241,8 @@ class Pipeline(Stream):
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
         doubted = [part.doubted for part in self._parts.values() if part.doubted]
+        if packet := self._clock.state.packet_s:
+            doubted.append(f"time: packets of samples share one time every {1e3 * packet:.3g} ms: spread evenly")
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
     def _snapshot(self) -> PipelineState:
@@ -282,19 +281,15 @@ class Pipeline(Stream):
         self._codes = tuple(codes)
         return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
 
-    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> tuple[str, str]:
-        """The status in words, of the time's, the gauges' and each running estimator's; and the wavelength's alone."""
+    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> tuple[str, ...]:
+        """The status of each of `QUANTITIES` alone, and in one all that the time, the gauges and the estimators say."""
         if time == REPEATED:
-            return (ClockStatus(time).sentence,) * 2
+            return (ClockStatus(time).sentence,) * (len(QUANTITIES) + 1)
+        told = {name: part.sentence(code) for (name, part), code in zip(self._parts.items(), codes, strict=True)}
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
-        remarks, alone = [], f"no wavelength: {self.off['wavelength']}" if "wavelength" in self.off else "ok"
-        for (name, part), code in zip(self._parts.items(), codes, strict=True):
-            text = part.sentence(code)
-            alone = text if name == "wavelength" else alone
-            if text.startswith("ok, "):
-                remarks.append(f"{name}: {text[4:]}")
-            elif text != "ok":
-                live.append(f"{name}: {text}")
+        live += [f"{name}: {text}" for name, text in told.items() if not text.startswith("ok")]
+        remarks = [f"{name}: {text[4:]}" for name, text in told.items() if text.startswith("ok, ")]
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
-        return "; ".join([*live, *(f"no {output}: {why}" for output, why in self.off.items())]), alone
+        off = {output: f"no {output}: {why}" for output, why in self.off.items()}
+        return *(told.get(name) or off[name] for name in QUANTITIES), "; ".join([*live, *off.values()])

@@ -50,8 +50,9 @@ class Tangent(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; node: where slopes (c + 1, m) are
-    taken; offset: by how much ln force and place of the filter differ from those of noise alone.
+    """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; pressed: samples learnt in each cell
+    of force; node: where slopes (c + 1, m) are taken; offset: by how much ln force and place of the filter differ from
+    those of noise alone.
 
     Of noise alone: ln_force, place_mm: of the last slot; linear: what samples near it read; information, score,
     square: for h - anchor; freedom: degrees of freedom of `square`; samples: how many were learnt.
@@ -59,6 +60,7 @@ class Belief(NamedTuple):
 
     mean: np.ndarray
     covariance: np.ndarray
+    pressed: np.ndarray
     linear: Linear | None = None
     node: Linear | None = None
     offset: tuple[float, float] = (0.0, 0.0)

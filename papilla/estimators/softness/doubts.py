@@ -19,10 +19,11 @@ class Doubts:
     """Standard deviations of what is constant in a touch; every one of them is in the modulus' sigma.
 
     gauge_gain : relative, of each gauge; creep : relative, of all gauges alike. zero_microstrain : of each gauge, half
-    of that once it was seen in the air. force_gain : relative; force_offset_N. beside_mm : how far beside the apex
-    across the row of gauges (y) it touches, which the row cannot see; x is an unknown of its own. thickness_mm : of the
-    specimen, None where it is not known (then 3 mm are 1.7 standard deviations from the calibrated thickness);
-    thickness_error : relative, of a stated one. The defaults are what a careful lab has; `Doubts.NONE` has none.
+    of that once it was seen in the air. force_gain : relative. force_offset_N : of the force's zero, half of that too
+    once it was seen. beside_mm : how far beside the apex across the row of gauges (y) it touches, which the row cannot
+    see; x is an unknown of its own. thickness_mm : of the specimen, None where it is not known (then 3 mm are 1.7
+    standard deviations from the calibrated thickness); thickness_error : relative, of a stated one. The defaults are
+    what a careful lab has; `Doubts.NONE` has none.
 
     Raises `InputError` for values below 0, or a thickness that is not above 0.
     """
@@ -31,7 +32,7 @@ class Doubts:
     creep: float = 0.02
     zero_microstrain: float = 200.0
     force_gain: float = 0.02
-    force_offset_N: float = 0.003
+    force_offset_N: float = 0.006
     beside_mm: float = 1.0
     thickness_mm: float | None = None
     thickness_error: float = 0.05

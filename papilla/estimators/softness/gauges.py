@@ -5,6 +5,7 @@ that contradicts the others is found and left out, where nothing else explains i
 """
 
 import math
+from collections.abc import Callable
 from itertools import combinations
 from typing import NamedTuple
 
@@ -18,7 +19,8 @@ from papilla.estimators.softness.belief import Alone, Belief, Contrast
 from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
-from papilla.estimators.softness.touch import PATIENCE, Touch
+from papilla.estimators.softness.touch import PATIENCE, Search, Touch, TouchState
+from papilla.estimators.spectrum import Parts, whole
 
 LEAST_CHANNELS = 3
 """Readings and force: two unknowns, and one that can contradict."""
@@ -63,6 +65,16 @@ class GaugeEstimate(NamedTuple):
             columns = (self.status, self.left_out, self.channels)
             return [_words(*map(int, row)) for row in zip(*columns, strict=True)]  # type: ignore[arg-type]
         return _words(self.status, int(self.left_out), int(self.channels))
+
+
+def at_once(misfits) -> Callable[[list[tuple[int, ...]]], Parts[list[float]]]:
+    """The same function, as a computation of one part."""
+
+    def parts(some: list[tuple[int, ...]]) -> Parts[list[float]]:
+        yield
+        return misfits(some)
+
+    return parts
 
 
 class GaugeSoftness(Touch):
@@ -111,6 +123,7 @@ class GaugeSoftness(Touch):
         if surfaces.channels < self._least - 1:
             raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {surfaces.channels}")
         fitter = Fitter(surfaces, gauge_sigma, force_sigma_N, doubts or Doubts(), position_sigma_mm)
+        self._found: Search | None = None
         self._used: dict[tuple[int, ...], tuple[np.ndarray, int]] = {}
         super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
 
@@ -118,17 +131,22 @@ class GaugeSoftness(Touch):
         """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
         faults = self._watched(found, force)
         rows = self._of(faults)
-        y = np.array([*[reading - zero for reading, zero in zip(readings, self._state.zeros, strict=True)], force])
-        # A noisy force alone does not end a touch: the gauges have to agree.
-        if force >= self._contact:
+        y = np.array(self._moved((*readings, force)))
+        # A light force alone does not end a touch, nor does the zero of the force begin one: the gauges have to agree.
+        if y[-1] >= self._low:
             self._light = 0
         else:
             gauges = rows[rows < self._gauges]
-            if not len(gauges) or self._is_away(y[gauges], self._lowest[gauges], force):
-                self._lift(readings, force, len(rows) == self._gauges + 1)
+            if not len(gauges) or self._is_away(y[gauges], self._lowest[gauges], y[-1]):
+                self._found = None
+                self._lift((*readings, force), len(rows) == self._gauges + 1)
                 return self._refused(SoftnessStatus.NO_CONTACT, faults)
+        self._land()
         if len(rows) < self._least:
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
+        if self._found is not None and self._found.faults == faults:
+            return self._searched(self._found)
+        self._found = None
         return self._listen(y, faults)
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> GaugeEstimate:
@@ -137,7 +155,7 @@ class GaugeSoftness(Touch):
         if alone.here > belief.usual:
             contrast = self._fitter.contrast(y, rows, belief)
             if contrast.misfit > LIMIT:
-                return self._contradict(y, rows, faults, belief, contrast)
+                return self._contradict(y, faults, belief, contrast)
         return self._learn(y, rows, faults, belief, alone)
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
@@ -145,38 +163,89 @@ class GaugeSoftness(Touch):
         rows = self._of(faults)
         if not self._trusted(1):
             return self._refused(SoftnessStatus.MISFIT, faults)
-        contrast, belief = self._start(y, rows, self._unknown())
+        contrast, belief = whole(self._start(y, rows, self._unknown()))
         if contrast.misfit > LIMIT:
-            if outside := self._beyond(y, belief):
-                return self._refused(outside, faults)
-            blame = self._blamed(rows, self._start.without(y, rows, self._unknown()))
-            if blame is None:
-                self._distrust()
-                return self._refused(SoftnessStatus.MISFIT, faults)
-            contrast, belief = self._start(y, np.setdiff1d(rows, blame), self._unknown())
-            faults, rows = self._left_out(y, faults, blame, belief)
+            self._search(Search(y, faults, contrast, belief, False))
+            return self._refused(SoftnessStatus.MISFIT, faults)
         return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
 
-    def _contradict(
-        self, y: np.ndarray, rows: np.ndarray, faults: tuple[int, ...], belief: Belief, contrast: Contrast
-    ) -> GaugeEstimate:
+    def _contradict(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, contrast: Contrast) -> GaugeEstimate:
         """A sample that what was learnt does not explain: a bad channel, another specimen, or nothing that is known."""
         if self._trusted():
-            anew, begun = self._start(y, rows, self._unknown())
-            if outside := self._beyond(y, begun):
-                return self._refused(outside, faults)
-            blame = self._blamed(rows, contrast.without, single=anew.misfit < LIMIT)
-            if blame is not None:
-                faults, rows = self._left_out(y, faults, blame, belief)
-                alone = self._fitter.alone(y, rows, belief)
-                if self._fitter.contrast(y, rows, belief, alone).misfit < LIMIT:
-                    return self._learn(y, rows, faults, belief, alone)
-            elif anew.misfit < LIMIT:
-                self._note(contradicted=self._state.contradicted + DOUBTED)
-                return self._learn(y, rows, faults, begun, self._fitter.alone(y, rows, begun))
-        # What was learnt is not to be believed either: after a while, from the beginning.
-        self._distrust()
+            self._search(Search(y, faults, contrast, belief, True))
+        else:
+            # What was learnt is not to be believed either: after a while, from the beginning.
+            self._distrust()
         return self._refused(SoftnessStatus.MISFIT, faults)
+
+    def _search(self, search: Search | None) -> None:
+        """Look from the next sample on for what explains one that nothing does."""
+        self._found = search
+        self._going = self._explained(search) if search else None
+
+    def _searched(self, search: Search) -> GaugeEstimate:
+        """Do the next part of a search; no sample is learnt, and none has an answer, before its end."""
+        self._found = search._replace(parts=search.parts + 1)
+        try:
+            next(self._going)  # type: ignore[arg-type]
+        except StopIteration as told:
+            self._found = None
+            return self._conclude(search.y, search.faults, *told.value)
+        return self._refused(SoftnessStatus.MISFIT, search.faults)
+
+    def _explained(self, search: Search) -> Parts[tuple]:
+        """The status of a force that is out of the domain; what is said of the channels to blame; and the belief with
+        which the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
+        y, faults, contrast, belief, known, _ = search
+        rows, misfits, anew, begun = self._of(faults), self._start.without, contrast, belief
+        if known:
+            yield
+            anew, begun = yield from self._start(y, rows, self._unknown())
+        if outside := self._beyond(y, begun):
+            return outside, {}, None
+        yield
+        single = known and anew.misfit < LIMIT
+        looked = at_once(contrast.without) if known else misfits(y, rows, self._unknown())
+        blame = yield from self._blamed(rows, looked, single=single)
+        if blame is None:
+            return None, {}, begun if single else None
+        yield
+        left = np.setdiff1d(rows, blame)
+        if not known:
+            _, belief = yield from self._start(y, left, self._unknown())
+        named = self._named(y, blame, belief)
+        if known:
+            yield
+            alone = self._fitter.alone(y, left, belief)
+            yield
+            if self._fitter.contrast(y, left, belief, alone).misfit >= LIMIT:
+                return None, named, None
+        yield
+        return None, named, belief
+
+    def _conclude(self, y, faults: tuple[int, ...], outside, named: dict[int, int], belief) -> GaugeEstimate:
+        """Take what a search found."""
+        if outside:
+            return self._refused(outside, faults)
+        if named:
+            self._note(faults=tuple([named.get(channel, fault) for channel, fault in enumerate(self._state.faults)]))
+            faults = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
+        rows = self._of(faults)
+        if belief is None:
+            self._distrust()
+            return self._refused(SoftnessStatus.MISFIT, faults)
+        if not named:
+            self._note(contradicted=self._state.contradicted + DOUBTED)
+        return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
+
+    def _snapshot(self) -> TouchState:
+        return super()._snapshot()._replace(search=self._found)
+
+    def _remember(self, memory: TouchState) -> None:
+        super()._remember(memory)
+        self._search(memory.search)
+        for _ in range(memory.search.parts if memory.search else 0):
+            next(self._going)  # type: ignore[arg-type]
 
     def _trusted(self, samples: int = 0) -> bool:
         """Whether the gauges may be believed, after so many more samples that nothing contradicts."""
@@ -190,7 +259,7 @@ class GaugeSoftness(Touch):
         patience = self._state.patience
         self._note(belief=None, contradicted=patience, patience=min(patience + patience // 2, MOST))
 
-    def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> tuple[int, ...] | None:
+    def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> Parts[tuple[int, ...] | None]:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.
 
         misfits : those of the others when each of some sets of channels is left out. One channel comes before two, and
@@ -207,7 +276,8 @@ class GaugeSoftness(Touch):
             stages.append([pair for pair in pairs if pair not in alike])
         for stage in stages:
             able = [own for own in stage if len(channels) - len(own) >= self._least]
-            found = sorted(pair for pair in zip(misfits(able), able, strict=True) if pair[0] < AGREES)
+            left = yield from misfits(able)
+            found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < AGREES)
             # A pair with a channel that explains as much on its own is no rival to it.
             rivals = [
                 own
@@ -219,15 +289,6 @@ class GaugeSoftness(Touch):
                 blamed = tuple(sorted(set().union(*rivals)))
                 return blamed if len(channels) - len(blamed) >= self._least else None
         return None
-
-    def _left_out(
-        self, y: np.ndarray, faults: tuple[int, ...], blamed: tuple[int, ...], belief: Belief
-    ) -> tuple[tuple[int, ...], np.ndarray]:
-        """Faults with the blamed channels, and the rows that are left."""
-        named = self._named(y, blamed, belief)
-        self._note(faults=tuple([named.get(channel, fault) for channel, fault in enumerate(self._state.faults)]))
-        now = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
-        return now, self._of(now)
 
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, int]:
         """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
@@ -257,7 +318,7 @@ class GaugeSoftness(Touch):
         limit = LIMIT if belief.samples else math.inf
         contrast = self._learnt(y, rows, belief, alone, limit=limit)
         if contrast.misfit > limit:
-            return self._contradict(y, rows, faults, belief, contrast)
+            return self._contradict(y, faults, belief, contrast)
         self._trusted(alone.samples)
         return self._answer(alone.ln_force, alone.place_mm, faults)
 

@@ -15,6 +15,7 @@ from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
 from papilla.estimators.softness.touch import Touch
+from papilla.estimators.spectrum import whole
 
 NOISE_REACH = 4.0
 """Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
@@ -89,13 +90,16 @@ class Softness(Touch):
         healthy = not found
         if force - force != 0.0:
             return _nothing(SoftnessStatus.BAD_INPUT)
-        sd = self._sd(readings) if healthy else math.nan
-        # A noisy force alone does not end a touch: S_d has to agree, where it is to be trusted.
-        if force >= self._contact:
+        *moved, pressed = self._moved((*readings, force))
+        sd = self._sd(moved) if healthy else math.nan
+        # A light force alone does not end a touch, nor does its zero begin one: S_d has to agree, where it is trusted.
+        if pressed >= self._low:
             self._light = 0
-        elif not healthy or self._is_away(np.array([sd]), self._lowest, force):
-            self._lift(readings, force, healthy)
+        elif not healthy or self._is_away(np.array([sd]), self._lowest, pressed):
+            self._lift((*readings, force), healthy)
             return _nothing(SoftnessStatus.NO_CONTACT)
+        self._land()
+        force = pressed
         low, high = self._surface.force_N
         if not low - self._slack <= force <= high + self._slack:
             return _nothing(SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE)
@@ -110,7 +114,7 @@ class Softness(Touch):
         return _BOTH
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        belief = self._start(y, _BOTH, self._unknown())[1]
+        belief = whole(self._start(y, _BOTH, self._unknown()))[1]
         return self._follow(y, faults, belief, self._fitter.alone(y, _BOTH, belief))
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> SoftnessEstimate:
@@ -126,9 +130,8 @@ class Softness(Touch):
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:
         return SoftnessEstimate(*self._modulus()[:3])
 
-    def _sd(self, readings: tuple[float, ...]) -> float:
+    def _sd(self, moved: list[float]) -> float:
         """S_d of the readings less their zeros; for so few, numpy costs several times as much."""
-        moved = [reading - zero for reading, zero in zip(readings, self._state.zeros, strict=True)]
         mean = sum(moved) / self._gauges
         return math.sqrt(sum([(value - mean) ** 2 for value in moved]) / self._gauges)
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from papilla.estimators.softness.belief import Belief, Contrast, shares_of
 from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
+from papilla.estimators.spectrum import Parts
 
-STEPS = 15
+STEPS, TOGETHER = 15, 3
 TRIED = 4
 """Explanations of a first sample that fits badly which are worked out."""
 MODULI, PLACES, FORCES = 7, 9, 9
@@ -53,7 +54,7 @@ class Start:
         left = (root @ (y * self._fitter.whiten)[rows] - origin).reshape(-1, len(rows))
         return np.einsum("nk,nk->n", left, left)
 
-    def __call__(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> tuple[Contrast, Belief]:
+    def __call__(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> Parts[tuple[Contrast, Belief]]:
         """A sample's own misfit, and the belief that begins with it: from the table of all contacts, then Gauss-Newton
         for h, force and place with `belief` as prior of the rest."""
         return self._settled(y, rows, belief, int(self.misfits(y, rows).argmin()))
@@ -62,7 +63,7 @@ class Start:
         """A function that gives the squared misfits of a sample when each of some sets of channels is left out; only
         the likeliest few are tried, the others are inf."""
 
-        def misfits(some: list[tuple[int, ...]]) -> list[float]:
+        def misfits(some: list[tuple[int, ...]]) -> Parts[list[float]]:
             precision, left = self._table(rows)[0], self.misfits(y, rows)
             rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
             weighted = (precision @ rest[..., None])[..., 0]
@@ -71,13 +72,14 @@ class Start:
             found = [math.inf] * len(some)
             for number in likely:
                 others = np.setdiff1d(rows, some[number])
-                found[number] = self._settled(y, others, belief, int(each[:, number].argmin()))[0].misfit
+                contrast, _ = yield from self._settled(y, others, belief, int(each[:, number].argmin()))
+                found[number] = contrast.misfit
             return found
 
         return misfits
 
-    def _settled(self, y: np.ndarray, rows: np.ndarray, belief: Belief, node: int) -> tuple[Contrast, Belief]:
-        """Gauss-Newton from a node of the table."""
+    def _settled(self, y: np.ndarray, rows: np.ndarray, belief: Belief, node: int) -> Parts[tuple[Contrast, Belief]]:
+        """Gauss-Newton from a node of the table, so many steps a part."""
         fitter, (at, place, h) = self._fitter, self._nodes[node]
         white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
         # A prior of the place counts here and for no later sample.
@@ -86,19 +88,21 @@ class Start:
         most = max(float(np.abs(white).max()), 1.0)
         mean, longest = belief.mean.copy(), 1.5 * fitter.top / MODULI
         mean[0] = 0.0
-        for _ in range(STEPS):
+        for step in range(STEPS):
+            if step % TOGETHER == 0:
+                yield
             linear = fitter.linear(at, place, h)
             H, B = linear.H[rows], linear.B[:, rows] * wide[:, None]
             innovation = white - linear.expected[rows] - H @ mean
             if self._known:
                 innovation = innovation + B[1] * (place / fitter.position_sigma)
             contrast, PH = fitter.weighed(rows, innovation, H, B, belief.covariance, 1)
-            step = wide * (B @ contrast.weighted)
+            moved = wide * (B @ contrast.weighted)
             if self._known:
-                step[1] -= place / reach
+                moved[1] -= place / reach
             change = float(PH[0] @ contrast.weighted)
             h = min(max(h + min(max(change, -longest), longest), 0.0), fitter.top)
-            at, place = fitter.inside(*fitter.moved(linear, step.clip(np.negative(far), far).tolist()))
+            at, place = fitter.inside(*fitter.moved(linear, moved.clip(np.negative(far), far).tolist()))
             if fitter.bend(linear, at, place, h, 0.0) * most < BENT:
                 break
         mean[0] = h

@@ -21,10 +21,11 @@ class TrackingStatus(Status):
         7,
         "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's",
     )
-    CONSTANT_SPEED = 8, "ok, but the speed did not change: a vibration of that frequency is not excluded"
+    CONSTANT_SPEED = 8, "ok, constant speed: a vibration of that frequency is not excluded"
     OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the range that was asked for"
     INCOHERENT = 10, "the line is smeared: no single wavelength, or the path is wrong"
-    AMBIGUOUS = 12, "a line stands out, but it may be a harmonic: what is told is a guess"
+    AMBIGUOUS = 12, "ambiguous: a line stands out, but it may be a harmonic: what is told is a guess"
+    LONE = 13, "a line of 25 to 90 Hz at a constant speed, without harmonics: it may be a motor's, not the surface's"
     VAGUE = 11, "the standard deviation of the wavelength is too large"
 
 

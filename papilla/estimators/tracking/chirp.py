@@ -1,35 +1,48 @@
 """The frequency of what one gauge slides over, the velocity being unknown: found by spectra, followed through turns."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.spectrum import Parts
 from papilla.estimators.stream import Stream
-from papilla.estimators.tracking.chirp_look import STIFFNESS, ChirpLook, price_of
+from papilla.estimators.tracking.chirp_look import STIFFNESS, ChirpLook, PeriodLook, price_of
+from papilla.estimators.tracking.chirp_memory import (
+    FIRST_LIVELY,
+    FIRST_WANDER,
+    ChirpEstimate,
+    ChirpMemory,
+    ChirpStatus,
+    Step,
+)
 from papilla.estimators.tracking.stroke import (
     BAND,
     KNOTS,
     MOTION,
     SHAPE,
+    Design,
     Stroke,
-    improved,
+    designed,
     moved,
     phase_at,
     profile,
-    rate_at,
+    rates_at,
+    solved,
 )  # fmt: skip
-from papilla.status import Status
 
 PERIODS, LOOK_PERIODS = 4.5, 2.0
 """Of the lowest frequency, in the window of the fit and in that of a look."""
-HOP_S, STRIDE = 0.006, 2
+HOP_S, STRIDE = 0.008, 2
 """Between two steps of the fit; hops of a step while it catches up with the time that a look took."""
-STEPS, LIVELIER = 3, 1.6
-"""Steps at most while the residual is so many times the noise: the motion is livelier than was expected then."""
+STEP_PARTS = 5
+"""Samples that a step takes: each has a part of it, that none takes long."""
+SAME_TURN = 0.25
+"""Cycles by which the phase of a reading may differ from what it was before, and go on."""
+LIVELIER = 1.6
+"""Residual over the noise from which the motion is livelier than was expected."""
 LOOK_S, LONGEST_LOOK = (0.1, 0.5), 400
 """Between two looks for a better fit than one in doubt, and than one that is sure; samples that one may take."""
 RIVAL = 20.0
@@ -38,9 +51,9 @@ LONGEST_LAG_S, UNSEEN_S = 0.03, 0.05
 """Longest age of an answer; in which sigma grows by e where readings are missing."""
 FORGOTTEN_S, LEARNT_S = 0.5, 0.03
 """In which what is known of the profile and the noise fades by e; in which the liveliness may change by that."""
-LIVELY, FIRST_LIVELY = (0.1, 100.0), 1.0
-"""Least and greatest noise of the motion, as a part of the frequency a s^2 and sqrt(Hz), and that of a new lock."""
-WANDER = 0.1, 10.0
+LIVELY = 0.1, 100.0
+"""Least and greatest noise of the motion, as a part of the frequency a s^2 and sqrt(Hz)."""
+WANDER = FIRST_WANDER, 10.0
 """Least and greatest kink of the offset at a knot, as a part of the first harmonic over the window."""
 WANDERING, FIRM = 10.0, 10.0
 """How the stiffness wanders (1/s^2) in a second, and how firmly it is held while jumps could stand for it."""
@@ -48,69 +61,16 @@ DOUBTED, LOST = 1.4, 6.0
 """Residual over the noise from which a fit is not believed, and from which it is given up."""
 PROVED = 3.0
 """Periods that a fit must have followed."""
+CLEAN, SOONER = 8, 0.8
+"""Looks in a row that must find no sign of a lower frequency after one that did: faint harmonics come and go; and
+part of the time between two that is saved where there were too few periods."""
 VAGUE, CRAWL = 0.05, 0.25
 """Sigma over the frequency above which, and part of its usual size below which, a wavelength is held."""
+WHITE = 0.6, 1.5
+"""Variance of readings over that of white noise with their third differences, between which nothing moves (four
+standard deviations of noise in 133 readings): no line is looked for, which costs most of all."""
 QUIET = 0.1
 """Of the profile's power, that the readings must have for there to be movement."""
-
-
-class ChirpStatus(Status):
-    """What became of an answer."""
-
-    OK = 0, "ok"
-    SEARCHING = 1, "no frequency stands out: the last one, if any, goes on in doubt, and its sigma grows"
-    QUIET = 2, "the reading does not change: standstill, or no texture"
-    MISSING = 3, "the reading is missing, not finite or saturated: the motion goes on as it was"
-
-
-class ChirpEstimate(NamedTuple):
-    """frequency_Hz and frequency_sigma_Hz, `lag_s` ago; wavelength_mm and wavelength_sigma_mm, NaN without a velocity;
-    status (a `ChirpStatus` value). NaN before the first lock. Of a block, arrays (n,)."""
-
-    frequency_Hz: float | np.ndarray
-    frequency_sigma_Hz: float | np.ndarray
-    wavelength_mm: float | np.ndarray
-    wavelength_sigma_mm: float | np.ndarray
-    status: int | np.ndarray
-
-    @property
-    def sentence(self):
-        """The status in words: a string, or a list of them."""
-        return ChirpStatus.in_words(self.status)
-
-
-@dataclass(eq=False)
-class ChirpMemory:
-    """readings (n,), speeds : of the latest samples; count : readings in use; since : samples since the last step.
-
-    stroke : the fit that is followed, None before; span : samples since it began; followed : periods since; doubt : its
-    residual over the noise; price : of the same readings as a look's. known (9, 9), about (9,) : information of the
-    profile in units of the noise, and what it says; stiffness : mean and variance; lively, wander : noise of the motion
-    and of the offset; swing : fading mean square of the frequency; quiet : whether nothing changes.
-    look : the one under way; rival : what its best must cost less than; waited : samples since it began.
-    held : wavelength and sigma.
-    """
-
-    readings: np.ndarray
-    speeds: list[float]
-    count: int = 0
-    since: int = 0
-    stroke: Stroke | None = None
-    span: int = 0
-    followed: float = 0.0
-    doubt: float = 0.0
-    price: float = math.inf
-    known: np.ndarray = field(default_factory=lambda: np.zeros((SHAPE, SHAPE)))
-    about: np.ndarray = field(default_factory=lambda: np.zeros(SHAPE))
-    stiffness: tuple[float, float] = (0.0, STIFFNESS**2)
-    lively: float = FIRST_LIVELY
-    wander: float = WANDER[0]
-    swing: float = 0.0
-    quiet: bool = False
-    look: ChirpLook | None = None
-    rival: float = math.inf
-    waited: int = 0
-    held: tuple[float, float] = (math.nan, math.nan)
 
 
 class ChirpTracker(Stream):
@@ -152,36 +112,53 @@ class ChirpTracker(Stream):
         self._window = max(math.ceil(PERIODS / self._lowest * rate), 32)
         self._kept = 2 * self._window + LONGEST_LOOK
         self._hop = max(round(HOP_S * rate), 1)
+        self._parts = math.ceil(2 * STEP_PARTS / self._hop)
         self._times = np.arange(1 - self._window, 1) / rate
         self._spacing = (self._window - 1) / rate / KNOTS
         looked = round(LOOK_PERIODS * rate / self._lowest)
         self._middle = (np.arange(looked) - 0.5 * (looked - 1)) / rate
+        self._drift = np.vander(self._middle / self._middle[-1], 3)
+        self._looking: Parts | None = None
         self.reset()
 
     def _fresh(self) -> ChirpMemory:
-        return ChirpMemory(np.full(2 * self._kept, math.nan), [math.nan] * (self._lag + 1))
+        nothing = np.full((2, 2 * self._kept), math.nan)
+        return ChirpMemory(nothing[0], nothing[1], [math.nan] * (self._lag + 1), self._window)
 
     def _remember(self, memory: ChirpMemory) -> None:
         if len(memory.readings) != 2 * self._kept or len(memory.speeds) != self._lag + 1:
             raise InputError("the state is not of this sampling rate, range of frequencies and lag")
         super()._remember(memory)
+        # A look that was under way is done again up to where it was.
+        self._looking = memory.look.run() if memory.look else None
+        for _ in range(memory.parts if self._looking else 0):
+            next(self._looking)  # type: ignore[arg-type]
+
+    @property
+    def other_Hz(self) -> float:
+        """The frequency of which that of the last answer may be a harmonic, 0 for none."""
+        stroke, other = self._memory.stroke, self._memory.other
+        return abs(float(stroke.motion[1])) * other if stroke is not None and other == other else 0.0
 
     def _take(self, sample):
         memory, (reading, velocity) = self._memory, (*sample, math.nan)[:2]
         usable = -self._limit < reading < self._limit
         if memory.count == len(memory.readings):
-            memory.readings[: self._kept] = memory.readings[-self._kept :]
+            for own in (memory.readings, memory.phases):
+                own[: self._kept] = own[-self._kept :]
             memory.count = self._kept
-        memory.readings[memory.count] = reading if usable else math.nan
+        memory.readings[memory.count], memory.phases[memory.count] = reading if usable else math.nan, math.nan
         memory.count += 1
         memory.since += 1
         memory.waited += 1
+        memory.asked += 1
         memory.speeds.append(velocity)
         del memory.speeds[0]
-        if memory.since >= self._hop:
-            self._follow()
-        elif memory.count >= self._window:
-            self._search()
+        for _ in range(self._parts):
+            if memory.step is not None or memory.since >= self._hop:
+                self._follow()
+            elif memory.count >= self._window + len(self._middle):
+                self._search()
         return self._answer(abs(memory.speeds[0]), usable)
 
     def _latest(self, behind: int = 0) -> np.ndarray:
@@ -193,35 +170,61 @@ class ChirpTracker(Stream):
         wavelength, spread = memory.held
         if stroke is None:
             return ChirpEstimate(math.nan, math.nan, wavelength, spread, self._status(usable, False))
-        rate, slopes = rate_at(stroke, (memory.since - self._lag) / self._rate)
-        known, swing, frequency = slice(MOTION + KNOTS), memory.swing**0.5, abs(rate)
-        sigma = math.sqrt(float(slopes @ stroke.covariance[known, known] @ slopes) * max(memory.doubt, 1.0))
-        # What a jump since the youngest knot would add: there is none to take it.
-        sigma = math.hypot(sigma, 0.3 * memory.lively * swing * self._spacing**1.5)
-        caught_up = memory.since <= self._hop and memory.followed > PROVED
-        good = caught_up and stroke.proved and memory.doubt < DOUBTED and sigma < 2 * VAGUE * frequency
-        if good and sigma < VAGUE * frequency and frequency > CRAWL * swing and speed == speed:
+        if memory.since >= len(memory.told):
+            memory.told = self._told(stroke)
+        frequency, sigma = memory.told[memory.since]
+        seen = memory.since < 2 * self._hop and memory.followed > PROVED and not memory.absent
+        good = seen and stroke.proved and memory.doubt < DOUBTED and sigma < 2 * VAGUE * frequency
+        crawling = frequency <= CRAWL * memory.swing**0.5
+        if good and not memory.other and sigma < VAGUE * frequency and not crawling and speed == speed:
             wavelength = speed / frequency
             spread = wavelength * sigma / frequency
             memory.held = wavelength, spread
         return ChirpEstimate(frequency, sigma, wavelength, spread, self._status(usable, good))
+
+    def _told(self, stroke: Stroke) -> list[tuple[float, float]]:
+        """Frequency and its standard deviation in Hz, `lag_s` before each of the next samples since a step."""
+        memory, known = self._memory, slice(MOTION + KNOTS)
+        rates, slopes = rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
+        variances = ((slopes @ stroke.covariance[known, known]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
+        # What a jump since the youngest knot would add: there is none to take it.
+        variances += (0.3 * memory.lively * self._spacing**1.5) ** 2 * memory.swing
+        return list(zip(np.abs(rates).tolist(), np.sqrt(variances).tolist(), strict=True))
 
     def _status(self, usable: bool, good: bool) -> int:
         if not usable:
             return int(ChirpStatus.MISSING)
         if self._memory.quiet:
             return int(ChirpStatus.QUIET)
-        return int(ChirpStatus.OK if good else ChirpStatus.SEARCHING)
+        # Before it was asked whether it is a harmonic nothing is told for sure.
+        if not good or self._memory.other != self._memory.other:
+            return int(ChirpStatus.SEARCHING)
+        return int(ChirpStatus.AMBIGUOUS if self._memory.other else ChirpStatus.OK)
 
     def _follow(self) -> None:
-        """A step of the fit with the readings since the last one."""
+        """The next part of a step of the fit with the readings since the last one, or its beginning."""
+        memory, step = self._memory, self._memory.step
+        if step is None:
+            self._begin_step()
+        elif isinstance(step.done, Design):
+            memory.step = step._replace(done=solved(step.done, step.prior, step.about), improved=True)
+        elif not step.improved:
+            memory.step = step._replace(done=designed(step.done, step.readings, self._times, self._rate))
+        elif not step.learnt:
+            memory.step = step._replace(learnt=True)
+            memory.since -= step.stride
+            self._learn(step.done, step.readings)
+        else:
+            memory.step = None
+            self._learn_profile(step.done, step.readings)
+
+    def _begin_step(self) -> None:
         memory, stroke = self._memory, self._memory.stroke
         if stroke is None:
             memory.since, memory.quiet = 0, self._still(0.0, 0.0)
             return
         # A look takes a while: what it found catches up by strides that a motion cannot leave the fit in.
         stride = min(memory.since, STRIDE * self._hop)
-        memory.since -= stride
         since = stride / self._rate
         motion = moved(stroke.motion, since)
         motion[0] -= math.floor(motion[0])
@@ -234,18 +237,18 @@ class ChirpTracker(Stream):
         memory.swing += (float(motion[1]) ** 2 - memory.swing) * since / FORGOTTEN_S
         # What was before the fit began is not known to be of the same motion.
         memory.span = min(memory.span + stride, self._window)
-        readings = self._latest(memory.since).copy()
+        readings = self._latest(memory.since - stride).copy()
         readings[: self._window - memory.span] = math.nan
         stroke = stroke._replace(motion=motion, jumps=jumps, age=age, trend=trend)
         if not np.isfinite(readings[-stride:]).any():
-            memory.stroke = stroke._replace(covariance=stroke.covariance * math.exp(2 * since / UNSEEN_S))
+            memory.since -= stride
+            self._take_on(stroke._replace(covariance=stroke.covariance * math.exp(2 * since / UNSEEN_S)))
             return
-        prior, about = self._prior(stroke)
-        for _ in range(STEPS):
-            stroke = improved(stroke, readings, self._times, self._rate, prior, about)
-            if stroke.residual @ stroke.residual < LIVELIER * stroke.noise * memory.span:
-                break
-        self._learn(stroke, readings)
+        memory.step = Step(stroke, False, False, *self._prior(stroke), readings, stride)
+
+    def _take_on(self, stroke: Stroke | None) -> None:
+        """Follow this fit from now on."""
+        self._memory.stroke, self._memory.told = stroke, []
 
     def _swing(self, stroke: Stroke) -> float:
         """What the frequency (Hz) usually is."""
@@ -295,12 +298,12 @@ class ChirpTracker(Stream):
         variance = 1 / (1 / variance + own) + WANDERING**2 * hop / self._rate
         memory.stiffness = mean, min(variance, STIFFNESS**2)
         share = hop / self._rate / FORGOTTEN_S
-        self._learn_profile(stroke, readings, 1 - share)
         crawling = abs(float(stroke.motion[1])) < CRAWL * self._swing(stroke)
-        memory.quiet = crawling and self._still(stroke.noise, 0.5 * float(stroke.shape @ stroke.shape))
+        memory.absent = self._still(stroke.noise, 0.5 * float(stroke.shape @ stroke.shape))
+        memory.quiet = crawling and memory.absent
         share *= 3 * (memory.doubt < DOUBTED)
         followed = abs(float(stroke.motion[1])) < BAND * self._rate
-        memory.stroke = stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None
+        self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
     def _grown(self, prior: float, found: np.ndarray, variance: np.ndarray) -> float:
         """A standard deviation that was expected, after values (k,) were found with these variances.
@@ -318,9 +321,9 @@ class ChirpTracker(Stream):
         newest = newest[np.isfinite(newest)]
         return newest.size > 8 and float(newest.var()) - noise <= QUIET * power
 
-    def _learn_profile(self, stroke: Stroke, readings: np.ndarray, fade: float) -> None:
+    def _learn_profile(self, stroke: Stroke, readings: np.ndarray) -> None:
         """Add what the readings say whose phase is known best and that the window soon leaves behind."""
-        memory, begin = self._memory, self._window // 4
+        memory, begin, fade = self._memory, self._window // 4, 1 - self._hop / self._rate / FORGOTTEN_S
         rows = slice(begin, begin + self._hop)
         columns, _ = profile(*phase_at(stroke, self._times[rows]), self._rate)
         columns = columns * np.isfinite(readings[rows, None])
@@ -332,31 +335,85 @@ class ChirpTracker(Stream):
     def _search(self) -> None:
         """The next part of a look, or its beginning."""
         memory = self._memory
-        if memory.look is not None:
-            if memory.look.advance():
-                self._choose(memory.look)
-                memory.look = None
+        if memory.look is None or self._looking is None:
+            memory.look, memory.parts = self._due(), 0
+            self._looking = memory.look.run() if memory.look else None
             return
-        sure = memory.stroke is not None and memory.doubt < LIVELIER
-        if memory.stroke is None or memory.waited >= LOOK_S[sure] * self._rate:
-            begun = self._latest()[-len(self._middle) :].copy()
-            memory.look = ChirpLook(begun, self._middle, self._lowest, self._highest, self._rate)
-            memory.rival, memory.waited = memory.price - RIVAL, 0
+        memory.parts += 1
+        try:
+            next(self._looking)
+        except StopIteration as told:
+            look, memory.look = memory.look, None
+            if isinstance(look, ChirpLook):
+                self._choose(*told.value)
+            elif told.value > 0:
+                # Where there was no sign before, a single one may be noise.
+                memory.other = told.value if memory.clean <= CLEAN else memory.other
+                memory.clean = 0
+            elif told.value == 0:
+                memory.clean += 1
+                memory.other = 0.0 if memory.clean > CLEAN else memory.other
+            else:
+                memory.asked += round(SOONER * LOOK_S[0] * self._rate)
 
-    def _choose(self, look: ChirpLook) -> None:
+    def _due(self) -> ChirpLook | PeriodLook | None:
+        """The look that it is time for."""
+        memory, stroke = self._memory, self._memory.stroke
+        if stroke is not None and memory.followed > PROVED and memory.asked >= LOOK_S[0] * self._rate:
+            memory.asked = 0
+            return self._periods(stroke)
+        sure = stroke is not None and memory.doubt < LIVELIER
+        if memory.waited < LOOK_S[sure] * self._rate * (stroke is not None or memory.idle):
+            return None
+        begun = self._latest()[-len(self._middle) :].copy()
+        memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
+        memory.rival = memory.price - RIVAL
+        return None if memory.idle else ChirpLook(begun, self._middle, self._lowest, self._highest, self._rate)
+
+    def _periods(self, stroke: Stroke) -> PeriodLook:
+        """A look at the readings whose phase is known: those of the window, and before it as far as they go on."""
+        memory, end = self._memory, self._memory.count - self._memory.since
+        first, phases = end - memory.span, memory.phases
+        now = phase_at(stroke, self._times[-memory.span :])[0]
+        # The phase now counts from another turn.
+        before = now - phases[first:end]
+        known = before[np.isfinite(before)]
+        turns = round(float(np.median(known))) if known.size else 0
+        same = known.size > 0 and float(np.abs(known - turns).max()) < SAME_TURN
+        phases[:first] = phases[:first] + turns if same else math.nan
+        phases[first:end] = now
+        begin = end - int(np.isfinite(phases[:end][::-1]).argmin()) if np.isnan(phases[:end]).any() else 0
+        rate = max(abs(float(stroke.motion[1])), self._lowest)
+        return PeriodLook(phases[begin:end].copy(), memory.readings[begin:end].copy(), self._lowest / rate)
+
+    def _moves(self, readings: np.ndarray) -> bool:
+        """Whether readings are more than drift and white noise, whose variance is that of its differences."""
+        seen = np.flatnonzero(np.isfinite(readings))
+        if len(seen) < 32:
+            return False
+        basis, values = self._drift[seen], readings[seen] - readings[seen].mean()
+        left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        noise = np.diff(left, 3)
+        ratio = float(left @ left) / max(float(noise @ noise) / 20, 1e-300)
+        return not WHITE[0] < ratio < WHITE[1]
+
+    def _choose(self, best: Stroke | None, price: float) -> None:
         """Follow the best fit of a look from now on, if it is better than what is followed."""
-        memory, own, best = self._memory, self._memory.stroke, look.best
+        memory, own = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_LOOK:
             return
-        if own is not None and own.proved and memory.doubt < LOST and look.price > memory.rival:
+        if own is not None and own.proved and memory.doubt < LOST and price > memory.rival:
             return
         motion = moved(best.motion, float(self._middle[-1]))
-        memory.stroke = best._replace(motion=motion, age=0.5 * self._spacing, spacing=self._spacing)
+        memory.step = None
+        self._take_on(best._replace(motion=motion, age=0.5 * self._spacing, spacing=self._spacing))
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
         memory.known, memory.about = np.zeros((SHAPE, SHAPE)), best.shape.copy()
         memory.stiffness, memory.lively = (0.0, STIFFNESS**2), FIRST_LIVELY
-        memory.wander = WANDER[0]
+        memory.wander = FIRST_WANDER
         memory.swing = float(best.motion[1]) ** 2
+        # It is asked as soon as it was followed for long enough.
+        memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_LOOK, CLEAN, math.nan
 
 
 def _checked_range(frequency_range_Hz, rate: float) -> tuple[float, float]:

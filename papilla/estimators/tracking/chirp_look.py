@@ -5,11 +5,13 @@ alike. A look takes many samples, one part each.
 """
 
 import math
-from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spectrum import spectrum_of, strokes_of, whole
+from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
+from papilla.estimators.spectrum import Parts, middle, share_of, spectrum_of, strokes_of, whole
 from papilla.estimators.tracking.stroke import (
     BAND,
     HARMONICS,
@@ -18,8 +20,9 @@ from papilla.estimators.tracking.stroke import (
     SHAPE,
     TREND,
     Stroke,
-    improved,
+    designed,
     phase_at,
+    solved,
 )  # fmt: skip
 
 CHIRPS = (0.0, 2.0, -2.0, 5.0, -5.0, 9.0, -9.0)
@@ -32,109 +35,153 @@ OCTAVE = 15.0
 """Nats by which a fit must be better than one of twice its frequency, whose every reading it can explain as well."""
 STIFFNESS = 60.0
 """Standard deviation of the stiffness (1/s^2) where nothing is known of it."""
+FEWEST_PERIODS, WHOLE = 4.0, 0.6
+"""Of a stroke from which it is asked whether they are those of a harmonic; strokes of less than this part of the
+longest are left out."""
+STEP, MOST_LINES = 1 / 16, 10
+"""Cycles between the points of the grid on which that is asked, at least: whole parts of one, so that what lies beyond
+falls on harmonics; and lines that are looked at."""
 
 
-@dataclass(eq=False)
-class ChirpLook:
-    """A look at readings (n,) at times (n,) about 0; `advance` does one part and says whether it was the last.
-
-    low, high : frequencies in Hz; rate_Hz : of the samples. best, price : the best fit so far, which tells of time 0.
-    places : what is to be tried: (score, motion) while spectra are taken, then motions (4,). trial, centre, trend,
-    step, noise : the fit that is tried, where it began (motion and trend), its steps done, and the power of the
-    readings. multiplied : price of the fit whose multiples were tried.
-    """
+class ChirpLook(NamedTuple):
+    """A look at readings (n,) at times (n,) about 0: low, high : frequencies in Hz; rate_Hz : of the samples."""
 
     readings: np.ndarray
     time: np.ndarray
     low: float
     high: float
     rate_Hz: float
-    done: int = 0
-    places: list = field(default_factory=list)
-    trial: Stroke | None = None
-    centre: np.ndarray = field(default_factory=lambda: np.zeros(MOTION))
-    trend: np.ndarray = field(default_factory=lambda: np.zeros(TREND))
-    step: int = 0
-    noise: float = 0.0
-    best: Stroke | None = None
-    price: float = math.inf
-    multiplied: float = math.inf
 
-    def advance(self) -> bool:
-        """Do the next part; True when there is none left."""
-        self.done += 1
-        if self.done <= len(CHIRPS):
-            self._spectrum(CHIRPS[self.done - 1])
-            return False
-        if self.done == len(CHIRPS) + 1:
-            self._nominate()
-        if self.trial is not None:
-            self._improve(self.trial)
-        elif self.places:
-            self._try(self.places.pop(0))
-        elif self.best is not None and self.price < self.multiplied:
+    def run(self) -> Parts[tuple[Stroke | None, float]]:
+        """The best fit, which tells of time 0, None where none is proved; and its price."""
+        places: list[tuple[float, np.ndarray]] = []
+        for chirp in CHIRPS:
+            places += yield from self._spectrum(chirp)
+        best, price, trials = None, math.inf, nominated(places)
+        while trials:
+            before = price
+            for motion in trials:
+                yield
+                found, cost = yield from self._fitted(motion)
+                if found is not None and cost < price:
+                    best, price = found, cost
             # A wrong multiple is fitted more easily than the right one, and leads there.
-            self.multiplied = self.price
-            self.places = [self.best.motion * (n, n, n, 1) for n in MULTIPLES]
-        else:
-            return True
-        return False
+            trials = [best.motion * (n, n, n, 1) for n in MULTIPLES] if best is not None and price < before else []
+        return best, price
 
-    def _spectrum(self, chirp: float) -> None:
-        """Lines of the readings over the time that a chirp warps."""
+    def _spectrum(self, chirp: float) -> Parts[list[tuple[float, np.ndarray]]]:
+        """Lines of the readings over the time that a chirp warps: their scores, and motions (4,)."""
         rows = np.isfinite(self.readings) & (1 + chirp * self.time > 0.1)
         if rows.sum() < 32:
-            return
+            return []
         time = self.time[rows]
         warped = time + 0.5 * chirp * time**2
         strokes = whole(strokes_of(warped, self.readings[rows, None], np.array([0, len(warped)]), 1))
+        yield
         step = 0.5 / self.rate_Hz
         spectrum = whole(spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.2 * strokes.extent / step))))
-        if np.isfinite(spectrum.own).any():
-            for line in whole(spectrum.lines(self.low, self.high, 3)):
-                motion = np.array([0.0, line.wavenumber, line.wavenumber * chirp, 0.0])
-                self.places.append((line.ratio * strokes.extent, motion))
+        yield
+        if not np.isfinite(spectrum.own).any():
+            return []
+        lines = yield from spectrum.lines(self.low, self.high, 3)
+        yield
+        rates = [line.wavenumber for line in lines]
+        scores = [line.ratio * strokes.extent for line in lines]
+        return [(score, np.array([0.0, rate, rate * chirp, 0.0])) for score, rate in zip(scores, rates, strict=True)]
 
-    def _nominate(self) -> None:
-        """The best places of all spectra."""
-        chosen: list[np.ndarray] = []
-        for _, motion in sorted(self.places, key=lambda place: -place[0]):
-            if all(abs(motion[1] / other[1] - 1) > 0.05 for other in chosen):
-                chosen.append(motion)
-        self.places = chosen[:NOMINEES]
-
-    def _try(self, motion: np.ndarray) -> None:
-        """Begin a fit from a motion, whose phase is that of the readings near the middle."""
+    def _begun(self, motion: np.ndarray) -> Stroke | None:
+        """A fit to begin with, of a motion whose phase is that of the readings near the middle; None outside the
+        range. Its noise is the power of the readings."""
         seen = np.isfinite(self.readings)
         offset = float(self.readings[seen].mean())
         values = np.where(seen, self.readings - offset, 0.0)
-        self.noise = float(values @ values) / int(seen.sum())
-        if self.noise == 0 or not self.low / 1.1 < motion[1] < BAND * self.rate_Hz:
-            return
-        self.trend = np.array([offset, *[0.0] * (TREND - 1)])
-        nothing = self.trend, np.zeros(SHAPE), np.zeros((1, 1)), self.noise, values, 0.0
+        noise = float(values @ values) / int(seen.sum())
+        if noise == 0 or not self.low / 1.1 < motion[1] < BAND * self.rate_Hz:
+            return None
+        nothing = np.append(offset, np.zeros(TREND - 1)), np.zeros(SHAPE), np.zeros((1, 1)), noise, values, 0.0
         still = Stroke(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
         wave = np.exp(-2j * np.pi * phase_at(still, self.time)[0])
         near = np.abs(self.time) < REACHES[0] * self.time[-1]
-        self.centre = np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]])
-        self.trial, self.step = still._replace(motion=self.centre), 0
+        return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
 
-    def _improve(self, trial: Stroke) -> None:
-        """A step of the fit that is tried: to the middle of the window first, where a chirp is near to any motion."""
-        size = 2 * self.noise**0.5
-        motion, still = [0.5, 1 / self.time[-1], 3 * self.centre[1], STIFFNESS], [1e-3] * KNOTS
-        loose = np.array([*motion, *still, size, size, *[1e-3 * size] * KNOTS, *[size] * SHAPE])
-        about = np.array([*self.centre, *[0.0] * KNOTS, *self.trend, *[0.0] * SHAPE])
-        near = np.where(np.abs(self.time) / self.time[-1] < REACHES[self.step], self.readings, math.nan)
-        stroke = improved(trial, near, self.time, self.rate_Hz, np.diag(1 / loose**2), about)
-        count = max(int(np.isfinite(near).sum()) - MOTION - 2 - SHAPE, 1)
-        noise = max(float(stroke.residual @ stroke.residual) / count, 1e-6 * self.noise)
-        self.trial, self.step = stroke._replace(noise=noise), self.step + 1
-        if self.step == len(REACHES):
-            price = price_of(self.trial, noise, count, self.rate_Hz)
-            if price < self.price and stroke.proved:
-                self.best, self.price = self.trial, price
-            self.trial = None
+    def _fitted(self, motion: np.ndarray) -> Parts[tuple[Stroke | None, float]]:
+        """A fit from a motion and its price; None where it is not proved. The middle of the window comes first, where
+        a chirp is near to any motion."""
+        trial = begun = self._begun(motion)
+        if trial is None or begun is None:
+            return None, math.inf
+        size, still = 2 * begun.noise**0.5, [1e-3] * KNOTS
+        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), STIFFNESS]
+        prior = np.diag(np.array([*free, *still, size, size, *[1e-3 * size] * KNOTS, *[size] * SHAPE]) ** -2.0)
+        about, distance = begun.values, np.abs(self.time) / self.time[-1]
+        for reach in REACHES:
+            near = np.where(distance < reach, self.readings, math.nan)
+            yield
+            design = designed(trial, near, self.time, self.rate_Hz)
+            yield
+            trial = solved(design, prior, about)
+            count = max(int(design.seen.sum()) - MOTION - 2 - SHAPE, 1)
+            noise = max(float(trial.residual @ trial.residual) / count, 1e-6 * begun.noise)
+            trial = trial._replace(noise=noise)
+        return (trial if trial.proved else None), price_of(trial, noise, count, self.rate_Hz)
+
+
+class PeriodLook(NamedTuple):
+    """A look at readings (n,) at phases (n,) in cycles of the frequency that is followed: whether that is a harmonic.
+
+    lowest : of the range of frequencies, beside the one that is followed.
+    """
+
+    phase: np.ndarray
+    readings: np.ndarray
+    lowest: float
+
+    def run(self) -> Parts[float]:
+        """The other frequency that it may be, beside the one that is followed; 0 for none, NaN where there are too few
+        periods. The test is that over the path (`papilla.estimators.fundamental`)."""
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(self.phase))) != 0) + 1
+        edges = [0, *turns.tolist(), len(self.phase)]
+        pieces = [(first, last, abs(self.phase[last - 1] - self.phase[first])) for first, last in pairwise(edges)]
+        longest = max(extent for *_, extent in pieces)
+        if longest < FEWEST_PERIODS:
+            return math.nan
+        kept = [piece for piece in pieces if piece[2] > WHOLE * longest]
+        rows = np.concatenate([np.arange(first, last) for first, last, _ in kept])
+        begin = np.concatenate([[0], np.cumsum([last - first for first, last, _ in kept])])
+        strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
+        yield
+        # On a grid finer than the samples there would be images of the lines (`tracking.rivals.Task`).
+        steps = np.abs(np.diff(strokes.place))
+        step, shown = max(STEP, middle(steps)), 0.45 / max(share_of(steps, 0.9), STEP)
+        spectrum = yield from spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.6 * longest / step)))
+        lines = yield from spectrum.lines(1 / SUBHARMONICS, shown, MOST_LINES)
+        near = 2 / strokes.extent
+        own = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
+        if not own:
+            return math.nan
+        chosen = own[0]._replace(wavenumber=1.0)
+        reach = SLACK / strokes.extent
+        others = [
+            line for line in lines
+            if line not in own and line.chance < CONFIRMED and line.amplitude > FAINT * chosen.amplitude
+        ]  # fmt: skip
+        found = fundamental_of(chosen, others, reach, set(others), False)
+        if found.wavenumber < 1 or found.other:
+            return found.other if found.wavenumber == 1 else found.wavenumber
+        for divisor in range(2, SUBHARMONICS + 1):
+            yield
+            if hints(spectrum, lines, chosen, divisor, near, self.lowest):
+                return 1 / divisor
+        return 0.0
+
+
+def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
+    """The best places of all spectra, which differ."""
+    chosen: list[np.ndarray] = []
+    for _, motion in sorted(places, key=lambda place: -place[0]):
+        if all(abs(motion[1] / other[1] - 1) > 0.05 for other in chosen):
+            chosen.append(motion)
+    return chosen[:NOMINEES]
 
 
 def price_of(stroke: Stroke, noise: float, count: int, rate_Hz: float) -> float:

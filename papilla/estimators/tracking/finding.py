@@ -13,7 +13,7 @@ class Finding:
     path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
     the fundamental in the last stroke, from path 0 on, and variance of a sample about it.
     kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's;
-    mixed : a louder one, not taken out, may be.
+    mixed : a louder one, not taken out, may be. other : wavenumber that may be the surface's instead, 0 for none.
     """
 
     status: TrackingStatus = TrackingStatus.SEARCHING
@@ -32,3 +32,4 @@ class Finding:
     score: float = 0.0
     hums_Hz: tuple[float, ...] = ()
     mixed: bool = False
+    other: float = 0.0

@@ -27,8 +27,9 @@ SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
 """Path that is remembered, in longest wavelengths; the least of it where the samples are dense; and what the grid of a
 spectrum is padded for."""
 MOST_CELLS = 1024
-HOP, MARGIN = 24, 256
-"""Cells between two looks, and cells that are kept beside those of a look, while it is under way."""
+HOP, SOON, MARGIN = 24, 0.125, 256
+"""Cells between two looks, or part of the longest wavelength at slow rates; and cells that are kept beside those of a
+look, while it is under way."""
 PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 1000, 2
 """Parts of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
 and how many of those a sample takes at most."""
@@ -44,6 +45,8 @@ STILL_S = 0.2
 """Without movement for so long the finger stands."""
 FEWEST_STEPS = 2.2
 """Steps of the path in a wavelength; two are the aliasing limit."""
+LONGER = 1.6
+"""Times the path in which a line was smeared, up to which more of it is tried before less."""
 AGREED = 0.02
 """Of the wavelength, by which two looks may differ."""
 VAGUE = 0.025
@@ -101,7 +104,8 @@ class Memory:
     """cells : the latest path. place, moved_s : where the last sample was, and when it last moved; step : its step,
     fading.
 
-    begin : first cell of the present texture; limit : mm that a look may use; looked : cell of the last look, hop :
+    begin : first cell of the present texture; limit : mm that a look may use, smeared : mm in which one saw a smeared
+    line; looked : cell of the last look, hop :
     cells until the next, waited : samples since; look : the one under way.
     finding : of the last, path 0 of which is at origin; known : wavenumber and sigma that are told, guessed : before a
     look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glances :
@@ -115,6 +119,7 @@ class Memory:
     step: float = 0.0
     begin: int = 0
     limit: float = math.inf
+    smeared: float = 0.0
     looked: int = 0
     hop: int = HOP
     waited: int = 0
@@ -220,6 +225,9 @@ class Follower:
             return TrackingStatus.NO_TEXTURE
         if not found.good:
             return found
+        if memory.late_variance > 0 and memory.late_s >= LATEST_S[1]:
+            # Later than is looked for, or behind a low-pass: the path is wrong.
+            return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
         if memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
             return TrackingStatus.SEARCHING
@@ -340,12 +348,15 @@ class Follower:
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
-        memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and memory.glances else HOP
+        memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and memory.glances else self._soon()
         good = found.status.good
         if good:
             memory.origin = look.origin
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
+            # A surface that is found again, as where contact was lost, is known.
+            again = memory.changed and abs(found.wavenumber / max(memory.proved, 1e-12) - 1) < AGREED
             memory.agreed = memory.agreed + 1 if same else 1
+            memory.agreed = max(memory.agreed, 3 * again)
             memory.proved = found.wavenumber if memory.agreed > STEADY else memory.proved
             memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
             if memory.late_variance > 0:
@@ -353,15 +364,28 @@ class Follower:
                 memory.late_variance = min(found.late_variance + LATE_DRIFT_S**2, LATE_SIGMA_S**2)
         else:
             memory.agreed = 0
-            # What was known is worth more than a guess, until the surface is another one.
-            if found.wavenumber > 0 and (before <= 0 or memory.guessed or memory.changed):
+            # What was known is worth more than a guess.
+            if found.wavenumber > 0 and (before <= 0 or memory.guessed):
                 memory.known, memory.guessed = (found.wavenumber, found.sigma), True
-        if found.status == TrackingStatus.INCOHERENT:
-            memory.limit = max(0.6 * found.extent, 2 * self.options.high)
+        lost, least = memory.changed and not good, 2 * self.options.high
+        if lost and found.extent < 1.1 * least:
+            memory.limit = self._span
+        elif lost or (found.status == TrackingStatus.INCOHERENT and found.extent > LONGER * memory.smeared):
+            # A step of the force, as where contact is found again, hides the line until it is out of the window. A line
+            # beside a long wave is smeared in less of the path than it takes to tell the two apart: then more is tried.
+            memory.limit = max(0.6 * found.extent, least)
+            memory.smeared = 0.0 if lost else -max(found.extent, abs(memory.smeared))
         else:
+            # Below 0 until it is seen that less of the path has no line at all.
+            memory.smeared = 0.0 if good else abs(memory.smeared)
             memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
+
+    def _soon(self) -> int:
+        """Cells until the next look; at slow rates, where one takes few samples, a part of the longest wavelength."""
+        along = SOON * self.options.high / max(self._cell, self.memory.step)
+        return HOP if self._parts == 1 else min(max(int(along), 2), HOP)
 
     def _held(self, found: Finding) -> bool:
         """Whether a look sees the line that many agreed on, though its phases are too disturbed to sharpen it."""
@@ -376,7 +400,7 @@ class Follower:
         place = memory.cells.between(memory.cells.first, end)[:, 1]
         travelled = np.cumsum(np.abs(np.diff(place[::-1])))
         memory.begin = end - 1 - int(np.searchsorted(travelled, path))
-        memory.agreed, memory.proved, memory.changed, memory.limit = 0, 0.0, True, self._span
+        memory.agreed, memory.changed, memory.limit = 0, True, self._span
 
     def _weigh(self, sharp: float, score: float) -> None:
         """Whether another lateness of the path, by which the lines are this sharp, is a better one."""

@@ -14,21 +14,35 @@ from dataclasses import replace
 
 import numpy as np
 
+from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, Period, fundamental_of, hints, lone
 from papilla.estimators.spectrum import Line, Parts, Strokes, middle, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.fundamental import FAINT, SLACK, SUBHARMONICS, fundamental_of, lone
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.rivals import GRID, HARMONICS, MAINS_HZ, Task, credits_of, forward, silenced, window_of
+from papilla.estimators.tracking.rivals import (
+    GRID,
+    HARMONICS,
+    MAINS_HZ,
+    Task,
+    credits_of,
+    forward,
+    levelled,
+    silenced,
+    window_of,
+)
 
-BENT = 0.1
-"""Periods by which a path must leave the straight line over time for the two to be told apart."""
+BENT = 0.04
+"""Periods (RMS, under the taper of a stroke) by which a path must leave the straight line over time for the two to be
+told apart. Ramps at the ends of a stroke, which the taper hides, tell nothing: quick turns at a constant speed between
+them made lines of time out of the surface's."""
 MOST_LINES, TIME_LINES = 8, 3
-FALSE_ALARM, CONFIRMED = 1e-4, 1e-2
-"""Of one look, over all wavelengths; and of a line at the wavelength that many looks agreed on."""
+FALSE_ALARM = 1e-4
+"""Of one look, over all wavelengths."""
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
+MOTORS_HZ = 25.0, 90.0
+"""What motors and mounts make: at a constant speed a line there with no harmonic beside it is not believed."""
 KNOWN = 0.02
 """Of the wavenumber, by which a line may differ from the known one and be it."""
 COHERENT, SCATTERED = 0.8, 0.12
@@ -42,8 +56,8 @@ KNOWN_NEAR, SETTLED = 0.1, 0.3
 """Resolutions within which a wavenumber that was known is gone on from, and sigmas of a step that needs no other."""
 LATE_S = 1e-4
 """Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
-BAND = 0.45
-"""Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
+BAND, SHOWN = 0.45, 0.4
+"""Of the sampling rate: harmonics above are expected to have been removed by anti-aliasing; and below, to be seen."""
 
 
 class Look:
@@ -60,15 +74,19 @@ class Look:
         if found is None:
             return self.finding
         chosen, status, refused = found
-        fundamental, sure = yield from self._fundamental(chosen)
+        fundamental, other, _ = yield from self._fundamental(chosen)
+        bent = self._bend * chosen.wavenumber > BENT
+        if status == TrackingStatus.CONSTANT_SPEED and not bent and self._alone(fundamental):
+            status = TrackingStatus.LONE
         self._hum = self._cleaned or refused
-        if self._hum:
-            # What time does is as sharp at any lateness.
+        if self._hum or not bent:
+            # What time does is as sharp at any lateness, and at a constant speed so is everything.
             self.finding = replace(self.finding, score=0.0)
         if fundamental * 1.02 < 1 / self._task.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # What was known is nearer to what the phases will say than the place of a peak is.
         near = abs(self._task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
+        self.finding = replace(self.finding, other=other)
         self._wavenumber, self._late = self._task.before if near else fundamental, self._task.late_s
         yield
         self._level = self._noise(fundamental)
@@ -78,7 +96,7 @@ class Look:
             if (yield from self._refined()):
                 break
         yield
-        return (yield from self._judged(status if sure else TrackingStatus.AMBIGUOUS, refused))
+        return (yield from self._judged(TrackingStatus.AMBIGUOUS if other else status, refused))
 
     def _line(self) -> Parts[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, what it is, and whether a louder one was refused; or None."""
@@ -117,10 +135,10 @@ class Look:
     def _detected(self) -> Parts[bool]:
         """Whether there are lines over the path, within reach of what the steps and the extent show."""
         task = self._task
-        self._spectrum = spectrum = yield from spectrum_of(self._strokes, grid_of(task, self._place), task.size)
+        self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.grid(self._place), task.size)
         if not np.isfinite(spectrum.own).any():
             return False
-        highest = highest_of(task, self._place)
+        highest = task.highest(self._place)
         resolution = 1 / self._strokes.extent
         found = yield from spectrum.lines(2 * resolution, min(2 / task.low, highest * 2), 3 * MOST_LINES)
         yield
@@ -154,10 +172,13 @@ class Look:
         task, time = self._task, self._time
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
         self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
+        self._usual = float(np.average(self._speed, weights=self._strokes.weight))
         bends = []
         for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
-            t, x = time[first:last] - time[first:last].mean(), self._place[first:last] - self._place[first:last].mean()
-            bends.append(float(np.abs(x - t * ((t @ x) / max(float(t @ t), 1e-300))).max()))
+            t, x, weight = time[first:last], self._place[first:last], self._strokes.weight[first:last]
+            t, x = t - (weight @ t) / weight.sum(), x - (weight @ x) / weight.sum()
+            off = x - t * ((weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
+            bends.append(float(weight @ off**2 / weight.sum()) ** 0.5)
         self._bend = max(bends)
         fastest = share_of(self._speed, 0.95)
         step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
@@ -226,19 +247,28 @@ class Look:
             return TrackingStatus.OK
         if told and time > enough and time > EXCLUDED * path:
             return TrackingStatus.TIME_LOCKED
-        return TrackingStatus.TIME_LOCKED if self._near_hum(line) else TrackingStatus.CONSTANT_SPEED
+        # What more path told apart from the mains is not theirs where less does not, as after contact was lost.
+        hum = self._near_hum(line) and abs(line.wavenumber - self._task.proved) >= KNOWN * self._task.proved
+        return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
         nearest = min(self._task.hums_Hz, key=lambda hum: abs(hum - frequency), default=frequency)
         return nearest if abs(nearest - frequency) * float(self._spans.max()) < 0.5 else frequency
 
-    def _near_hum(self, line: Line, highest_Hz: float = np.inf) -> bool:
-        """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells."""
-        weight = self._strokes.weight
-        speed = float((weight @ self._speed) / weight.sum())
-        resolution = 1 / max(float(self._spans.min()), 1e-9)
-        return any(abs(line.wavenumber * speed - hum) < resolution for hum in self._task.hums_Hz if hum <= highest_Hz)
+    def _near_hum(self, line: Line, highest_Hz: float = np.inf, within: float = 1.0) -> bool:
+        """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells; within so
+        many resolutions."""
+        frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), 1e-9)
+        return any(abs(frequency - hum) < resolution for hum in self._task.hums_Hz if hum <= highest_Hz)
+
+    def _alone(self, wavenumber: float) -> bool:
+        """Whether a line may be a motor's or a mount's: at their frequencies, and without a sign of the harmonics that
+        most surfaces have, though the sampling rate would show the second one."""
+        frequency = wavenumber * self._usual
+        if not MOTORS_HZ[0] < frequency < min(MOTORS_HZ[1], SHOWN * self._task.rate_Hz / 2):
+            return False
+        return min(self._spectrum.chance(order * wavenumber) for order in range(2, HARMONICS + 1)) > FALSE_ALARM
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may cover the fundamental of which this line is a harmonic."""
@@ -251,9 +281,9 @@ class Look:
             if hum.amplitude > line.amplitude
         )
 
-    def _fundamental(self, chosen: Line) -> Parts[tuple[float, bool]]:
+    def _fundamental(self, chosen: Line) -> Parts[Period]:
         """The wavenumber of which the chosen line and others are harmonics, its own where there is no sign of it; and
-        whether that is sure."""
+        another one that may be it."""
         k = chosen.wavenumber
         reach = SLACK / self._strokes.extent
         # A harmonic of the mains is theirs only where they are.
@@ -274,23 +304,22 @@ class Look:
                 timed = (yield from self._origin(line)) == TrackingStatus.TIME_LOCKED
             if not timed:
                 own.add(line)
-        fundamental, sure = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
-        if fundamental == k:
-            hinted = not humming and any(self._hinted(chosen, divisor) for divisor in range(2, SUBHARMONICS + 1))
-            sure = sure and not hinted and not lone(chosen, self._task.ridge_pitch_mm)
-        # What many looks have agreed on is not in doubt for lines that come and go.
-        return fundamental, sure or (fundamental == k and abs(k - self._task.proved) < KNOWN * k)
-
-    def _hinted(self, chosen: Line, divisor: int) -> bool:
-        """Whether there is more than noise where the fundamental of such a harmonic would be: too little for a line of
-        a search, and too much to call the harmonic a wavelength."""
-        base, near, spectrum = chosen.wavenumber / divisor, 2 / self._strokes.extent, self._spectrum
-        if base < near or any(abs(line.wavenumber - base) < near for line in self._lines):
-            return False
-        # What is faint beside the line, if it is more than noise, is no sign.
-        at, half = round(base / spectrum.step), int(spectrum.resolution / 2)
-        heard = spectrum.power[max(at - half, 0) : at + half + 1].max() ** 0.5 > FAINT * chosen.amplitude
-        return bool(heard and spectrum.chance(base) < CONFIRMED / (divisor - 1))
+        found = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
+        if not bent and found.wavenumber == k:
+            # At a constant speed a line beside the mains, but not at them, may be the surface's: no proof, but a doubt.
+            apart = {line for line in others if not self._near_hum(line, within=SLACK)}
+            either = fundamental_of(chosen, others, reach, own | apart, False)
+            if either.loud or either.wavenumber < k:
+                found = Period(k, either.other or either.wavenumber, True)
+        if found.wavenumber == k and not found.other and not humming:
+            divisors = range(2, SUBHARMONICS + 1)
+            near, lowest = 2 / self._strokes.extent, 1 / self._task.high
+            hinted = (k / n for n in divisors if hints(self._spectrum, self._lines, chosen, n, near, lowest))
+            beside = k / 2 if lone(chosen, self._task.ridge_pitch_mm) else 0.0
+            found = found._replace(other=next(hinted, beside))
+        # What many looks have agreed on is not in doubt for faint lines that come and go.
+        agreed = found.wavenumber == k and abs(k - self._task.proved) < KNOWN * k
+        return found._replace(other=0.0) if agreed and not found.loud else found
 
     def _unmixed(self) -> Parts[Strokes]:
         """The strokes without lines of time, and without the lines over the path of another texture."""
@@ -303,13 +332,16 @@ class Look:
                 if any(abs(line.wavenumber - hum) < 2 * near for hum in (*known, *self._task.hums_Hz))
             ]
             strokes = yield from silenced(strokes, self._time, hums, wavenumber)
-        near = 2 / strokes.extent
         foreign = [
             line
             for line in self._lines
-            if abs(line.wavenumber - max(round(line.wavenumber / wavenumber), 1) * wavenumber) > near
+            if abs(line.wavenumber - max(round(line.wavenumber / wavenumber), 1) * wavenumber) > 2 / strokes.extent
         ]
-        return (yield from silenced(strokes, forward(strokes), foreign, wavenumber))
+        strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
+        below = self._spectrum.power[1 : int(1 / self._task.high / self._spectrum.step)].max(initial=0.0)
+        # Where the speed changes, what is slow is mostly the force's, and a doubt.
+        one = self._bend * wavenumber < BENT and len(self._begin) == 2 and below > self._inside[0].amplitude ** 2
+        return (yield from levelled(strokes, wavenumber)) if one else strokes
 
     def _noise(self, wavenumber: float) -> np.ndarray:
         """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
@@ -370,11 +402,14 @@ class Look:
         angle = np.angle(last) / (2 * np.pi)
         power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
+        # A velocity behind a low-pass is late too, and smaller: of strokes that swing at w by (w T)^2 / 2, two sigmas,
+        # which no reading shows.
+        smaller = 0.25 * (np.pi * self._late / self._spans.max()) ** 2 * (self._task.late_variance > 0)
         return replace(
             self.finding,
             status=status,
             wavenumber=self._wavenumber,
-            sigma=float(fit.covariance[0, 0] ** 0.5),
+            sigma=float(np.hypot(fit.covariance[0, 0] ** 0.5, smaller * self._wavenumber)),
             late_s=self._late,
             late_variance=float(fit.covariance[1, 1]) if self._task.late_variance > 0 else 0.0,
             phase=tuple(angle.tolist()),
@@ -403,17 +438,6 @@ class Look:
         return kept, sigma
 
 
-def highest_of(task: Task, place: np.ndarray) -> float:
-    """The highest wavenumber of the range that the steps between these places show."""
-    return min(1 / task.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
-
-
-def grid_of(task: Task, place: np.ndarray) -> float:
-    """Step of the grid in mm: the path's own where that is longer. Images of a line, which even steps make, then fall
-    on the line itself, and not, folded, beside it as a line of another texture."""
-    return max(task.step, middle(np.abs(np.diff(place))))
-
-
 def sharpness(task: Task, late_s: float) -> Parts[float]:
     """Power over the background of the sharpest line if the path were late by this, 0 where none can be told."""
     window = window_of(task, late_s)
@@ -421,6 +445,6 @@ def sharpness(task: Task, late_s: float) -> Parts[float]:
         return 0.0
     _, place, _, _, begin, readings = window
     strokes = yield from strokes_of(place, readings, begin)
-    spectrum = yield from spectrum_of(strokes, grid_of(task, place), task.size)
-    lines = yield from spectrum.lines(1 / task.high, highest_of(task, place), MOST_LINES)
+    spectrum = yield from spectrum_of(strokes, task.grid(place), task.size)
+    lines = yield from spectrum.lines(1 / task.high, task.highest(place), MOST_LINES)
     return max((line.ratio for line in lines), default=0.0)

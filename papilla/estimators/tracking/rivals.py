@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spectrum import Line, Parts, Spectrum, Strokes
+from papilla.estimators.spectrum import Line, Parts, Spectrum, Strokes, middle, share_of
 
 GRID = 4
 """Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
@@ -14,6 +14,8 @@ FOREIGN = 0.7
 """Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
 LOUD = 0.1
 """Energy of a line over time, beside the surface's, from which it is taken out."""
+LEVELLED = 6.0
+"""Half periods of a stroke from which long waves are taken out of it."""
 ALIKE = 0.05
 """Share of a line's energy that a line over time must be able to explain to be its rival."""
 
@@ -41,6 +43,15 @@ class Task(NamedTuple):
     known_hums_Hz: tuple[float, ...]
     rate_Hz: float
     ridge_pitch_mm: float
+
+    def highest(self, place: np.ndarray) -> float:
+        """The highest wavenumber of the range that the steps between these places show."""
+        return min(1 / self.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
+
+    def grid(self, place: np.ndarray) -> float:
+        """Step of the grid in mm: the path's own where that is longer. Images of a line, which even steps make, then
+        fall on the line itself, and not, folded, beside it as a line of another texture."""
+        return max(self.step, middle(np.abs(np.diff(place))))
 
 
 def window_of(task: Task, late_s: float):
@@ -112,6 +123,29 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
             foreign, amplitude = foreign[kept], amplitude[count:][kept]
         readings[first:last] -= 2 * (own[foreign].T @ amplitude).real
     return strokes._replace(readings=np.where(strokes.seen, readings, 0.0))
+
+
+def levelled(strokes: Strokes, wavenumber: float) -> Parts[Strokes]:
+    """A single stroke less the mean over a period about each row, where that is louder than what is left: long waves
+    leak into blocks of few periods, and the mean over one holds no harmonic."""
+    readings, half = strokes.readings.copy(), 0.5 / wavenumber
+    along = np.maximum.accumulate(np.abs(strokes.place - strokes.place[0]))
+    if along[-1] < LEVELLED * half or not strokes.seen.all():
+        return strokes
+    sums = np.zeros_like(readings)
+    np.cumsum(0.5 * np.diff(along)[:, None] * (readings[1:] + readings[:-1]), axis=0, out=sums[1:])
+    # Nearer to an end than half a period the mean goes on as it does over the next half.
+    middle, end = np.clip(along, half, along[-1] - half), along[-1]
+    at = np.concatenate([middle, [half, 2 * half, end - 2 * half, end - half]])
+    beyond = (along - middle) / half
+    for gauge, total in enumerate(sums.T):
+        yield
+        slow = (np.interp(at + half, along, total) - np.interp(at - half, along, total)) / (2 * half)
+        slow = slow[:-4] + beyond * np.where(beyond < 0, slow[-3] - slow[-4], slow[-1] - slow[-2])
+        rest = readings[:, gauge] - slow
+        if slow @ slow > rest @ rest:
+            readings[:, gauge] = rest
+    return strokes._replace(readings=readings)
 
 
 def credits_of(

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 HARMONICS = 5
+ORDERS = np.arange(1, HARMONICS + 1)
 BAND = 0.4
 """Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
 KNOTS = 8
@@ -68,9 +69,8 @@ def swung(stiffness: float, time):
         cube = time**3 / 6
         quartic = cube * time / 4
         return time - stiffness * cube, time**2 / 2 - stiffness * quartic, -cube, -quartic, 1 - stiffness * time**2 / 2
-    root = np.emath.sqrt(stiffness)
-    turned = np.cos(root * time).real
-    sine = (np.sin(root * time) / root).real
+    root, (turn, swing) = abs(stiffness) ** 0.5, (np.cos, np.sin) if stiffness > 0 else (np.cosh, np.sinh)
+    turned, sine = turn(root * time), swing(root * time) / root
     cosine = (1 - turned) / stiffness
     by_sine = (time * turned - sine) / (2 * stiffness)
     return sine, cosine, by_sine, (time * sine - 2 * cosine) / (2 * stiffness), turned
@@ -86,31 +86,47 @@ def moved(motion: np.ndarray, time: float) -> np.ndarray:
     ])  # fmt: skip
 
 
-def rate_at(stroke: Stroke, time: float) -> tuple[float, np.ndarray]:
-    """Rate in Hz at a time, and its derivatives (12,) by the motion and the jumps."""
+def rates_at(stroke: Stroke, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rates (m,) in Hz at times (m,), and their derivatives (m, 12) by the motion and the jumps."""
     _, rate, chirp, stiffness = stroke.motion.tolist()
     sine, _, by_sine, _, turned = swung(stiffness, time)
-    bent = np.minimum(time - stroke.knots, 0.0)
-    slopes = np.array([0.0, turned, sine, -0.5 * rate * time * sine + chirp * by_sine, *bent])
-    return rate * turned + chirp * sine + float(bent @ stroke.jumps), slopes
+    bent, slopes = np.minimum(time[:, None] - stroke.knots, 0.0), np.zeros((len(time), MOTION + KNOTS))
+    slopes[:, 1], slopes[:, 2], slopes[:, 3] = turned, sine, chirp * by_sine - 0.5 * rate * time * sine
+    slopes[:, MOTION:] = bent
+    return rate * turned + chirp * sine + bent @ stroke.jumps, slopes
 
 
 def phase_at(stroke: Stroke, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Phase (m,) in cycles at times (m,), and |rate| in Hz."""
-    phase, rate, chirp, stiffness = stroke.motion.tolist()
-    sine, cosine, _, _, turned = swung(stiffness, time)
-    before = np.minimum(time[:, None] - stroke.knots, 0.0)
-    phase = phase + rate * sine + chirp * cosine + 0.5 * before**2 @ stroke.jumps
-    return phase, np.abs(rate * turned + chirp * sine + before @ stroke.jumps)
+    sine, cosine, _, _, turned = swung(float(stroke.motion[3]), time)
+    return _phase(stroke, sine, cosine, turned, np.minimum(time[:, None] - stroke.knots, 0.0))
+
+
+def _phase(stroke: Stroke, sine, cosine, turned, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    phase, rate, chirp, _ = stroke.motion.tolist()
+    bent = before @ stroke.jumps
+    turns = phase + rate * sine + chirp * cosine + 0.5 * (before * before) @ stroke.jumps
+    return turns, np.abs(rate * turned + chirp * sine + bent)
 
 
 def profile(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Columns of the shape (m, 9) at phases and |rates| (m,), and what they change by with the phase, a cycle."""
-    orders = np.arange(1, HARMONICS + 1)
-    waves = np.exp(2j * np.pi * np.outer(phase, orders)) * (np.outer(speed, orders) < BAND * rate_Hz)
-    slopes = 2j * np.pi * orders * waves
-    columns, changes = (np.column_stack([part.real, part[:, 1:].imag]) for part in (waves, slopes))
-    return columns, changes
+    waves = _waves(phase, speed, rate_Hz)
+    return _shaped(waves), _shaped(2j * np.pi * ORDERS * waves)
+
+
+def _waves(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> np.ndarray:
+    """(m, 5) harmonics, 0 where the sampling rate does not show them."""
+    waves = np.empty((len(phase), HARMONICS), complex)
+    waves[:, 0] = np.exp(2j * np.pi * phase)
+    for order in range(1, HARMONICS):
+        waves[:, order] = waves[:, order - 1] * waves[:, 0]
+    waves *= np.outer(speed, ORDERS) < BAND * rate_Hz
+    return waves
+
+
+def _shaped(waves: np.ndarray) -> np.ndarray:
+    return np.concatenate([waves.real, waves[:, 1:].imag], axis=1)
 
 
 def trend_of(time: np.ndarray, before: np.ndarray) -> np.ndarray:
@@ -118,32 +134,55 @@ def trend_of(time: np.ndarray, before: np.ndarray) -> np.ndarray:
     return np.column_stack([np.ones(len(time)), time / -time[0], before / -time[0]])
 
 
-def improved(stroke: Stroke, readings: np.ndarray, time: np.ndarray, rate_Hz: float, prior, about) -> Stroke:
-    """One step from a stroke, on readings (m,), NaN where missing, at times (m,) before now.
+class Design(NamedTuple):
+    """A stroke beside readings: columns (m, 31) by which readings change with its parameters, 0 where none is seen;
+    residual (m,); motion (m, 12) : of the phase, by motion and jumps; seen (m,); reach : of the window, s."""
 
-    prior (31, 31), about (31,) : information that is known of the parameters, and where it is centred.
-    """
-    seen, values = np.isfinite(readings), stroke.values
-    _, rate, chirp, stiffness = stroke.motion.tolist()
-    sine, cosine, by_sine, by_cosine, _ = swung(stiffness, time)
-    columns, slopes = profile(*phase_at(stroke, time), rate_Hz)
+    stroke: Stroke
+    columns: np.ndarray
+    residual: np.ndarray
+    motion: np.ndarray
+    seen: np.ndarray
+    reach: float
+
+
+def designed(stroke: Stroke, readings: np.ndarray, time: np.ndarray, rate_Hz: float) -> Design:
+    """The first half of one step from a stroke, on readings (m,), NaN where missing, at times (m,) before now."""
+    seen, (_, rate, chirp, stiffness) = np.isfinite(readings), stroke.motion.tolist()
+    sine, cosine, by_sine, by_cosine, turned = swung(stiffness, time)
     before = np.minimum(time[:, None] - stroke.knots, 0.0)
-    trend, bends = trend_of(time, before), 0.5 * before**2
-    motion = np.column_stack([np.ones(len(time)), sine, cosine, rate * by_sine + chirp * by_cosine, bends])
-    jacobian = np.hstack([motion * (slopes @ stroke.shape)[:, None], trend, columns]) * seen[:, None]
-    residual = np.where(seen, readings - trend @ stroke.trend - columns @ stroke.shape, 0.0)
+    waves = _waves(*_phase(stroke, sine, cosine, turned, before), rate_Hz)
+    shape = stroke.shape[:HARMONICS] - 1j * np.append(0.0, stroke.shape[HARMONICS:])
+    slopes = (waves @ (2j * np.pi * ORDERS * shape)).real
+    motion = np.empty((len(time), MOTION + KNOTS))
+    motion[:, 0], motion[:, 1], motion[:, 2], motion[:, 3] = 1.0, sine, cosine, rate * by_sine + chirp * by_cosine
+    motion[:, MOTION:] = 0.5 * before * before
+    columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
+    fitted = columns[:, MOTION + KNOTS :] @ stroke.values[MOTION + KNOTS :]
+    if not seen.all():
+        columns *= seen[:, None]
+    return Design(stroke, columns, np.where(seen, readings - fitted, 0.0), motion, seen, abs(float(time[0])))
+
+
+def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> Stroke:
+    """The second half: the stroke improved. prior (31, 31), about (31,) : information that is known of the parameters,
+    and where it is centred."""
+    stroke, jacobian, residual, motion, seen, reach = design
+    values = stroke.values
     normal = jacobian.T @ jacobian / stroke.noise + prior
-    scale = np.sqrt(normal.diagonal())
-    inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))) / np.outer(scale, scale)
+    scale = normal.diagonal() ** -0.5
+    inverse = np.linalg.inv(normal * np.multiply.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
+    inverse *= np.multiply.outer(scale, scale)
     step = inverse @ (jacobian.T @ residual / stroke.noise + prior @ (about - values))
     # Gauss and Newton's step holds where the readings are straight in the parameters.
     turn = float(np.abs((motion @ step[: MOTION + KNOTS])[seen]).max(initial=0.0))
-    bend = abs(rate * float(time[0]) ** 5) * float(step[MOTION - 1]) ** 2 / 60
+    bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION - 1]) ** 2 / 60
     step *= min(TURN / max(turn, 1e-12), (BENT / max(bend, 1e-12)) ** 0.5, 1.0)
-    waves = columns @ (values + step)[-SHAPE:]
-    waves = np.where(seen, waves - waves[seen].mean() if seen.any() else 0.0, 0.0)
-    parts = np.split(values + step, [MOTION, MOTION + KNOTS, MOTION + KNOTS + TREND])
+    values += step
+    # Where nothing is seen the columns are 0.
+    waves = jacobian[:, -SHAPE:] @ values[-SHAPE:]
+    power = float(waves @ waves) - float(waves.sum()) ** 2 / max(int(seen.sum()), 1)
     return stroke._replace(
-        motion=parts[0], jumps=parts[1], trend=parts[2], shape=parts[3], covariance=inverse,
-        residual=residual - jacobian @ step, gain=float(waves @ waves) / stroke.noise,
+        motion=values[:MOTION], jumps=values[MOTION : MOTION + KNOTS], trend=values[MOTION + KNOTS : -SHAPE],
+        shape=values[-SHAPE:], covariance=inverse, residual=residual - jacobian @ step, gain=power / stroke.noise,
     )  # fmt: skip

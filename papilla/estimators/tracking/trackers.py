@@ -1,7 +1,7 @@
 """Trackers of the wavelength: the follower behind samples with a velocity or a position, of one gauge or several."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -15,6 +15,8 @@ from papilla.estimators.tracking.follower import Follower, Memory, checked
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015
 """A velocity or a path of a hand-held finger is right to 3 %, two standard deviations."""
+SPIKE, FADING = 8.0, 100
+"""Times the mean change from sample to sample of a gauge (over so many) by which a single one is a spike."""
 SHARP = 0.1
 """Standard deviation of a gauge's phase, in cycles, from which it is not compared with the others'."""
 _NO_PATH = TrackingStatus.NO_VELOCITY
@@ -22,12 +24,14 @@ _NO_PATH = TrackingStatus.NO_VELOCITY
 
 @dataclass(eq=False)
 class PathMemory:
-    """follower : its memory; samples : taken; place_mm : integral of the velocity_mm_s, of which the last is kept."""
+    """follower : its memory; samples : taken; place_mm : integral of the velocity_mm_s, of which the last is kept;
+    changes : of each gauge: last reading, mean change from one to the next, how many, and whether a spike is out."""
 
     follower: Memory
     samples: int = 0
     place_mm: float = 0.0
     velocity_mm_s: float = math.nan
+    changes: dict[int, tuple[float, float, int, bool]] = field(default_factory=dict)
 
 
 class FusedTracker(Stream):
@@ -85,6 +89,17 @@ class FusedTracker(Stream):
         return self._follower.memory.late_s
 
     @property
+    def latency_sigma_s(self) -> float:
+        """Standard deviation of what was found; 10 ms where the speed never changed."""
+        return math.sqrt(self._follower.memory.late_variance)
+
+    @property
+    def other_mm(self) -> float:
+        """The wavelength that the last look could not tell from the one it says, infinite for none."""
+        other = self._follower.memory.finding.other
+        return 1 / other if other else math.inf
+
+    @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
         """(wavelength_mm, power over the background, chance) of the lines of the last look, strongest first."""
         return self._follower.memory.finding.lines
@@ -111,7 +126,9 @@ class FusedTracker(Stream):
     def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]):
         """The estimate after one more sample at this time and place, for whoever keeps both himself."""
         limit = self._limit
-        readings = tuple(value if -limit < value < limit else math.nan for value in readings)
+        readings = tuple(
+            [self._plain(n, value if -limit < value < limit else math.nan) for n, value in enumerate(readings)]
+        )
         status = self._follower.advance(time_s, place_mm, readings)
         self._memory.follower = self._follower.memory
         wavelength, sigma = self._follower.estimate()
@@ -123,6 +140,20 @@ class FusedTracker(Stream):
             finding = self._follower.memory.finding
             by_phase = _by_phase(self._places, finding.phase, finding.phase_sigma, wavelength)
         return FusedEstimate(*told, *by_phase, sum(value == value for value in readings))
+
+    def _plain(self, gauge: int, reading: float) -> float:
+        """A reading, or NaN for a spike: far from the one before it. A second one in a row is a step."""
+        last, usual, count, out = self._memory.changes.get(gauge, (reading, 0.0, 0, False))
+        change = abs(reading - last)
+        if change > SPIKE * usual and count == FADING and not out:
+            self._memory.changes[gauge] = last, usual, count, True
+            return math.nan
+        if change == change:
+            count = min(count + 1, FADING)
+            self._memory.changes[gauge] = reading, usual + (change - usual) / count, count, False
+        elif last != last:
+            self._memory.changes[gauge] = reading, usual, count, False
+        return reading
 
 
 @lru_cache(maxsize=16)

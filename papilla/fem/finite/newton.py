@@ -19,7 +19,8 @@ from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
 from papilla.fem.finite.touching import Touch, Touching
 from papilla.fem.pressing.contact import solve_contact
-from papilla.fem.pressing.friction_step import FrictionProblem, FrictionState, coulomb_step
+from papilla.fem.pressing.contact_path import ContactProblem
+from papilla.fem.pressing.friction_step import FrictionState, coulomb_step
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8
@@ -179,8 +180,8 @@ def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Line
     if touching.friction:
         slid = held.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
         moved = np.concatenate([np.zeros(n), slid]).reshape(3, n)
-        start = FrictionState(depth, 0.0, 0.0, state.contact.reshape(3, n), moved, active, np.zeros(n, dtype=bool))
-        problem = FrictionProblem(compliance, mass, gap, touching.fixed)
+        start = FrictionState(depth, 0.0, state.contact.reshape(3, n), active, 0.0, moved, np.zeros(n, dtype=bool))
+        problem = ContactProblem(compliance, mass, gap, touching.fixed)
         stuck = coulomb_step(problem, start, touching.friction, force=force, indentation=indentation)
         contact, active, depth = stuck.traction.ravel(), stuck.active, stuck.indentation
     full = np.zeros(body.space.unknowns)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.reduction.compliance import PatchSurface, half_space_compliance, quadrature, weak_gap
+from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
 from papilla.fem.reduction.patch import LoadedPatch, Patch
 from papilla.specimen import Specimen
 
@@ -116,7 +116,7 @@ class Touching:
     def _compliance_at(self, current: Patch) -> np.ndarray:
         """The specimen's compliance: nodal pressures are spread over the current area, so both sides are scaled by
         reference over current mass."""
-        spread, surface = self.patch.mass / current.mass, PatchSurface(current, half_space_compliance(current))
+        spread, surface = self.patch.mass / current.mass, PatchSurface(current)
         if self.friction:
             spread = np.tile(spread, 3)
             return self.specimen.traction_compliance(surface) * np.outer(spread, spread)

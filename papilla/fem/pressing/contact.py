@@ -2,31 +2,33 @@
 
 Find nodal pressures p >= 0 and weak gaps w = A p + g - delta m >= 0 with p . w = 0, where A is the compliance of finger
 and specimen, g the weak gap, m the mass of the nodes, delta the indentation; under force control m . p = force.
-Solved by block principal pivoting, with single pivots as the backup that cannot cycle (Judice and Pires 1994,
-doi:10.1016/0305-0548(94)90106-6). All decisions are signs, so rescaled units change nothing.
+All presses of a specimen are one `contact_path`. Where nodes leave again, each is solved by block principal pivoting,
+with single pivots as the backup that cannot cycle (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All
+decisions are signs, so rescaled units change nothing.
 """
 
-from dataclasses import dataclass
-from functools import cache, lru_cache
+import math
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
 from papilla.errors import ContactRangeError, SolverError
-from papilla.fem.pressing.hertz import (
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
+from papilla.fem.pressing.ellipses import (
     FLATTEST,
     SECOND,
     SHARPEST,
     SIXTH,
-    HertzScene,
-    hertz_scene,
-    hertz_table,
     layer_factor,
     mean_square,
     peak_over_mean,
 )
+from papilla.fem.pressing.hertz import HertzScene, hertz_scene, hertz_table
 from papilla.fem.pressing.press import Press, linear_press, refuse_detail, too_coarse
 from papilla.fem.reduction.compliance import quadrature, weak_gap
+from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
@@ -35,6 +37,9 @@ PATIENCE = 4
 """Block exchanges without progress before single pivots take over."""
 
 MAX_PIVOTS = 2000
+
+ORDER_STEP = 1.0
+"""Steps of ln modulus at which a path through all nodes is kept, for the order in which others begin to look."""
 
 OFF_APEX = 0.05
 """Accuracy of the readings, in the largest of them, where the touch-down point is not the apex that the mesh is made
@@ -89,24 +94,52 @@ def contact_press(
     """
     patch = reduced.patch
     refuse_detail(specimen, patch, reduced.mesh_size_mm)
-    compliance, gap = reduced.total_compliance(specimen), weak_gap(patch, specimen)
+    path = plain_path(reduced, specimen)
     share = None if force is None else force / reduced.multiplicity
-    if start is None:
-        start = _hertzian_guess(reduced, specimen, force, indentation)
-    solution = solve_contact(compliance, patch.mass, gap, force=share, indentation=indentation, start=start)
-    if not solution.active.any():
+    try:
+        state = path.at(force=share, indentation=indentation)
+        touching = 0 if state is None else int(state.active.sum())
+        status = f"contact: {touching} nodes in contact"
+    except LeavingError:
+        problem = path.problem
+        solution = solve_contact(
+            problem.compliance, patch.mass, problem.gap, force=share, indentation=indentation, start=start
+        )
+        state = ContactState(solution.indentation, 0.0, solution.pressure[None], solution.active)
+        status = f"contact: converged in {solution.iterations} exchanges"
+    if state is None or not state.active.any():
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
     return contact_result(
         reduced,
         specimen,
         began,
         force=force,
-        pressure=solution.pressure,
-        indentation=solution.indentation,
-        active=solution.active,
-        values=reduced.rows @ solution.pressure,
-        status=f"contact: converged in {solution.iterations} exchanges",
+        pressure=state.traction[0],
+        indentation=state.indentation,
+        active=state.active,
+        values=reduced.rows @ state.traction[0],
+        status=status,
     )
+
+
+@kept(64)
+def plain_path(reduced: ReducedFinger, specimen: Specimen) -> ContactPath:
+    """The frictionless presses of one finger and specimen; nodes come into contact much as at a modulus near by."""
+    guess = None
+    if specimen.elastic:
+        guess = _in_order(reduced, specimen.unit, round(math.log(specimen.modulus) / ORDER_STEP))
+    return ContactPath(_problem(reduced, specimen), guess)
+
+
+@kept(64)
+def _in_order(reduced: ReducedFinger, unit: Specimen, level: int) -> ContactPath:
+    return ContactPath(_problem(reduced, replace(unit, modulus=math.exp(ORDER_STEP * level))))
+
+
+def _problem(reduced: ReducedFinger, specimen: Specimen) -> ContactProblem:
+    patch = reduced.patch
+    fixed = np.zeros((0, len(patch.mass)), dtype=bool)
+    return ContactProblem(reduced.total_compliance(specimen), patch.mass, weak_gap(patch, specimen.unit), fixed)
 
 
 def contact_result(
@@ -132,7 +165,6 @@ def contact_result(
         reduced,
         specimen,
         began,
-        compliance=reduced.total_compliance(specimen),
         force=total if force is None else force,
         fidelity="contact",
         contact_area=shape.area,
@@ -144,15 +176,6 @@ def contact_result(
         active=active,
         **values,
     )
-
-
-def _hertzian_guess(reduced, specimen, force, indentation) -> np.ndarray | None:
-    """Active nodes (n,) of the Hertz fidelity, or None where it has no answer; only where the search starts."""
-    scene = hertzian(reduced, specimen, force, indentation)
-    if scene is None:
-        return None
-    x, y = reduced.patch.xy.T
-    return (x / scene.semi_axes[0]) ** 2 + (y / scene.semi_axes[1]) ** 2 < 1
 
 
 def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShape:
@@ -177,7 +200,7 @@ def hertzian(
         return None
 
 
-@lru_cache(maxsize=64)
+@kept(64)
 def _has_table(reduced, specimen) -> bool:
     """Whether hertz knows this finger and specimen; asked once, for the answer takes as long as the table."""
     try:

@@ -1,127 +1,279 @@
-"""All frictionless presses of one specimen at once: the path that contact takes as the force grows.
+"""A contact that grows, without friction or stuck: every state of it from one Cholesky factor.
 
-Between two changes of the active set pressure and indentation are linear in each other, so the whole force curve is the
-list of those changes (parametric pivoting, Cottle, Pang and Stone, The Linear Complementarity Problem, 4.5). Each
-change borders or shrinks the inverse of the active compliance; where rounding has grown it is made anew.
+Unknowns are the tractions t of the nodes (pressures, and shears where it sticks) at an indentation delta. A node j
+comes into contact at the depth d_j at which its gap closes, and sinks with the specimen from there. With compliance A,
+mass m and weak gap g, nodes in the order in which they come into contact, and b = m for pressures, 0 for shears:
+
+    A dt/d delta = b on the nodes in contact,         A = L L^T,  L y = b.
+
+The first k nodes have the leading block of A, whose factor is the leading block of L and whose y is the beginning of y:
+so L^T dt/d delta is y, cut after the nodes in contact. Summed over the path, and with the closing of node j's gap,
+
+    L^T t = delta y - z,  z = d y,                    (L z)_j = g_j for pressures,  z = d_j y for the shears of node j,
+
+and the force is y . (delta y - z). One factor and two triangular solves are thus all presses of one specimen, exactly.
+The order has to be guessed; the d_j of a guess sort it, and it settles in one or two rounds. That no pressure and no
+gap is negative is checked; bodies whose nodes leave again are refused (`LeavingError`), for slower methods.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotrf, dtrtrs
 
-from papilla.errors import ContactRangeError, SolverError
+from papilla.errors import SolverError
 
-DRIFT = 1e-10
-"""Residual of the active equations, over the largest gap, at which the inverse is made anew."""
+ROUNDS = 24
+"""Orders that are tried; two are the rule, and more than ten were never needed where one was found."""
 
-CHECKED = 16
-"""Changes of the active set between two looks at that residual."""
+EVEN, ROUNDED = 1e-12, 1e-10
+"""Shares that are rounding: of a depth in an order, and of the largest gap or pressure of a path."""
 
-MOST_CHANGES = 20
-"""Changes of the active set, in nodes of the patch, after which something is wrong."""
+FIRST_NODES = 24
+"""Nodes that a path without a guess begins with."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+LEAVES = "a node leaves the contact again, or no order of nodes was found"
+
+
+class LeavingError(SolverError):
+    """A node leaves the contact again: the path is not one that only grows."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """Two bodies condensed to n contact nodes, with c = 1 component (pressure) or 3 (and shears along either axis).
+
+    compliance : (c n, c n) of both, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
+    mass : (n,) mm2. gap : (n,) weak gap at rest, mm3.
+    fixed : (c - 1, n) tangential tractions that symmetry keeps zero.
+    """
+
+    compliance: np.ndarray
+    mass: np.ndarray
+    gap: np.ndarray
+    fixed: np.ndarray
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """(c, n) which tractions there are."""
+        return np.vstack([np.ones((1, len(self.mass)), dtype=bool), ~self.fixed])
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """(3, n) stiffness rho of a node by itself, alike along both axes: scale of gap and slip in Newton's method."""
+        normal, *tangential = self.compliance.diagonal().reshape(3, -1)
+        return np.stack([1 / normal, *2 * [2 / sum(tangential)]])
+
+    def moved(self, traction: np.ndarray) -> np.ndarray:
+        """Weak closure and slip (c, n), in mm3, under tractions (c, n)."""
+        index = np.flatnonzero(traction)
+        return (self.compliance[:, index] @ traction.ravel()[index]).reshape(len(traction), -1)
+
+    def force(self, traction: np.ndarray) -> float:
+        """Normal force on the patch (N)."""
+        return float(self.mass @ traction[0])
+
+
+@dataclass(frozen=True, eq=False)
+class ContactState:
+    """Indentation (mm), normal force on the patch (N), tractions (c, n) on the finger (MPa), nodes in contact (n,)."""
+
+    indentation: float
+    force: float
+    traction: np.ndarray
+    active: np.ndarray
+
+
 class ContactPath:
-    """Knots of a path, k of them on n patch nodes: linear between them, nothing beyond the last.
+    """States of growing indentation; made as far as asked for, and kept.
 
-    indentation : (k,) mm. force : (k,) on the patch, N. pressure : (k, n) in MPa.
+    `nodes` (m,) in the order of coming into contact, and the `depth` (m,) in mm and the `force` (m,) on the patch, in
+    N, at which they do. guess : the path of a similar problem on the same nodes, to take the order from; margin : how
+    much further than asked for it is followed. Raises `SolverError` where the compliance is not positive.
     """
 
-    indentation: np.ndarray
-    force: np.ndarray
-    pressure: np.ndarray
+    def __init__(self, problem: ContactProblem, guess: "ContactPath | None" = None, margin: float = 1.2):
+        self.problem, self.guess, self.margin = problem, guess, margin
+        self.nodes, self.depth, self.force = np.zeros(0, dtype=int), np.zeros(0), np.zeros(0)
+        self._stuck, self._ended = len(problem.free) > 1, False
+        self._solved: _Solved | None = None
 
-    def __repr__(self) -> str:
-        return f"ContactPath({len(self.force)} knots to {self.force[-1]:.4g} N)"
+    def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
+        """The state at a force on the patch (N) or an indentation (mm); None before first touch.
 
-    def at(self, force: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-        """Indentation (...) and nodal pressure (..., n) at forces on the patch (N); `ContactRangeError` beyond it."""
-        wanted = np.asarray(force, dtype=float)
-        if wanted.size and (wanted.min() < 0 or wanted.max() > self.force[-1]):
-            raise ContactRangeError(f"the path ends at {self.force[-1]:.4g} N on the patch, asked {wanted.max():.4g} N")
-        right = np.clip(np.searchsorted(self.force, wanted), 1, len(self.force) - 1)
-        span = self.force[right] - self.force[right - 1]
-        share = (wanted - self.force[right - 1]) / np.where(span > 0, span, 1.0)
-        between = [
-            (1 - share[..., None]) * table[right - 1] + share[..., None] * table[right] for table in self._tables
-        ]
-        return between[0][..., 0], between[1]
+        Raises `LeavingError` where a node leaves the contact on the way.
+        """
+        name, aim = ("force", force) if force is not None else ("depth", indentation)
+        assert aim is not None
+        for _ in range(ROUNDS):
+            solved = self._extend(name, aim, sort=self._stuck or self.guess is None)
+            count = int(np.searchsorted(getattr(self, name), aim))
+            if not count:
+                return None
+            depth, found = solved.state(count, force, indentation)
+            wrong = solved.wrong(depth, found)
+            if not wrong.any():
+                traction = np.zeros(self.problem.free.shape)
+                traction.ravel()[solved.index] = found
+                active = np.zeros(len(self.problem.mass), dtype=bool)
+                active[self.nodes[:count]] = True
+                return ContactState(depth, self.problem.force(traction), traction, active)
+            self._mend(wrong)
+        raise LeavingError(LEAVES)
 
-    @property
-    def _tables(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.indentation[:, None], self.pressure
+    def follow(self, name: str, aim: float) -> None:
+        """Find the order of nodes as far as a "force" or "depth", or to where a node leaves."""
+        with suppress(LeavingError):
+            self._extend(name, aim, sort=True)
+
+    def _extend(self, name: str, aim: float, sort: bool) -> "_Solved":
+        """The problem solved as far as a force or depth, by its `name`; its order is put right where it is to."""
+        for _ in range(ROUNDS):
+            if self._reaches(name, aim):
+                assert self._solved is not None
+                return self._solved
+            if self._ended:
+                break
+            self._solve(self._guessed(name, aim) if self._solved is None else self._more(self.nodes), sort)
+        raise LeavingError(LEAVES)
+
+    def _reaches(self, name: str, aim: float) -> bool:
+        """Whether the path is known as far as a force or depth, by its `name`."""
+        known = getattr(self, name)
+        return len(known) == len(self.problem.mass) or (len(known) > 0 and bool(known[-1] >= aim))
+
+    def _mend(self, wrong: np.ndarray) -> None:
+        """Take in what was missed among the nodes that are `wrong` (n,), or else put the order right."""
+        assert self._solved is not None
+        missed = np.setdiff1d(np.flatnonzero(wrong), self._solved.nodes)
+        if self._stuck or not len(missed) and (np.diff(self._solved.depth) >= 0).all():
+            raise LeavingError(LEAVES)
+        self._solve(np.append(self._solved.nodes, missed), sort=True)
+
+    def _solve(self, nodes: np.ndarray, sort: bool) -> None:
+        """Solve for nodes (m,) in this order, or in that in which they come into contact."""
+        for _ in range(ROUNDS):
+            solved = _Solved(self.problem, nodes)
+            order = np.argsort(solved.depth, kind="stable")
+            depth = solved.depth[order]
+            finite = np.isfinite(depth)
+            if sort and not (finite.all() and (np.abs(solved.depth - depth) <= EVEN * np.abs(depth)).all()):
+                nodes = nodes[order][finite]
+                continue
+            sound, missed = solved.checked() if self._stuck else (len(nodes), nodes[:0])
+            if not len(missed):
+                self._solved, self._ended, self.nodes = solved, sound < len(nodes), nodes[:sound]
+                self.depth, self.force = (np.maximum.accumulate(part[:sound]) for part in (solved.depth, solved.force))
+                return
+            nodes = np.append(nodes, missed)
+        raise LeavingError(LEAVES)
+
+    def _guessed(self, name: str, aim: float) -> np.ndarray:
+        """Nodes that are in contact at a force or depth, by its `name`, and some more, in order."""
+        if self.guess is None:
+            return self._by_gap[:FIRST_NODES]
+        further = self.margin * aim
+        self.guess.follow(name, further)
+        return self.guess.nodes[: int(np.searchsorted(getattr(self.guess, name), further)) + 2]
+
+    def _more(self, nodes: np.ndarray) -> np.ndarray:
+        """These nodes, and half as many more: as the guess has them next, else by their gap."""
+        order = self._by_gap if self.guess is None else np.append(self.guess.nodes, self._by_gap)
+        order = order[np.sort(np.unique(order, return_index=True)[1])]
+        return np.append(nodes, order[~np.isin(order, nodes)][: max(FIRST_NODES, len(nodes) // 2)])
+
+    @cached_property
+    def _by_gap(self) -> np.ndarray:
+        return np.argsort(self.problem.gap / self.problem.mass, kind="stable")
 
 
-def contact_path(compliance: np.ndarray, mass: np.ndarray, gap: np.ndarray, force: float) -> ContactPath:
-    """The path from first touch to a `force` on the patch (N).
+class _Solved:
+    """A problem solved for m nodes that come into contact in a given order; k unknowns, those of one node together.
 
-    compliance : (n, n) symmetric positive definite, mm3 / MPa. mass : (n,) mm2. gap : (n,) mm3. Raises `SolverError`
-    where the changes do not end.
+    index : (k,) of the unknowns among all. place : (k,) of their nodes in the order. ends : (m,) unknowns of a node and
+    those before it. factor : L. y, z : (k,). depth : (m,) mm at which the nodes' gaps close, infinite where they open.
     """
-    n = len(mass)
-    first = int(np.argmin(gap / mass))
-    depth, active = float(gap[first] / mass[first]), [first]
-    inverse = np.array([[1 / compliance[first, first]]])
-    knots, sides = [(depth, 0.0, np.zeros(n))], np.column_stack([mass, gap])
-    for change in range(MOST_CHANGES * n):
-        index = np.array(active)
-        if change % CHECKED == 0:
-            inverse = _refreshed(inverse, compliance[np.ix_(index, index)])
-        parts = inverse @ sides[index]
-        # Weak gaps of idle nodes and pressures of active ones, as value + slope * depth
-        line = compliance[:, index] @ parts - sides
-        line[index] = parts
-        slope, value = line[:, 0], -line[:, 1]
-        ends = np.full(n, np.inf)
-        falling = slope < 0
-        ends[falling] = np.maximum(-value[falling] / slope[falling], depth)
-        which = int(np.argmin(ends))
-        last = (force + mass[index] @ parts[:, 1]) / (mass[index] @ parts[:, 0])
-        depth = min(float(ends[which]), float(last))
-        pressure = np.zeros(n)
-        pressure[index] = np.maximum(depth * parts[:, 0] - parts[:, 1], 0.0)
-        reached = depth >= last
-        knots.append((depth, force if reached else float(mass @ pressure), pressure))
-        if reached:
-            break
-        if which in active:
-            place = active.index(which)
-            inverse = _shrunk(inverse, place)
-            active.pop(place)
-        else:
-            inverse = _bordered(inverse, compliance[index, which], compliance[which, which])
-            active.append(which)
-        if not active:
-            raise SolverError("the contact path lost its last node")
-    else:
-        raise SolverError(f"the contact path did not end after {MOST_CHANGES * n} changes of the active set")
-    indentation, total, pressures = zip(*knots, strict=True)
-    return ContactPath(np.array(indentation), np.maximum.accumulate(total), np.array(pressures))
 
+    def __init__(self, problem: ContactProblem, nodes: np.ndarray):
+        parts, n = problem.free.shape
+        every = (nodes[:, None] + n * np.arange(parts)).ravel()
+        free = problem.free.ravel()[every]
+        self.problem, self.nodes, self.index = problem, nodes, every[free]
+        self.place = np.repeat(np.arange(len(nodes)), parts)[free]
+        normal = np.flatnonzero(self.index < n)
+        self.ends = np.append(normal[1:], len(self.index))
+        matrix = problem.compliance.take(self.index, 0).take(self.index, 1)
+        self.factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
+        if failed:
+            raise SolverError(
+                "the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen"
+            )
+        sunk, gap = np.zeros((2, len(self.index)))
+        sunk[normal], gap[normal] = problem.mass[nodes], problem.gap[nodes]
+        self.y = dtrtrs(self.factor, sunk, lower=True)[0]
+        self.z = dtrtrs(self._closing(normal), gap, lower=True)[0]
+        with np.errstate(divide="ignore"):
+            self.depth = np.where(self.y[normal] > 0, self.z[normal] / self.y[normal], np.inf)
 
-def _bordered(inverse: np.ndarray, column: np.ndarray, corner: float) -> np.ndarray:
-    """Inverse of a symmetric matrix with one more row and column."""
-    through = inverse @ column
-    pivot = corner - column @ through
-    if pivot <= 0:
-        raise SolverError("the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen")
-    n = len(column)
-    grown = np.empty((n + 1, n + 1))
-    grown[:n, :n] = inverse + np.outer(through, through / pivot)
-    grown[:n, n] = grown[n, :n] = -through / pivot
-    grown[n, n] = 1 / pivot
-    return grown
+    def _closing(self, normal: np.ndarray) -> np.ndarray:
+        """The matrix (k, k) of z: L, but for the rows of shears."""
+        shear = np.flatnonzero(self.index >= len(self.problem.mass))
+        if not len(shear):
+            return self.factor
+        first = normal[self.place[shear]]
+        closing = self.factor.copy(order="F")
+        closing[shear] = 0
+        closing[shear, shear], closing[shear, first] = 1, -self.y[shear] / self.y[first]
+        return closing
 
+    @cached_property
+    def force(self) -> np.ndarray:
+        """Force (m,) on the patch, in N, at which each node comes into contact."""
+        before = np.append(0, self.ends[:-1])
+        squares, products = (np.append(0.0, np.cumsum(self.y * other))[before] for other in (self.y, self.z))
+        return self.depth * squares - products
 
-def _shrunk(inverse: np.ndarray, place: int) -> np.ndarray:
-    """Inverse of a symmetric matrix without row and column `place`."""
-    kept = np.delete(np.arange(len(inverse)), place)
-    column = inverse[kept, place]
-    return inverse[np.ix_(kept, kept)] - np.outer(column, column / inverse[place, place])
+    def state(self, count: int, force: float | None, indentation: float | None) -> tuple[float, np.ndarray]:
+        """Indentation (mm) and tractions (k,) with `count` nodes in contact, at one or the other."""
+        last = self.ends[count - 1]
+        y, z = self.y[:last], self.z[:last]
+        depth = float((force + y @ z) / (y @ y)) if force is not None else indentation or 0.0
+        right = np.zeros(len(self.y))
+        right[:last] = depth * y - z
+        return depth, dtrtrs(self.factor, right, lower=True, trans=1)[0]
 
+    def wrong(self, depth: float, traction: np.ndarray) -> np.ndarray:
+        """Nodes (n,) whose pressure is negative under tractions (k,); without friction those whose gap is, too.
 
-def _refreshed(inverse: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """The inverse, made anew where it no longer is one."""
-    drift = np.abs(matrix @ inverse.sum(axis=1) - 1).max()
-    return np.linalg.inv(matrix) if drift > DRIFT else inverse
+        Without friction this is all that is to be checked: how a state was reached does not count. Stuck, it is the
+        knots of the path.
+        """
+        problem, n = self.problem, len(self.problem.mass)
+        wrong = np.zeros(n, dtype=bool)
+        normal = self.index < n
+        pressure = traction[normal]
+        wrong[self.nodes] = pressure < -ROUNDED * pressure.max()
+        if normal.all():
+            gap = traction @ problem.compliance.take(self.index, 0) + problem.gap
+            wrong |= gap - depth * problem.mass < -ROUNDED * np.abs(gap).max()
+        return wrong
+
+    def checked(self) -> tuple[int, np.ndarray]:
+        """How many knots of the path are states of contact, with no negative pressure and no negative gap; and nodes
+        outside of the order whose gap is negative at the first knot that is not."""
+        problem, knots, n = self.problem, np.arange(len(self.depth)), len(self.problem.mass)
+        rising = np.where(self.place[:, None] < knots, np.outer(self.y, self.depth) - self.z[:, None], 0.0)
+        traction = dtrsm(1.0, self.factor, rising, lower=1, trans_a=1)
+        gap = problem.compliance[:n].take(self.index, 1) @ traction + problem.gap[:, None]
+        scale = np.abs(gap).max()
+        gap -= np.outer(problem.mass, self.depth)
+        pressure = traction[self.index < n]
+        wrong = (gap < -ROUNDED * scale).any(axis=0) | (pressure < -ROUNDED * pressure.max()).any(axis=0)
+        if not wrong.any():
+            return len(knots), knots[:0]
+        first = int(wrong.argmax())
+        return first, np.setdiff1d(np.flatnonzero(gap[:, first] < 0), self.index)

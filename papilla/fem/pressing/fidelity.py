@@ -7,8 +7,9 @@ left, and the mesh, is looked up among the figures of `papilla bench` (`prices`)
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -22,6 +23,7 @@ from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
 from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
+from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Friction, Specimen, friction_coefficient
 
@@ -75,7 +77,8 @@ def press(
         with large strain where that is known, else "auto". "finite" needs the mesh: `press_finite`.
     friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz knows none. The force
         grows from first touch along the contact normal: what friction does depends on it, and the status says so. None:
-        stick where large strain is included, as of silicone on silicone, and none where it is not (docs/adr/0013).
+        that of the finger's bench, and where it says nothing stick where large strain is included, as of silicone on
+        silicone, and none where it is not (docs/adr/0013).
     start : (n,) active nodes of a similar press without friction, to start the contact search from.
 
     Raises `InputError` for unusable values, `ContactRangeError` where the press leaves what the model covers.
@@ -88,6 +91,7 @@ def press(
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
     if fidelity not in (*FIDELITIES, "auto", None):
         raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
+    friction = reduced.bench.friction if friction is None and fidelity != "hertz" else friction
     rubbing = friction_coefficient(friction or 0.0)
     if fidelity == "hertz" and rubbing:
         raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
@@ -115,28 +119,32 @@ def press(
                 return replace(found, seconds=perf_counter() - began)
             doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
     if rubbing or (fidelity is None and tables_of(reduced)):
-        found = told(contact, rubbing)
-        if found.large_strain:
-            return replace(found, status=found.status + doubt, seconds=perf_counter() - began)
+        with suppress(*([] if rubbing else [NoContactError])):
+            found = told(contact, rubbing)
+            if found.large_strain:
+                return replace(found, status=found.status + doubt, seconds=perf_counter() - began)
     if not rubbing:
         found = told(partial(_cheapest, reduced, specimen, tolerance, start, began), 0.0)
     losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
     return replace(found, status=found.status + alone + doubt + losses, seconds=perf_counter() - began)
 
 
-def including_large_strain(reduced: ReducedFinger, specimen: Specimen, found: Press, friction: float) -> Press | None:
+def including_large_strain(
+    reduced: ReducedFinger, specimen: Specimen, found: Press, friction: float, *, beyond: bool = False
+) -> Press | None:
     """A linear press of a friction with what large strain changes in it; None where that is not known.
 
     Without friction and stuck it is known from tables, in between from both (`between_ends`). It is known of flat
-    specimens alone.
+    specimens alone. beyond : as of `with_large_strain`.
     """
     if specimen.curvature != (0.0, 0.0):
         return None
     if friction in (0, math.inf):
-        return with_large_strain(reduced, found, friction > 0)
+        return with_large_strain(reduced, found, friction > 0, beyond=beyond)
     linear = partial(_linear, reduced, specimen, (found.force, None), start=found.active, began=perf_counter())
     free, held = linear(friction=0.0), linear(friction=math.inf)
-    free_told, held_told = with_large_strain(reduced, free), with_large_strain(reduced, held, stuck=True)
+    free_told = with_large_strain(reduced, free, beyond=beyond)
+    held_told = with_large_strain(reduced, held, stuck=True, beyond=beyond)
     if free_told is None or held_told is None:
         return None
     return between_ends(reduced, found, (free, held), (free_told, held_told), lambda lower: linear(friction=lower))
@@ -261,7 +269,7 @@ def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
     return Worst.of(dict(zip(QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
 
 
-@lru_cache(maxsize=256)
+@kept(256)
 def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
     """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite where contact does not
     resolve the press."""

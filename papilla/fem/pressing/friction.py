@@ -2,28 +2,24 @@
 
 What friction does depends on how the force was reached. Here it grows from nothing along the contact normal, and a node
 keeps, while it sticks, the relative tangential displacement that it had when it came into contact (Spence 1968,
-doi:10.1098/rspa.1968.0105), not that of the undeformed bodies. With full stick everything is linear in the indentation
-between one node's coming into contact and the next one's, so that the path of the condensed bodies is exact. With
-Coulomb's law a step ends where the next node is expected, and is solved exactly.
+doi:10.1098/rspa.1968.0105), not that of the undeformed bodies. With full stick the path is that of `contact_path`,
+exact. With Coulomb's law a step ends where the next node is expected, and is solved exactly.
 """
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs
 
-from papilla.errors import InputError, SolverError
-from papilla.fem.pressing.contact import NoContactError, contact_result
-from papilla.fem.pressing.friction_step import FrictionProblem, FrictionState, coulomb_step, rates
+from papilla.errors import SolverError
+from papilla.fem.pressing.contact import NoContactError, contact_result, plain_path
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
+from papilla.fem.pressing.friction_step import FrictionState, coulomb_step, rates
 from papilla.fem.pressing.press import Press, refuse_detail
 from papilla.fem.reduction.compliance import weak_gap
+from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
-
-UNLIKE = 1e-6
-"""Difference, as a share of the largest, between the two compliances that a specimen gives for pressure alone."""
 
 LONGEST = 0.1
 """Longest step of Coulomb friction, as a share of the indentation since first touch."""
@@ -36,6 +32,12 @@ TOGETHER = 1e-9
 
 SHORTEST = 2.0**-12
 """Share of its length down to which a step that does not settle is cut."""
+
+ROUGH = 1e9
+"""Coefficient that nothing overcomes, for bodies that stick and whose nodes leave again."""
+
+STUCK_MARGIN = 1.05
+"""How much further than asked for a stuck path is made: the one without friction tells its nodes to 2 % of force."""
 
 
 def friction_press(
@@ -57,10 +59,10 @@ def friction_press(
     state = path.at(force=share, indentation=indentation)
     if state is None:
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
-    taken = sum(knot.indentation < state.indentation for knot in path.knots)
-    held = f"friction {friction:g}: {state.slipping.sum()} of {state.active.sum()} nodes slip"
-    if math.isinf(friction):
-        held = "stuck from the moment of contact"
+    held, steps = "stuck from the moment of contact", int(state.active.sum())
+    if isinstance(path, FrictionPath) and isinstance(state, FrictionState):
+        held = f"friction {friction:g}: {state.slipping.sum()} of {state.active.sum()} nodes slip"
+        steps = sum(knot.indentation < state.indentation for knot in path.knots)
     return contact_result(
         reduced,
         specimen,
@@ -70,39 +72,53 @@ def friction_press(
         indentation=state.indentation,
         active=state.active,
         values=reduced.traction_rows @ state.traction.ravel(),
-        status=f"contact: {held}, the force grown from first touch in {taken} steps",
+        status=f"contact: {held}, the force grown from first touch in {steps} steps",
         shear=state.traction[1:],
         friction=friction,
     )
 
 
-@lru_cache(maxsize=8)
-def friction_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "FrictionPath":
+@kept(8)
+def friction_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "StuckPath | FrictionPath":
     """The path of one finger, specimen and coefficient; kept, so that the presses of a sweep share it."""
-    patch = reduced.patch
-    theirs = reduced.specimen_traction_compliance(specimen)
-    n, normal = len(patch.xy), reduced.specimen_compliance(specimen)
-    if np.abs(theirs[:n, :n] - normal).max() > UNLIKE * normal.max():
-        raise InputError(
-            f"{specimen.words}: traction_compliance, which friction needs, does not fit compliance: override both"
-        )
+    patch, theirs = reduced.patch, reduced.specimen_traction_compliance(specimen)
     fixed = ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T
-    problem = FrictionProblem(reduced.traction_compliance + theirs, patch.mass, weak_gap(patch, specimen), fixed)
-    return FrictionPath(problem, friction)
+    problem = ContactProblem(reduced.traction_compliance + theirs, patch.mass, weak_gap(patch, specimen.unit), fixed)
+    return loading(problem, friction, plain_path(reduced, specimen))
+
+
+def loading(problem: ContactProblem, friction: float, plain: ContactPath | None = None) -> "StuckPath | FrictionPath":
+    """The path of two bodies with Coulomb's coefficient, infinite for stick; `plain` is theirs without friction."""
+    return StuckPath(problem, plain) if math.isinf(friction) else FrictionPath(problem, friction)
+
+
+class StuckPath(ContactPath):
+    """States of growing indentation with full stick; by Coulomb's law with `ROUGH` friction where nodes leave again."""
+
+    def __init__(self, problem: ContactProblem, plain: ContactPath | None = None):
+        super().__init__(problem, plain, STUCK_MARGIN)
+        self._rough: FrictionPath | None = None
+
+    def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
+        """As `ContactPath.at`; raises `SolverError` where a step of the other path does not settle."""
+        if self._rough is None:
+            try:
+                return super().at(force=force, indentation=indentation)
+            except LeavingError:
+                self._rough = FrictionPath(self.problem, ROUGH)
+        return self._rough.at(force=force, indentation=indentation)
 
 
 class FrictionPath:
-    """States of growing indentation of a problem with one friction; made as far as asked for, and kept.
+    """States of growing indentation of a problem with Coulomb's coefficient; made as far as asked for, and kept."""
 
-    `friction` is Coulomb's coefficient, or infinite for full stick.
-    """
-
-    def __init__(self, problem: FrictionProblem, friction: float):
+    def __init__(self, problem: ContactProblem, friction: float):
         self.problem, self.friction = problem, friction
         first = int(np.argmin(problem.gap / problem.mass))
         nothing, active = np.zeros((3, len(problem.mass))), np.arange(len(problem.mass)) == first
         depth = float(problem.gap[first] / problem.mass[first])
-        self.knots = [FrictionState(depth, 0.0, 0.0, nothing, nothing, active, np.zeros_like(active))]
+        self.knots = [FrictionState(depth, 0.0, nothing, active, 0.0, nothing, np.zeros_like(active))]
+
         self._idle = 0
 
     def at(self, *, force: float | None = None, indentation: float | None = None) -> FrictionState | None:
@@ -117,32 +133,24 @@ class FrictionPath:
         k = next(k for k, knot in enumerate(self.knots) if getattr(knot, name) >= aim)
         before, after = self.knots[k - 1], self.knots[k]
         share = (aim - getattr(before, name)) / (getattr(after, name) - getattr(before, name))
-        depth = before.indentation + share * (after.indentation - before.indentation)
         traction = before.traction + share * (after.traction - before.traction)
-        if math.isinf(self.friction):
-            return _reached(self.problem, before, depth, traction)
         return coulomb_step(self.problem, before, self.friction, force=force, indentation=indentation, guess=traction)
 
     def _extend(self) -> None:
-        """One event more: up to where the next node comes into contact, or leaves it."""
-        state, stuck = self.knots[-1], math.isinf(self.friction)
-        rate = _stuck_rates(self.problem, state.active) if stuck else rates(self.problem, state, self.friction)
-        length, node = _next_event(self.problem, state, rate, leaving=stuck)
+        """One step more: up to where the next node comes into contact."""
+        state = self.knots[-1]
+        rate = rates(self.problem, state, self.friction)
+        length, node = _next_event(self.problem, state, rate)
         sunk = state.indentation - self.knots[0].indentation
         length = 0.0 if length <= TOGETHER * sunk else length
         self._idle = 0 if length > 0 else self._idle + 1
         if self._idle > 3 * len(self.problem.mass):
             raise SolverError("nodes come and go without end: no state of stick follows this one")
-        if not math.isfinite(length) or (not stuck and 0 < LONGEST * sunk < length):
+        if not math.isfinite(length) or 0 < LONGEST * sunk < length:
             length, node = LONGEST * sunk or FIRST * math.sqrt(self.problem.mass.sum()), None
-        if length > 0 and stuck:
-            traction = state.traction + length * rate
-            self.knots.append(_reached(self.problem, state, state.indentation + length, traction))
-        elif length > 0:
+        if length > 0:
             self.knots.append(self._coulomb(state, length, rate))
-        if node is not None and state.active[node]:
-            self.knots[-1] = _released(self.problem, self.knots[-1], node)
-        elif node is not None:
+        if node is not None:
             self.knots[-1] = replace(self.knots[-1], active=self.knots[-1].active | (np.arange(len(rate[0])) == node))
 
     def _coulomb(self, state: FrictionState, length: float, rate: np.ndarray) -> FrictionState:
@@ -160,48 +168,12 @@ class FrictionPath:
         return state
 
 
-def _next_event(problem: FrictionProblem, state: FrictionState, rate: np.ndarray, *, leaving: bool):
-    """How far (mm) it is to the next change of contact along given rates, and the node that changes; or inf, None."""
+def _next_event(problem: ContactProblem, state: FrictionState, rate: np.ndarray) -> tuple[float, int | None]:
+    """How far (mm) it is along given rates until a node comes into contact, and that node; or infinity and None."""
     gap = state.moved[0] + problem.gap - state.indentation * problem.mass
     closing = problem.moved(rate)[0] - problem.mass
     entering = ~state.active & (closing < 0)
     lengths = np.full(len(gap), np.inf)
     lengths[entering] = np.maximum(gap[entering], 0) / -closing[entering]
-    if leaving:
-        falling = state.active & (rate[0] < 0)
-        lengths[falling] = np.maximum(state.traction[0, falling], 0) / -rate[0, falling]
     node = int(np.argmin(lengths))
     return (float(lengths[node]), node) if np.isfinite(lengths[node]) else (math.inf, None)
-
-
-def _reached(problem: FrictionProblem, state: FrictionState, depth: float, traction: np.ndarray) -> FrictionState:
-    """A state further on with the same nodes in contact, none of which slipped."""
-    moved = problem.moved(traction)
-    return replace(state, indentation=depth, force=problem.force(traction), traction=traction, moved=moved)
-
-
-def _released(problem: FrictionProblem, state: FrictionState, node: int) -> FrictionState:
-    """The same state with one node less in contact: what it held back the others take over."""
-    active = state.active & (np.arange(len(state.active)) != node)
-    traction, index = state.traction.copy(), np.flatnonzero(problem.free & active)
-    traction[:, node] = 0
-    lost = problem.moved(state.traction - traction).ravel()[index]
-    traction.ravel()[index] += _cholesky_solve(problem, index, lost)
-    return replace(_reached(problem, state, state.indentation, traction), active=active)
-
-
-def _stuck_rates(problem: FrictionProblem, active: np.ndarray) -> np.ndarray:
-    """Tractions (3, n) per mm of indentation while all nodes in contact stick."""
-    index = np.flatnonzero(problem.free & active)
-    right = np.zeros(len(index))
-    right[: int(active.sum())] = problem.mass[active]
-    rate = np.zeros((3, len(active)))
-    rate.ravel()[index] = _cholesky_solve(problem, index, right)
-    return rate
-
-
-def _cholesky_solve(problem: FrictionProblem, index: np.ndarray, right: np.ndarray) -> np.ndarray:
-    factor, failed = dpotrf(problem.compliance[np.ix_(index, index)].T, lower=True, overwrite_a=True, clean=False)
-    if failed:
-        raise SolverError("the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen")
-    return dpotrs(factor, right, lower=True)[0]

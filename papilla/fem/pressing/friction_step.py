@@ -13,11 +13,11 @@ Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact stick and exac
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from papilla.errors import SolverError
+from papilla.fem.pressing.contact_path import ContactProblem, ContactState
 
 PATIENCE = 4
 """Iterations without fewer nodes on the wrong side, before one node at a time changes sides (which cannot cycle)."""
@@ -36,61 +36,20 @@ EVEN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionProblem:
-    """Two bodies condensed to n contact nodes.
+class FrictionState(ContactState):
+    """Where a path of loading stands; `active` are the nodes in contact from here on.
 
-    compliance : (3n, 3n) of both, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
-    mass : (n,) mm2. gap : (n,) weak gap at rest, mm3.
-    fixed : (2, n) tangential tractions that symmetry keeps zero.
+    dissipated : energy rubbed away so far on the patch, N mm. moved : (3, n) weak closure and slip under the tractions,
+    mm3. slipping : (n,) nodes that slipped on the way here.
     """
 
-    compliance: np.ndarray
-    mass: np.ndarray
-    gap: np.ndarray
-    fixed: np.ndarray
-
-    @cached_property
-    def free(self) -> np.ndarray:
-        """(3, n) which tractions there are."""
-        return np.vstack([np.ones(len(self.mass), dtype=bool), ~self.fixed])
-
-    @cached_property
-    def stiffness(self) -> np.ndarray:
-        """(3, n) stiffness rho of a node by itself, alike along both axes: scale of gap and slip in Newton's method."""
-        normal, *tangential = self.compliance.diagonal().reshape(3, -1)
-        return np.stack([1 / normal, *2 * [2 / sum(tangential)]])
-
-    def moved(self, traction: np.ndarray) -> np.ndarray:
-        """Weak closure and slip (3, n), in mm3, under tractions (3, n)."""
-        index = np.flatnonzero(traction)
-        return (self.compliance[:, index] @ traction.ravel()[index]).reshape(3, -1)
-
-    def force(self, traction: np.ndarray) -> float:
-        """Normal force on the patch (N)."""
-        return float(self.mass @ traction[0])
-
-
-@dataclass(frozen=True, eq=False)
-class FrictionState:
-    """Where a path of loading stands.
-
-    indentation : mm. force : normal, on the patch, N. dissipated : energy rubbed away so far on the patch, N mm.
-    traction : (3, n) pressure and tangential tractions on the finger, MPa.
-    moved : (3, n) weak closure and slip under them, mm3.
-    active, slipping : (n,) nodes in contact from here on, and those that slipped on the way here.
-    """
-
-    indentation: float
-    force: float
     dissipated: float
-    traction: np.ndarray
     moved: np.ndarray
-    active: np.ndarray
     slipping: np.ndarray
 
 
 def coulomb_step(
-    problem: FrictionProblem,
+    problem: ContactProblem,
     state: FrictionState,
     friction: float,
     *,
@@ -127,7 +86,7 @@ def coulomb_step(
         if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN * pressure.max():
             rubbed = -float((traction[1:] * slip).sum())
             pushed = problem.force(traction)
-            return FrictionState(depth, pushed, state.dissipated + rubbed, traction, moved, active, slipping)
+            return FrictionState(depth, pushed, traction, active, state.dissipated + rubbed, moved, slipping)
         patience = PATIENCE if wrong.sum() < best else patience - 1
         best = min(best, int(wrong.sum()))
         if patience < 0 and wrong.any():
@@ -187,7 +146,7 @@ def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure,
         matrix[place[1 + a, there]], right[place[1 + a, there], 0] = rows[a, there], held[a, there]
 
 
-def rates(problem: FrictionProblem, state: FrictionState, friction: float) -> np.ndarray:
+def rates(problem: ContactProblem, state: FrictionState, friction: float) -> np.ndarray:
     """Tractions (3, n) per mm of further indentation, the sets of nodes unchanged."""
     slipping = state.slipping & state.active
     aim, pressure = state.traction[1:].T, state.traction[0]

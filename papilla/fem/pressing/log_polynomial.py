@@ -5,7 +5,7 @@ Trefethen, Approximation Theory and Approximation Practice (SIAM 2019), chapters
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
@@ -59,6 +59,7 @@ def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray
     return 2 * (held - low) / (high - low) - 1, at - held
 
 
+@lru_cache
 def _derivative(degree: int) -> np.ndarray:
     """(degree + 1, degree + 1) matrix that makes the Chebyshev basis its derivative."""
     found = np.zeros((degree + 1, degree + 1))

@@ -150,7 +150,7 @@ def refuse_detail(specimen: Specimen, patch: Patch, size: float) -> None:
     if specimen.detail < edge:
         raise ContactRangeError(
             f"the mesh is too coarse for a {specimen.words}: {edge:.2g} mm elements where it touches; "
-            f"mesh with size_mm <= {size * specimen.detail / edge:.2g}"
+            f"mesh with size_mm <= {size * specimen.detail / edge:.2g} ({checks.SIZE_OPTION})"
         )
 
 
@@ -168,16 +168,15 @@ def too_coarse(area: float, edge: float, size: float) -> str | None:
         return None
     return (
         f"mesh too coarse for this light press: a contact radius of {radius:.2g} mm on {edge:.2g} mm elements, "
-        f"S_d may be off by more than 3 %; mesh with size_mm <= {size * radius / (RESOLVED_RADIUS * edge):.2g}"
+        f"S_d may be off by more than 3 %; mesh with size_mm <= {size * radius / (RESOLVED_RADIUS * edge):.2g} "
+        f"({checks.SIZE_OPTION})"
     )
 
 
-def linear_press(
-    reduced: ReducedFinger, specimen: Specimen, began: float, *, compliance: np.ndarray, status: str, **values
-) -> Press:
+def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, status: str, **values) -> Press:
     """A `Press` of small-strain elasticity, unless it leaves what that can mean; its status tells what is doubtful.
 
-    `compliance` (n, n) is that of finger and specimen; `values` are what `press_result` takes.
+    `values` are what `press_result` takes.
     """
     pressure, patch = values["pressure"], reduced.patch
     moved = reduced.compliance @ pressure / patch.mass
@@ -188,10 +187,10 @@ def linear_press(
             f"more than {100 * DEEPEST:g} % is beyond the model"
         )
     refuse_rim(patch, values["active"])
-    whole = compliance @ pressure / patch.mass
-    taken = float((whole - moved).max())
-    deepest = int(np.argmax(whole))
-    values["finger_share"] = float(moved[deepest] / whole[deepest])
+    theirs = reduced.specimen_displacement(specimen, pressure) / patch.mass
+    taken = float(theirs.max())
+    deepest = int(np.argmax(moved + theirs))
+    values["finger_share"] = float(moved[deepest] / (moved[deepest] + theirs[deepest]))
     radius = float(np.sqrt(values["contact_area"] / np.pi))
     specimen.refuse(taken, radius)
     doubts, strain = [status], own / reduced.strained_depth

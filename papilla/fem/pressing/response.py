@@ -15,8 +15,8 @@ import numpy as np
 
 from papilla import cache
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.pressing.fidelity import press
-from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of, with_large_strain
+from papilla.fem.pressing.fidelity import including_large_strain, press
+from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
 from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
@@ -128,7 +128,7 @@ def response(
     if friction is None:
         friction = STICK if flat and all(is_known(one, math.inf) for one in members) else 0.0
     rubbing = friction_coefficient(friction)
-    large = flat and rubbing in (0.0, math.inf) and all(is_known(one, rubbing) for one in members)
+    large = flat and all(is_known(one, rubbing) for one in members)
 
     def make() -> dict[str, np.ndarray]:
         rows = []
@@ -166,16 +166,18 @@ def _presses(
 ) -> list[tuple]:
     """Rows of F / E_inner, E / E_inner, ratio, whether resolved, whether large strain is known, indentation, values."""
     rows: list[tuple] = []
+    rubbing = friction_coefficient(friction)
     for modulus in MODULI:
         touched = _at(specimen, float(modulus) * inner)
         for force in FORCES:
             try:
                 with np.errstate(over="ignore"):
                     found = press(member, touched, force=force * inner, fidelity="contact", friction=friction)
+                    if large:
+                        # Without friction the contact is larger: it may leave the patch where this one does not
+                        found = including_large_strain(member, touched, found, rubbing, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue
-            if large:
-                found = with_large_strain(member, found, friction_coefficient(friction) > 0, beyond=True) or found
             rows.append((force, modulus, ratio, found.resolved, BEYOND not in found.status, *_measures(found)))
     return rows
 

@@ -6,15 +6,21 @@ surfaces give way) and the slip of the finger along the specimen, so that compli
 friction p alone is asked for. Mirror images carry a component of q along a mirrored axis with the sign turned.
 
 The half-space kernels go with 1/r: pairs of near triangles are integrated exactly inside and by Gauss outside; far
-pairs by Gauss on both. A bonded block adds a smooth kernel.
+pairs by Gauss on both. A bonded block adds a smooth kernel, which is interpolated: with Chebyshev points t of the
+patch's box and Lagrange polynomials L,
+
+    K(x - y) = sum_ab L_a(x) K(t_a - t_b) L_b(y),
+
+so that the kernel is asked for some hundred points instead of thousands.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.polynomial.chebyshev import chebpts1, chebvander
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
@@ -26,6 +32,10 @@ NEAR = 3.0
 
 ROWS = 256
 """Quadrature points evaluated against all others at a time: bounds the memory of large patches."""
+
+CHEBYSHEV, SMOOTH, CHECKED = (8, 12, 18, 27), 1e-8, 48
+"""Points along each axis between which a smooth kernel is interpolated, the error (of its largest value) that stops the
+refinement, and the Gauss points at which it is looked for. A kernel that none resolves is integrated by Gauss."""
 
 GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
@@ -40,18 +50,23 @@ def half_space_compliance(patch: Patch) -> np.ndarray:
 @lru_cache(maxsize=8)
 def kernel_compliance(patch: Patch, kernel: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Matrix (n, n), in mm4 times the kernel's unit, of a smooth kernel of distance (mm)."""
-    return _symmetric(_weak(patch, lambda offset: kernel(np.linalg.norm(offset, axis=-1))[None], None)(0, 0))
+    return _symmetric(_smooth(patch, lambda offset: kernel(np.linalg.norm(offset, axis=-1))[None])(0, 0))
 
 
 @dataclass(frozen=True, eq=False)
 class PatchSurface:
     """What a specimen makes its compliance on a patch of (`papilla.specimen.Surface`); n patch nodes.
 
-    half_space : (n, n) of `half_space_compliance`.
+    known : (n, n) what `half_space_compliance` gives, where that is known already.
     """
 
     patch: Patch
-    half_space: np.ndarray
+    known: np.ndarray | None = None
+
+    @cached_property
+    def half_space(self) -> np.ndarray:
+        """(n, n) of `half_space_compliance`."""
+        return half_space_compliance(self.patch) if self.known is None else self.known
 
     def kernel(self, kernel: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Weak compliance (n, n) of a smooth kernel: mm per N at a distance in mm."""
@@ -100,7 +115,7 @@ def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) ->
         tensor = green(offset)
         return np.stack([tensor[..., 2, 2], *(tensor[..., a, b] for a, b in ((0, 0), (0, 1), (1, 1), (2, 0), (2, 1)))])
 
-    terms = _weak(patch, kernel, None)
+    terms = _smooth(patch, kernel)
     n = len(patch.xy)
     part = np.zeros((3, n, 3, n))
     part[0, :, 0] = terms(0, 0)
@@ -171,6 +186,42 @@ def _symmetric(matrix: np.ndarray) -> np.ndarray:
     return matrix
 
 
+def _smooth(patch: Patch, kernel):
+    """As `_weak`, for a kernel that is smooth everywhere."""
+    points, weights, hats = quadrature(patch)
+    low, high = points.min(axis=0), points.max(axis=0)
+    scaled = (2 * points - low - high) / (high - low)
+    checked = np.unique(np.linspace(0, len(points) - 1, CHECKED).astype(int))
+    exact = [kernel(points[checked, None] - (points[checked] * image)[None]) for image in patch.images]
+    for count in CHEBYSHEV:
+        if 2 * count**2 > len(points):
+            break
+        nodes = chebpts1(count)
+        # Lagrange polynomials from Chebyshev's, which are orthogonal on these nodes
+        lagrange = [np.linalg.solve(chebvander(nodes, count - 1).T, chebvander(x, count - 1).T).T for x in scaled.T]
+        basis = (lagrange[0][:, :, None] * lagrange[1][:, None, :]).reshape(len(points), -1)
+        grid = (
+            np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2) * (high - low) + low + high
+        ) / 2
+        values = [kernel(grid[:, None] - (grid * image)[None]) for image in patch.images]
+        found = [basis[checked] @ value @ basis[checked].T for value in values]
+        scale = np.max(np.abs(exact))
+        if all(np.max(np.abs(one - other)) <= SMOOTH * scale for one, other in zip(found, exact, strict=True)):
+            loaded = hats.multiply(weights[:, None]).T @ basis
+            return _by_component(patch, [loaded @ value @ loaded.T for value in values])
+    return _weak(patch, kernel, None)
+
+
+def _by_component(patch: Patch, per_image: list[np.ndarray]):
+    """terms(k, c) of what each image adds, (terms, n, n): sources of component c turn with the images."""
+    signs = np.column_stack([np.ones(len(patch.images)), patch.images])
+
+    def terms(k: int, c: int) -> np.ndarray:
+        return np.einsum("i,iab->ab", signs[:, c], np.stack([total[k] for total in per_image]))
+
+    return terms
+
+
 def _weak(patch: Patch, kernel, exact):
     """terms(k, c) -> (n, n): double integral of the kernel's term k between hat functions, for sources of component c.
 
@@ -190,12 +241,7 @@ def _weak(patch: Patch, kernel, exact):
         if exact is not None:
             total = total + _near(patch, points, loaded, image, kernel, exact)
         per_image.append(total)
-    signs = np.column_stack([np.ones(len(patch.images)), patch.images])
-
-    def terms(k: int, c: int) -> np.ndarray:
-        return np.einsum("i,iab->ab", signs[:, c], np.stack([total[k] for total in per_image]))
-
-    return terms
+    return _by_component(patch, per_image)
 
 
 def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:

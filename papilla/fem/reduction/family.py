@@ -79,16 +79,6 @@ class FingerFamily:
         """The design with these Young's moduli (MPa)."""
         return with_moduli(self.finger, outer, inner)
 
-    def slope(self, outer: float, inner: float) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Derivatives of `ReducedFinger.compliance` and `.rows` by the outer and by the inner modulus (MPa)."""
-        log = np.log(self._checked(outer / inner))
-        value, bend = self._basis(log), self._basis.derivative(log)
-        found = {}
-        for name in TOLD_BY_RATIO:
-            by_outer, by_inner = bend / (inner * outer), -(value + bend) / inner**2
-            found[name] = tuple(np.einsum("k,k...->...", one, getattr(self, name)) for one in (by_outer, by_inner))
-        return found
-
     def _tangential(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         compliance, rows = self.tangential_source()
         return np.einsum("k,k...->...", weights, compliance), np.einsum("k,k...->...", weights, rows)

@@ -6,14 +6,13 @@ and still costs a quarter of the whole mesh.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property, partial
 from weakref import WeakValueDictionary
 
 import numpy as np
 import scipy.sparse as sp
 
-from papilla import cache, checks
+from papilla import checks
 from papilla.errors import InputError
 from papilla.fem.discrete.assembly import lame, restricted, scaled
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, fold, interpolation, parity_signs, space_of
@@ -24,7 +23,6 @@ from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
-from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import facet_deviation, surfaces_of
 
@@ -35,7 +33,9 @@ STABILISATION = 1e-5
 """Pressure mass, in units of 1/mu, that the stabilised matrix has; solves are refined against the true matrix."""
 
 _LIVING: WeakValueDictionary = WeakValueDictionary()
-"""Models that were reduced and still are in use: what they factorised need not be factorised again."""
+_LATEST: list["FingerModel"] = []
+"""Models that were reduced and still are in use, and the latest of `model_of`: what they factorised need not be
+factorised again."""
 
 
 class FingerModel:
@@ -91,6 +91,7 @@ class FingerModel:
             weights=gauge_weights(self.finger),
             layers=self._layers_below(loaded.frame),
             strain_key=self.finger.strain_sha256,
+            bench=self.finger.bench,
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
             element=self.space.name,
             tangential_source=self._tangential_source(at),
@@ -101,7 +102,7 @@ class FingerModel:
         another would not have."""
         if type(self) is not FingerModel:
             return partial(self.reduce_tangential, at)
-        return partial(_tangential, self.finger, self.mesh, self.space.name, at)
+        return partial(tangential_of, self.finger, self.mesh, self.space.name, at)
 
     def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
         """What tangential tractions add to the finger reduced at `at`: `ReducedFinger.tangential`."""
@@ -265,45 +266,16 @@ class FingerModel:
         return np.column_stack([thickness, moduli])[thickness > 0]
 
 
-def prepare(
-    finger: Finger,
-    *,
-    size_mm: float = DEFAULT_SIZE_MM,
-    at: tuple[float, float] = (0.0, 0.0),
-    variant: int = 0,
-    progress: Callable[[str], None] | None = None,
-) -> ReducedFinger:
-    """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
-
-    Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
-    """
-    mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
-    x, y = checks.place("at", at)
-    key = cache.key(__name__, finger.sha256, mesh.sha256, x, y)
-
-    def make():
-        if progress is not None:
-            progress("factorising and reducing the finger")
-        return FingerModel(finger, mesh).reduce((x, y)).to_arrays()
-
-    reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
-    return replace(reduced, tangential_source=partial(_cached_tangential, finger, mesh, (x, y)))
-
-
-def _tangential(finger: Finger, mesh: LayeredMesh, element: str, at: tuple[float, float]):
+def tangential_of(finger: Finger, mesh: LayeredMesh, element: str, at: tuple[float, float]):
     """What tangential tractions add to a reduced finger, by its model or, if that is gone, a new one."""
+    return model_of(finger, mesh, element).reduce_tangential(at)
+
+
+def model_of(finger: Finger, mesh: LayeredMesh, element: str = DEFAULT_ELEMENT) -> FingerModel:
+    """The model of a finger on a mesh, which may have factorised before; the latest one is kept alive."""
     model = _LIVING.get((finger.sha256, mesh.sha256, element)) or FingerModel(finger, mesh, element)
-    return model.reduce_tangential(at)
-
-
-def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
-    def make():
-        compliance, rows = _tangential(finger, mesh, DEFAULT_ELEMENT, at)
-        return {"compliance": compliance, "rows": rows}
-
-    key = cache.key(__name__, "tangential", finger.sha256, mesh.sha256, *at)
-    arrays = cache.fetch("tangential", key, make)
-    return arrays["compliance"], arrays["rows"]
+    _LATEST[:] = [model]
+    return model
 
 
 def _crossing(down: np.ndarray, level: np.ndarray) -> float:

@@ -102,7 +102,8 @@ class Patch:
 
     def mean_edge(self, nodes: np.ndarray) -> float:
         """Mean length (mm) of the triangle edges at nodes, told by a mask (n,), and at their images."""
-        return float(np.average(self.edge_length[nodes], weights=self.copies[nodes]))
+        copies = self.copies[nodes]
+        return float(copies @ self.edge_length[nodes] / copies.sum())
 
     @cached_property
     def outline(self) -> np.ndarray:

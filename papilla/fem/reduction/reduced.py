@@ -3,19 +3,28 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from papilla import cache
 from papilla.errors import FileFormatError, InputError
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.patch import Patch
+from papilla.finger import Bench
 from papilla.specimen import Specimen
 
 SCHEMA = "papilla.reduced/3"
+
+MOST_KEPT = 400
+"""Nodes of a patch up to which a specimen's compliance on it is kept in the cache: 12 MB with friction."""
+
+UNLIKE = 1e-6
+"""Difference, as a share of the largest, between the two compliances that a specimen gives for pressure alone."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,6 +43,9 @@ class ReducedFinger:
     tangential_source : makes, when friction asks for it, (3n, 2n) weak displacements of the skin (inward, then along
         either axis of the contact plane, mm3 / MPa) and (q, g, 2n) rows of the gauges, against tangential tractions.
     strain_key : `Finger.strain_sha256`, by which tables of large strain are found.
+    strain_source : makes, when a press asks for it, the table of large strain without friction (False) or stuck (True)
+        and keeps it where `strain_key` finds it.
+    bench : of the finger: what presses take that are told no friction, and sweeps that are told no specimen.
     facets : how far (mm) the facets of a triangulated skin lie off the smooth surface that they stand for.
     element : that the finger was solved with.
     """
@@ -52,9 +64,11 @@ class ReducedFinger:
     weights: np.ndarray
     layers: np.ndarray
     strain_key: str = ""
+    bench: Bench = Bench()
     facets: float = 0.0
     element: str = "Taylor-Hood"
     tangential_source: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
+    strain_source: Callable[[bool], object] | None = None
 
     def __repr__(self) -> str:
         return (
@@ -123,15 +137,19 @@ class ReducedFinger:
 
     def specimen_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa."""
-        return specimen.compliance(PatchSurface(self.patch, self.half_space))
+        return _scaled(_compliance(self, specimen.unit), specimen)
 
     def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (3n, 3n) of a specimen's surface against pressure and tangential tractions, mm3 / MPa."""
-        return specimen.traction_compliance(PatchSurface(self.patch, self.half_space))
+        return _scaled(_traction_compliance(self, specimen.unit), specimen)
+
+    def specimen_displacement(self, specimen: Specimen, pressure: np.ndarray) -> np.ndarray:
+        """Weak displacement (n,) of a specimen's surface under nodal pressures (n,) in MPa, mm3."""
+        return _scaled(_compliance(self, specimen.unit) @ pressure, specimen)
 
     def total_compliance(self, specimen: Specimen) -> np.ndarray:
-        """Weak compliance (n, n) of finger and specimen, mm3 / MPa; kept for the last specimens."""
-        return _total_compliance(self, specimen)
+        """Weak compliance (n, n) of finger and specimen, mm3 / MPa."""
+        return self.compliance + self.specimen_compliance(specimen)
 
     def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
         """Everything as named arrays, ready for `numpy.savez`; on request with what friction needs, made if it must."""
@@ -145,6 +163,7 @@ class ReducedFinger:
             "gauge_names": list(self.gauge_names),
             "outer_modulus": self.outer_modulus,
             "strain_key": self.strain_key,
+            "bench": vars(self.bench),
             "facets": self.facets,
             "element": self.element,
         }
@@ -163,6 +182,7 @@ class ReducedFinger:
                 raise FileFormatError(f"reduced finger: the schema is not {SCHEMA}")
             patch = Patch(**{item.name: np.asarray(arrays[f"patch_{item.name}"]) for item in fields(Patch)})
             meta["at"], meta["gauge_names"] = tuple(meta["at"]), tuple(meta["gauge_names"])
+            meta["bench"] = Bench(**meta.get("bench", {}))
             values: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
             tangential_source = None
             if _TANGENTIAL[0] in arrays:
@@ -208,6 +228,36 @@ def _both(compliance: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndar
     return compliance, rows
 
 
-@lru_cache(maxsize=64)
-def _total_compliance(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
-    return reduced.compliance + reduced.specimen_compliance(specimen)
+@kept(16)
+def _compliance(reduced: ReducedFinger, unit: Specimen) -> np.ndarray:
+    """Of a specimen of 1 MPa, or of one whose compliance does not go with its modulus."""
+    return _kept(reduced, unit, "compliance")
+
+
+@kept(4)
+def _traction_compliance(reduced: ReducedFinger, unit: Specimen) -> np.ndarray:
+    found = _kept(reduced, unit, "traction_compliance")
+    n, normal = len(reduced.patch.xy), _compliance(reduced, unit)
+    if np.abs(found[:n, :n] - normal).max() > UNLIKE * normal.max():
+        raise InputError(
+            f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
+        )
+    return found
+
+
+def _kept(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
+    """What a specimen's method of that name makes of the patch; of papilla's own specimens on a patch that is not
+    large, which are asked for most, kept in the cache: it takes a second."""
+
+    def make() -> np.ndarray:
+        return np.asarray(getattr(unit, name)(PatchSurface(reduced.patch, reduced.half_space)))
+
+    if type(unit).__module__ != Specimen.__module__ or len(reduced.patch.xy) > MOST_KEPT:
+        return make()
+    patch = {item.name: getattr(reduced.patch, item.name) for item in fields(Patch)}
+    key = cache.key(__name__, name, patch, repr(unit))
+    return cache.fetch("specimen", key, lambda: {name: make()})[name]
+
+
+def _scaled(of_unit: np.ndarray, specimen: Specimen) -> np.ndarray:
+    return of_unit / specimen.modulus if specimen.elastic else of_unit

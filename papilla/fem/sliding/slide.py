@@ -1,7 +1,8 @@
 """A finger slides over a texture: gauge readings, forces and tractions over time.
 
 Small displacements: tractions act along z and x on the section, the profile's flanks push along z alone. The texture is
-met where the skin is, carried along by the contact's mean tangential displacement.
+met where the skin is, carried along by the contact's mean tangential displacement. At rest on a flat depth and readings
+are those of the finger pressed in three dimensions (`tying`).
 """
 
 import math
@@ -20,8 +21,10 @@ from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
-from papilla.fem.sliding.section_length import section_length
+from papilla.fem.sliding.tying import Tie, refuse_end, tie
 from papilla.finger import Finger
+from papilla.specimen import STICK as STUCK
+from papilla.specimen import Friction
 from papilla.textures import Texture
 
 DYNAMICS = ("auto", "quasi-static", "modal")
@@ -60,18 +63,19 @@ class Slide:
 
     readings : (m, g) microstrain at the moment, without noise. amplified : (m, g) the same behind an amplifier's
     filter, as a log has them: what is above `PASS_BAND` of the rate would pose as something slower. force_N,
-    tangential_N : (m,) pressing force, and what the finger pulls with along x (positive against a motion to the
-    right). depth_mm : (m,) how far the texture's top lies below the finger's. pressing, rubbing : (m, n) nodal forces
-    inward and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the left.
-    carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y, turns N/mm into N. dynamics,
-    why : what was taken, and why. ridge_pitch_mm : of the finger, 0 for smooth skin. loss_factor, loss_from : of the
-    first mode (NaN without inertia), and where it is from. first_mode_Hz, highest_Hz : of the section, of the scene.
-    relaxed, unresolved : steps that Newton's method left to the relaxation, and those whose laws are violated.
-    energy_error : imbalance over the energy that was turned over, NaN without inertia.
-    in_groove_mm : how far skin stood in grooves. flank_push : of the pressing force, at most, what flanks push sideways
-    there, which is not modelled: the depth of the skin in a groove over the period (or over a contact that is shorter),
-    as if the flanks of one side alone were pressed. seconds : of computing, the reduction not counted. status : a
-    sentence, "ok" where nothing is to be doubted.
+    tangential_N : (m,) pressing force, and what the finger pulls with along x (positive against a motion to the right).
+    depth_mm : (m,) how far the texture's top lies below the finger's. pressing, rubbing : (m, n) nodal forces inward
+    and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the left.
+    carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y, turns N/mm into N. tied : to the
+    press that tells it, None where the length was stated or nothing is touched. friction : Coulomb's coefficient while
+    it slides. dynamics, why : what was taken, and why. ridge_pitch_mm : of the finger, 0 for smooth skin. loss_factor,
+    loss_from : of the first mode (NaN without inertia), and where it is from. first_mode_Hz, highest_Hz : of the
+    section, of the scene. relaxed, unresolved : steps that Newton's method left to the relaxation, and those whose laws
+    are violated. energy_error : imbalance over the energy that was turned over, NaN without inertia. in_groove_mm : how
+    far skin stood in grooves. flank_push : of the pressing force, at most, what flanks push sideways there, which is
+    not modelled: the depth of the skin in a groove over the period (or over a contact that is shorter), as if the
+    flanks of one side alone were pressed. seconds : of computing, the reduction not counted. status : a sentence, "ok"
+    where nothing is to be doubted.
     """
 
     motion: Motion
@@ -87,6 +91,8 @@ class Slide:
     state: np.ndarray
     carried_mm: np.ndarray
     length_mm: float
+    tied: Tie | None
+    friction: float
     dynamics: str
     why: str
     ridge_pitch_mm: float
@@ -118,7 +124,7 @@ def slide(
     *,
     force: float | None = None,
     depth: float | None = None,
-    friction: float = 0.0,
+    friction: Friction | None = None,
     dynamics: str = DYNAMICS[0],
     loss_factor: float | None = None,
     section: ReducedSection | None = None,
@@ -131,10 +137,13 @@ def slide(
     ----------
     motion : of the finger; its x is the texture's under the finger's apex.
     force, depth : one of the two: pressing force in N, or how far the finger's top is pressed beyond the texture's, mm.
-    friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`.
+    friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`. None takes that of the finger's bench; where that says
+        nothing, or "stick", nothing rubs while it slides. The press that it is tied to takes it, too, and what presses
+        take where nothing says it.
     dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency.
     loss_factor : of the modes; None takes the finger's identified relaxation, else `dynamics.LOSS_FACTOR`.
-    section : from `prepare_section` (with options of its own). length_mm : in place of `section_length`'s.
+    section : from `prepare_section` (with options of its own). length_mm : along y; the section is then not tied to a
+        press in three dimensions, and its readings are its own.
 
     Raises `InputError`, `ContactRangeError` (the contact leaves its patch or the texture), `SolverError`.
     """
@@ -143,26 +152,29 @@ def slide(
     pressed = {"force": checks.positive("force (N)", force)} if force is not None else {}
     if depth is not None:
         pressed = {"indentation": checks.within("press depth (mm)", depth, 0.0, 1e3)}
-    checks.within("friction", friction, 0.0, LARGEST_FRICTION)
+    told = finger.bench.friction if friction is None else friction
+    rubbing = 0.0 if told in (None, STUCK) else checks.within("friction", told, 0.0, LARGEST_FRICTION)
     if loss_factor is not None:
         checks.within("loss factor", loss_factor, 0.0, 2.0)
     if dynamics not in DYNAMICS:
         raise InputError(f"dynamics must be one of {', '.join(DYNAMICS)}, got {dynamics!r}")
     body = section or prepare_section(finger, progress=progress)
-    if length_mm is None and depth == 0:
-        length_mm = 1.0  # Nothing is touched
-    length = checks.positive("length_mm", length_mm or section_length(finger, **pressed, progress=progress))
+    tied, rows = None, body.reading_rows
+    if length_mm is None and depth != 0:
+        tied = tie(finger, body, **pressed, friction=told, progress=progress)
+        rows, length_mm = tied.rows(body), tied.length_mm
+    length = checks.positive("length_mm", 1.0 if length_mm is None else length_mm)
     names = tuple(gauge.name for gauge in finger.gauges)
     loss = loss_factors(loss_factor, finger.identified, body.modes.omega)
-    run = _Run(body, texture, motion, force and force / length, depth, friction, dynamics, loss)
-    return run.whole(names, length, progress)
+    run = _Run(body, rows, texture, motion, force and force / length, depth, rubbing, dynamics, loss)
+    return run.whole(names, length, tied, progress)
 
 
 class _Run:
     """A scene in work: the state of the body, and what is written down of it."""
 
-    def __init__(self, body, texture, motion, load, depth, friction, dynamics, loss):  # noqa: PLR0913
-        self.body, self.texture, self.motion, self.friction = body, texture, motion, friction
+    def __init__(self, body, rows, texture, motion, load, depth, friction, dynamics, loss):  # noqa: PLR0913
+        self.body, self.rows, self.texture, self.motion, self.friction = body, rows, texture, motion, friction
         self.loss, self.loss_from = loss
         self.load, self.depth = load, depth
         self.n = len(body.x)
@@ -183,7 +195,7 @@ class _Run:
         self.work, self.turnover = 0.0, 0.0
         self.laws: Laws | None = None
 
-    def whole(self, names: tuple[str, ...], length: float, progress: Callable[[str], None]) -> Slide:
+    def whole(self, names: tuple[str, ...], length: float, tied: Tie | None, progress: Callable[[str], None]) -> Slide:
         """All samples."""
         began, motion, n = perf_counter(), self.motion, self.n
         size = (len(motion.t_s), n)
@@ -217,8 +229,8 @@ class _Run:
         return Slide(
             motion, self.body.x, names, readings, amplified,
             pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
-            pressing, rubbing, state, carried, length, self.dynamics, self.why, self.body.ridge_pitch, *lost,
-            self.first_Hz, self.highest_Hz,
+            pressing, rubbing, state, carried, length, tied, self.friction,
+            self.dynamics, self.why, self.body.ridge_pitch, *lost, self.first_Hz, self.highest_Hz,
             self.relaxed, self.unresolved, energy, self.in_groove, self.flank_push, perf_counter() - began,
             self._status(bool((pressing > 0).any()), float(depth.max())),
         )  # fmt: skip
@@ -226,13 +238,13 @@ class _Run:
     def _inertia(self, force: np.ndarray) -> Inertia:
         body = self.body
         if self.dynamics == "quasi-static":
-            return AtRest(body.compliance, body.reading_rows)
+            return AtRest(body.compliance, self.rows)
         step = 1 / (self.motion.rate_Hz * self.substeps)
-        return Modal(body.modes, body.compliance, body.reading_rows, body.reading_modes, step, self.loss, force)
+        return Modal(body.modes, body.compliance, self.rows, body.reading_modes, step, self.loss, force)
 
     def _landed(self, x: float) -> Rubbed:
         """The finger pressed on the texture where it starts: it lands without friction, which then holds it."""
-        still = AtRest(self.body.compliance, self.body.reading_rows)
+        still = AtRest(self.body.compliance, self.rows)
         none = np.zeros(2 * self.n)
         nothing = Rubbed(none, none, 0.0, np.zeros(self.n, dtype=np.int64), 0, "newton", 0.0)
         friction, self.friction = self.friction, 0.0
@@ -268,10 +280,7 @@ class _Run:
         touching = np.flatnonzero(found.force[self.n :] > 0)
         if not len(touching):
             return
-        if touching[0] == 0 or touching[-1] == self.n - 1:
-            raise ContactRangeError(
-                f"the contact reaches the end of its patch, {self.body.half_width:.3g} mm from the apex: press less"
-            )
+        refuse_end(found.force[self.n :], self.body)
         low, high = self.felt.span
         margin = float(self.body.hats.max())
         if place[touching[0]] < low + margin or place[touching[-1]] > high - margin:

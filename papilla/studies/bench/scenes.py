@@ -1,7 +1,7 @@
 """The presses of the bench: those that errors are taken of, and the thousand that a calibration needs."""
 
 from collections.abc import Callable
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 
@@ -20,8 +20,10 @@ FINITE_FORCES_GF = (10, 30, 100)
 
 QUANTITIES = ("sd", "indentation", "contact_area")
 
-MODULI_MPA = np.geomspace(0.05, 0.72, 25)
-SWEEP_FORCES_N = np.linspace(0.05, 1.0, 40)
+MODULI_MPA, DRAWN_GF = (0.05, 0.72), (5.0, 100.0)
+"""Moduli (MPa), log-uniform, and forces (gf), uniform, of which scenes are drawn."""
+
+GRID_MPA, GRID_N = np.geomspace(*MODULI_MPA, 25), np.linspace(0.05, 1.0, 40)
 
 
 def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=QUANTITIES) -> np.ndarray:
@@ -31,16 +33,32 @@ def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], na
     return np.array([[getattr(scene, name) for scene in found] for name in names])
 
 
+def drawn(reduced: ReducedFinger, count: int, seed: int = 0, **how) -> list[float]:
+    """Processor seconds of each of `count` scenes, each with a modulus and a force of its own; `how` is what `press`
+    takes besides."""
+    rng, seconds = np.random.default_rng(seed), []
+    moduli = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** rng.uniform(size=count)
+    for modulus, force_gf in zip(moduli, rng.uniform(*DRAWN_GF, count), strict=True):
+        specimen = Block(float(modulus), SPECIMEN.thickness)
+        began = process_time()
+        press(reduced, specimen, force=float(gf_to_newton(force_gf)), **how)
+        seconds.append(process_time() - began)
+    return seconds
+
+
 def thousand(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
-    """Seconds of all scenes of a sweep (25 moduli x 40 forces), and the median of one."""
-    seconds = []
+    """Seconds of a thousand drawn scenes, and the median of one."""
     began = perf_counter()
-    for modulus in MODULI_MPA:
-        start = None
-        for force in SWEEP_FORCES_N:
-            specimen = Block(float(modulus), SPECIMEN.thickness)
-            scene = press(reduced, specimen, force=float(force), fidelity=fidelity, start=start)
-            start = scene.active if fidelity == "contact" else None
+    seconds = drawn(reduced, 1000, fidelity=fidelity)
+    return perf_counter() - began, float(np.median(seconds))
+
+
+def warm_grid(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
+    """Seconds of all scenes of a sweep (25 moduli x 40 rising forces), and the median of one."""
+    seconds, began = [], perf_counter()
+    for modulus in GRID_MPA:
+        for force in GRID_N:
+            scene = press(reduced, Block(float(modulus), SPECIMEN.thickness), force=float(force), fidelity=fidelity)
             seconds.append(scene.seconds)
     return perf_counter() - began, float(np.median(seconds))
 

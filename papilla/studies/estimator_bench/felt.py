@@ -15,7 +15,7 @@ from papilla.studies.estimator_bench.parts import Draft
 from papilla.textures import MeasuredProfile, Texture
 
 FORCE_N, LENGTH_MM, FRICTION, DEPTH_MM = 0.3, 7.0, 0.3, 0.5
-"""Pressing force, the contact's length at it (docs/adr/0017), friction, and depth of the grooves."""
+"""Pressing force, a length that gives the line load in the contact's middle, friction, depth of the grooves."""
 
 EDGE_MM, STEP_MM, BESIDE_MM = 9.0, 0.05, 15.0
 """Mean distance of edges on a surface without a period, spacing of its points, and what lies beyond the way."""

@@ -25,11 +25,13 @@ PRODUCT, VARIANT, RIVAL, PUBLISHED = "product", "product, told more or less", "r
 
 
 class Answer(NamedTuple):
-    """Of n samples: wavelength_mm and sigma_mm (NaN where there is none), and ok, whether it says they may be used."""
+    """Of n samples: wavelength_mm and sigma_mm (NaN where there is none), and ok, whether it says they may be used;
+    steady : whether it says "ok, constant speed", None where a method has no such word."""
 
     wavelength_mm: np.ndarray
     sigma_mm: np.ndarray
     ok: np.ndarray
+    steady: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,10 @@ def _pipeline(time, readings, velocity, **path) -> Answer:
     columns = ("velocity_mm_s",)
     pipeline = Pipeline(None, gauges=readings.shape[1], columns=columns, sample_rate_Hz=_rate(time), **path)
     found = pipeline.process(np.column_stack([time, readings, velocity]))
-    ok = np.array([words.startswith("ok") for words in found.wavelength_status])
-    return Answer(np.asarray(found.wavelength_mm), np.asarray(found.wavelength_sigma_mm), ok)
+    ok, steady = (
+        np.array([words.startswith(begin) for words in found.wavelength_status]) for begin in ("ok", "ok, constant")
+    )
+    return Answer(np.asarray(found.wavelength_mm), np.asarray(found.wavelength_sigma_mm), ok, steady)
 
 
 def _blind(time, readings, velocity) -> Answer:

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
 
 from papilla import checks
 
@@ -89,6 +90,13 @@ def hand(draft: Draft) -> None:
     draft.moves(np.gradient(place, 1 / draft.rate_Hz), place)
 
 
+def turning(draft: Draft, speed_mm_s: float = 90.0, every_s: float = 0.3) -> None:
+    """To and fro at a constant speed, turning around in 30 ms: each stroke is `every_s` long."""
+    beat = np.sin(math.pi * draft.time_s / draft.about(every_s, 1.2))
+    velocity = draft.about(speed_mm_s, 1.3) * np.clip(beat / math.sin(math.pi * 0.015 / every_s), -1, 1)
+    draft.moves(velocity, (np.cumsum(velocity) - (velocity + velocity[0]) / 2) / draft.rate_Hz)
+
+
 # ---- The skin, before it feels the surface
 
 
@@ -162,6 +170,23 @@ def grating(
     draft.texture, draft.wavelength = _felt(draft, wavelength, amplitudes), draft.everywhere(wavelength)
 
 
+def hollow(draft: Draft, times: float = 1.8) -> None:
+    """A period without its fundamental, `times` the wavelength asked for: harmonics 2 and 3 and, weaker, 4 and 5; for
+    claims two of 2 to 5 that have no common divisor, and faint others in every second draw."""
+    sizes = np.array([0.0, 1.0, 0.8, 0.1, 0.3])
+    if draft.drawn:
+        first, second = ((2, 3), (2, 5), (3, 4), (3, 5))[draft.rng.integers(4)]
+        sizes = draft.rng.uniform(0, 0.2, 5) * (np.arange(5) > 0) * draft.rng.integers(2)
+        sizes[[first - 1, second - 1]] = draft.rng.uniform(0.3, 1.0, 2)
+    # Two harmonics at least must pass the amplifier.
+    wavelength = max(
+        times * draft.asked_mm, 1.02 * 5 * float(np.abs(draft.velocity).min()) / (PASS_BAND * draft.rate_Hz)
+    )
+    waves = sizes * np.exp(1j * draft.rng.uniform(0, 2 * math.pi, sizes.size))
+    draft.texture = _felt(draft, wavelength, _of_power_one(np.pad(waves, (0, HARMONICS - sizes.size))))
+    draft.wavelength = draft.everywhere(wavelength)
+
+
 def out_of_range(draft: Draft, wavelength_mm: float = 12.0) -> None:
     """A grating of twice the longest wavelength that is looked for: any answer is false."""
     grating(draft, times=draft.about(wavelength_mm, 1.2) / draft.asked_mm)
@@ -177,9 +202,9 @@ def step(draft: Draft, to_mm: float | None = None, at_s: float | None = None) ->
     draft.texture[after] = _felt(draft, wavelength, profile_amplitudes(wavelength), after)
 
 
-def two_lines(draft: Draft, ratio: float = 0.62) -> None:
+def two_lines(draft: Draft, ratio: float = 0.62, factor: float = 1.1) -> None:
     """Two gratings of the same power on each other: either answer is right, and so is a period of both."""
-    second = draft.about(ratio, 1.1) * draft.asked_mm
+    second = draft.about(ratio, factor) * draft.asked_mm
     grating(draft)
     draft.texture = (draft.texture + _felt(draft, second, profile_amplitudes(second))) / math.sqrt(2)
     draft.others_mm = (second, *common_period(draft.asked_mm, second))
@@ -223,6 +248,32 @@ def hum(draft: Draft, rms: float = 2.0, mains_Hz: float = 50.0) -> None:
     draft.mains_Hz = float(draft.rng.choice([50.0, 60.0])) if draft.drawn else mains_Hz
     turns = 2 * math.pi * draft.mains_Hz * draft.time_s + draft.phase()
     draft.added += draft.about(rms) * math.sqrt(2) * (np.sin(turns) + 0.25 * np.sin(3 * turns))
+
+
+def motor(draft: Draft, frequency_Hz: float = 47.0, rms: float = 1.0) -> None:
+    """A sine over time that is not the mains': a motor's, 25 to 90 Hz."""
+    draft.added += (
+        rms * math.sqrt(2) * np.sin(2 * math.pi * draft.about(frequency_Hz, 1.9) * draft.time_s + draft.phase())
+    )
+
+
+def ripple(draft: Draft, wavelength_mm: float = 20.0, size: float = 6.0) -> None:
+    """A component over the path, far longer than the range, many times stronger than the texture."""
+    draft.added += draft.about(size, 2.0) * np.sin(2 * math.pi * draft.skin / draft.about(wavelength_mm, 1.1))
+
+
+def spikes(draft: Draft, share: float = 0.004, size: float = 20.0) -> None:
+    """Single samples that are far off, either way."""
+    hit = draft.rng.uniform(size=draft.time_s.size) < share
+    draft.added += hit * draft.about(size, 2.0) * draft.rng.choice([-1, 1], draft.time_s.size)
+
+
+def lost(draft: Draft, every_s: float = 0.9, away_s: float = 0.25, offset: float = 8.0) -> None:
+    """Contact is lost and found again: in the air there is neither texture nor the offset of the press."""
+    away = (draft.time_s + draft.rng.uniform(0, every_s)) % draft.about(every_s) < draft.about(away_s)
+    press = gaussian_filter1d(np.where(away, 0.0, 1.0), 0.004 * draft.rate_Hz)
+    draft.texture *= press[:, None]
+    draft.added += draft.about(offset) * press
 
 
 def stick_slip(draft: Draft, slip_mm: float = 1.5, scatter: float = 0.3, rms: float = 1.0) -> None:
@@ -282,6 +333,17 @@ def counted(draft: Draft, count_mm: float = 0.05) -> None:
     count = draft.about(count_mm)
     counts = np.floor(draft.position / count)
     draft.known = np.diff(counts, prepend=counts[0]) * count * draft.rate_Hz
+
+
+def smoothed(draft: Draft, over_s: float = 0.05) -> None:
+    """The velocity is told behind a low-pass of first order with this time constant."""
+    share = -math.expm1(-1 / (draft.about(over_s, 1.2) * draft.rate_Hz))
+    draft.known = lfilter([share], [1, share - 1], draft.known)
+
+
+def stamped(draft: Draft, every_s: float = 0.01) -> None:
+    """Samples carry the time of the packet in which they came."""
+    draft.time_s = np.floor(draft.time_s / every_s + 1e-9) * every_s
 
 
 def dropped(draft: Draft, every_s: float = 0.4, length_s: float = 0.01) -> None:

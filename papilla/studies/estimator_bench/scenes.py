@@ -29,13 +29,15 @@ Part = Callable[[Draft], None]
 
 
 class Recipe(NamedTuple):
-    """A motion, a surface, disturbances in their order, seconds, and what the skin does before it feels the surface."""
+    """A motion, a surface, disturbances in their order, seconds, what the skin does before it feels the surface, and
+    samples a second."""
 
     motion: Part
     surface: Part
     disturbances: tuple[Part, ...] = ()
     seconds: float = 4.0
     skin: Part | None = None
+    rate_Hz: float = 1000.0
 
     @property
     def clean(self) -> bool:
@@ -74,6 +76,14 @@ _SURFACES: Mapping[str, tuple[Part, tuple[Part, ...]]] = {
     "rough, coloured": (partial(parts.rough, slope=1.0), ()),
     "stick-slip only": (parts.smooth, (parts.stick_slip,)),
     "beyond the range": (parts.out_of_range, ()),
+    "no fundamental": (parts.hollow, ()),
+    "no fundamental, drift and steps": (parts.hollow, (parts.drift, parts.steps)),
+    "no fundamental, force x 8": (parts.hollow, (partial(parts.force, depth=0.7),)),
+    "1 : 1.07": (partial(parts.two_lines, ratio=1.07, factor=1.0), ()),
+    "motor only": (parts.smooth, (parts.motor,)),
+    "spikes": (grating, (parts.spikes,)),
+    "contact lost": (grating, (parts.lost,)),
+    "stamps of 10 ms": (grating, (parts.stamped,)),
     "felt by FEM": (felt.grating, ()),
     "edges felt by FEM": (felt.edges, ()),
 }
@@ -82,6 +92,7 @@ _ENCODERS: Mapping[str, Part] = {
     **{f"scale {percent} % off": partial(parts.scaled, percent=percent) for percent in (1, 3)},
     "encoder counts": parts.counted,
     "dropped samples": parts.dropped,
+    "velocity smoothed": parts.smoothed,
 }
 _HAND = (parts.force, parts.drift, parts.steps, partial(parts.hum, rms=0.2), partial(parts.late, ms=2))
 SCENES: Mapping[str, Recipe] = MappingProxyType(
@@ -97,6 +108,15 @@ SCENES: Mapping[str, Recipe] = MappingProxyType(
         "step": Recipe(parts.constant, parts.step),
         "hand": Recipe(parts.hand, grating),
         "hand, realistic": Recipe(parts.hand, grating, _HAND, skin=parts.play),
+        "quick turns": Recipe(parts.turning, grating),
+        "slow board": Recipe(
+            partial(parts.constant, speed_mm_s=10.0),
+            partial(grating, times=1.9),
+            (parts.ripple, parts.drift),
+            12.0,
+            rate_Hz=35.6,
+        ),
+        **{f"{way}, 200 Hz": Recipe(motion, grating, rate_Hz=200.0) for way, motion in _WAYS.items()},
         **{f"strokes, {name}": Recipe(parts.strokes, grating, (own,)) for name, own in _ENCODERS.items()},
         **{f"{way}, {name}": Recipe(motion, *of) for name, of in _SURFACES.items() for way, motion in _WAYS.items()},
     }
@@ -164,7 +184,7 @@ class Scene:
             return np.ones(self.time_s.size, bool)
         resolution = np.abs(self.velocity_mm_s) / np.maximum(path_mm, 1e-9)
         harmonics = np.concatenate([np.arange(mains, 0.5 * self.sample_rate_Hz, mains) for mains in MAINS_HZ])
-        apart = np.abs(line - harmonics).min(axis=1) > resolution
+        apart = np.abs(line - harmonics).min(axis=1, initial=math.inf) > resolution
         if not math.isnan(self.mains_Hz):
             apart &= np.abs(line / np.arange(1, HIDDEN + 1) - self.mains_Hz).min(axis=1) > APART * resolution
         return told | apart
@@ -209,7 +229,7 @@ def scene(
     gauge_positions_mm=(0.0,),
     step_to_mm: float | None = None,
     step_at_s: float = 2.0,
-    sample_rate_Hz: float = 1000.0,
+    sample_rate_Hz: float | None = None,
     drawn: bool = False,
 ) -> Scene:
     """A scene of `SCENES` on a grating; with `step_to_mm` the wavelength changes at `step_at_s`.
@@ -220,7 +240,8 @@ def scene(
     """
     if name not in SCENES:
         raise InputError(f"scene must be one of {'; '.join(SCENES)}, got {name!r}")
-    recipe, rate = SCENES[name], checks.positive("sample_rate_Hz", sample_rate_Hz)
+    recipe = SCENES[name]
+    rate = checks.positive("sample_rate_Hz", recipe.rate_Hz if sample_rate_Hz is None else sample_rate_Hz)
     length = checks.positive("seconds", recipe.seconds if seconds is None else seconds)
     time, offsets = np.arange(round(length * rate)) / rate, np.asarray(gauge_positions_mm, float)
     asked = checks.positive("wavelength (mm)", wavelength_mm)
@@ -233,6 +254,6 @@ def scene(
     signal = draft.texture + draft.added[:, None]
     readings = signal + noise_sd * draft.rng.standard_normal(signal.shape)
     return Scene(
-        name, time, draft.velocity, draft.position, draft.known, signal, readings, draft.wavelength, draft.others_mm,
-        draft.mains_Hz, noise_sd, rate,
+        name, draft.time_s, draft.velocity, draft.position, draft.known, signal, readings, draft.wavelength,
+        draft.others_mm, draft.mains_Hz, noise_sd, rate,
     )  # fmt: skip

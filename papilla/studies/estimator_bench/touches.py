@@ -50,23 +50,55 @@ def zero_drift(rng, readings, force, sigma: float = 200.0):
     return readings + sigma * rng.normal(size=readings.shape[1]), force
 
 
+def force_zero(rng, readings, force, offset: float = 0.02):
+    """The force sensor has a zero of its own (N), in the air already."""
+    return readings, force + offset
+
+
+def drawn(scale: float) -> tuple[Disturbance, ...]:
+    """So many standard deviations of `Doubts` of all that sensors may be off by; zeros of the force of 20 mN."""
+
+    def crept(rng, readings, force):
+        return creep(rng, readings, force, scale * Doubts.creep * rng.normal())
+
+    def zeroed(rng, readings, force):
+        return force_zero(rng, readings, force, 0.02 * rng.normal())
+
+    gains = partial(gauge_gain, sigma=scale * Doubts.gauge_gain), partial(force_gain, sigma=scale * Doubts.force_gain)
+    return crept, *gains, partial(zero_drift, sigma=scale * Doubts.zero_microstrain), zeroed
+
+
 def force_gain(rng, readings, force, sigma: float = 0.02):
     """The force sensor has a gain of its own."""
     return readings, force * (1 + sigma * rng.normal())
 
 
 class Touch(NamedTuple):
-    """Where a touch is (mm), the specimen's thickness in mm, the number of the mesh, and what is not as calibrated.
+    """Where a touch is (mm), the specimen's thickness in mm, friction, the number of the mesh, and what is not as
+    calibrated.
 
     exact : readings are the calibration's own, and it and the lab are taken as exact: the bound is the noise's.
+    others : touches that trials take in turn instead, each with these disturbances.
     """
 
     at: tuple[float, float] = (0.0, 0.0)
     thickness_mm: float = THICKNESS_MM
     variant: int = 0
+    friction: float | str = STICK
     disturbances: tuple[Disturbance, ...] = ()
     exact: bool = False
+    others: tuple["Touch", ...] = ()
 
+
+MIXED = (
+    Touch(friction=0.0),
+    Touch(thickness_mm=5.0, friction=0.3),
+    Touch(variant=UNSEEN_VARIANT),
+    Touch(at=(1.0, 0.0)),
+    Touch(thickness_mm=20.0, friction=0.3),
+    Touch(thickness_mm=3.0),
+)
+"""Presses that a lab may make without knowing it."""
 
 TOUCHES: Mapping[str, Touch] = MappingProxyType(
     {
@@ -78,8 +110,13 @@ TOUCHES: Mapping[str, Touch] = MappingProxyType(
         "block of 3 mm": Touch(thickness_mm=3.0),
         "creep of 3 %": Touch(disturbances=(creep,)),
         "gauge gain 3 %": Touch(disturbances=(gauge_gain,)),
+        "gauge gain 6 %": Touch(disturbances=(partial(gauge_gain, sigma=0.06),)),
         "zero drift 200 µε": Touch(disturbances=(zero_drift,)),
         "force gain 2 %": Touch(disturbances=(force_gain,)),
+        "force zero 20 mN": Touch(disturbances=(force_zero,)),
+        "no friction": Touch(friction=0.0),
+        "realistic mix": Touch(disturbances=drawn(1.0), others=MIXED),
+        "realistic mix, twice the doubts": Touch(disturbances=drawn(2.0), others=MIXED),
         "all of them at 1 mm in y": Touch(at=(0.0, 1.0), disturbances=(creep, gauge_gain, zero_drift, force_gain)),
     }
 )
@@ -189,7 +226,10 @@ def feel(
         if touch.exact:
             readings = np.array([known.predict_readings(force, modulus) for modulus in moduli])
         else:
-            readings = pressed(finger, touch, moduli.tolist(), force)
+            kinds = touch.others or (touch,)
+            readings = np.empty((len(moduli), len(force), len(calibration.gauges)))
+            for place, kind in enumerate(kinds[: len(moduli)]):
+                readings[place :: len(kinds)] = pressed(finger, kind, moduli[place :: len(kinds)].tolist(), force)
         blocks = [_block(touch, *trial) for trial in zip(readings, seeds, strict=True)]
         for method in methods:
             found = np.array([METHODS[method](known, block, doubts) for block in blocks], float)
@@ -213,7 +253,7 @@ def pressed(finger: Finger, touch: Touch, moduli: list[float], force: np.ndarray
         return found.reshape(len(moduli), len(levels), -1)[:, which]
 
     apex, plain = (0.0, 0.0), {"friction": STICK, "large_strain": False}
-    readings = table(apex)
+    readings = table(apex, friction=touch.friction)
     return readings if touch.at == apex else readings + table(touch.at, **plain) - table(apex, **plain)
 
 

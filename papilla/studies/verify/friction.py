@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla.fem import ReducedFinger, press
-from papilla.fem.pressing.friction import FrictionPath
-from papilla.fem.pressing.friction_step import FrictionProblem
+from papilla.fem.pressing.contact_path import ContactProblem
+from papilla.fem.pressing.friction import loading
 from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
 from papilla.finger import Layer
 from papilla.references import dundurs_beta, frictional_punch
@@ -47,10 +47,10 @@ def _layer_both_ways() -> Iterator[Case]:
     patch, n = reduced.patch, len(reduced.patch.xy)
     turned = np.repeat([1.0, -1.0, -1.0], n)
     kernels = Block(MODULUS, THICKNESS, 0.5).traction_compliance(PatchSurface(patch, reduced.half_space))
-    problem = FrictionProblem(turned[:, None] * kernels * turned, patch.mass, weak_gap(patch, BALL), (patch.xy == 0).T)
+    problem = ContactProblem(turned[:, None] * kernels * turned, patch.mass, weak_gap(patch, BALL), (patch.xy == 0).T)
     for value in ("stick", 0.1):
         found = press(reduced, BALL, indentation=0.6 / BALL_RADIUS, friction=value)
-        expected = FrictionPath(problem, friction_coefficient(value)).at(indentation=0.6 / BALL_RADIUS)
+        expected = loading(problem, friction_coefficient(value)).at(indentation=0.6 / BALL_RADIUS)
         assert expected is not None
         name = f"sphere on incompressible layer, friction {value}"
         against = "at given indentation, against the layer's kernels (second method)"

@@ -10,8 +10,8 @@ from papilla.fem import FingerModel, Press, ReducedFinger, press
 from papilla.fem.pressing.contact import OFF_APEX
 from papilla.finger import Dome, Finger, Layer
 from papilla.mesh import build
-from papilla.mesh.builder import refuse_unusable
 from papilla.mesh.cell_quality import mean_ratio
+from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
@@ -130,7 +130,7 @@ def thin_layer() -> Iterator[Case]:
     assert isinstance(shape, Dome)
     interface = (shape.outer[0] - 0.3, shape.outer[1] - 0.3, shape.outer[2] - 0.3)
     thin = replace(base, shape=replace(shape, interface=interface))
-    mesh = build(thin, cache=False)
+    mesh = build(thin)
     quality = float(mean_ratio(mesh.points, mesh.tets).min())
     found, expected = (
         pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), 30)

@@ -12,7 +12,7 @@ from papilla.errors import MissingExtraError
 from papilla.fem.pressing.response import Response, response
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Block
+from papilla.specimen import STICK, Block
 from papilla.studies.verify.case import Case
 from papilla.units import MICROSTRAIN
 
@@ -41,7 +41,7 @@ def identification() -> Iterator[Case]:
     smooth = response(family_of(finger, size_mm=SIZE_MM), Block(1.0, 10.0))
     for seed, (name, (forces, moduli, deep)) in enumerate(LOGS.items(), start=1):
         log = _log(smooth, np.random.default_rng(seed), forces, moduli, deep)
-        yield from _against_minuit(name, identify(log, finger, size_mm=SIZE_MM))
+        yield from _against_minuit(name, identify(log, finger, size_mm=SIZE_MM, friction=STICK))
 
 
 def _log(smooth: Response, rng: np.random.Generator, forces, moduli, deep: bool) -> PressLog:

@@ -16,6 +16,7 @@ from papilla.studies.verify.identification import identification
 from papilla.studies.verify.incompressible import incompressible
 from papilla.studies.verify.invariance import invariance
 from papilla.studies.verify.manufactured import manufactured
+from papilla.studies.verify.moved import moved
 from papilla.studies.verify.patch_test import patch_test
 from papilla.studies.verify.revolution import revolution
 from papilla.studies.verify.scatter import scatter
@@ -39,6 +40,7 @@ FAMILIES: dict[str, Family] = {
     "slivers": slivers,
     "revolution": revolution,
     "scatter": scatter,
+    "moved": moved,
     "invariance": invariance,
     "engines": engines,
     "identification": identification,

@@ -5,18 +5,20 @@ import math
 import numpy as np
 import pytest
 
+from papilla.estimators.spectrum import whole
 from papilla.estimators.tracking.chirp import HOP_S, LEARNT_S, ChirpStatus, ChirpTracker
-from papilla.estimators.tracking.chirp_look import CHIRPS, OCTAVE, STIFFNESS, ChirpLook, price_of
+from papilla.estimators.tracking.chirp_look import CHIRPS, OCTAVE, STIFFNESS, ChirpLook, PeriodLook, nominated, price_of
 from papilla.estimators.tracking.stroke import (
     KNOTS,
     MOTION,
     SHAPE,
     TREND,
     Stroke,
-    improved,
+    designed,
     moved,
     phase_at,
     profile,
+    solved,
     trend_of,
 )
 
@@ -130,14 +132,15 @@ def test_a_profile_is_learnt_from_what_the_window_soon_leaves_behind():
     readings = np.zeros(own._window)
     fitted = stroke._replace(residual=residual)
     own._memory.known, own._memory.about = 50 * np.eye(SHAPE), true
-    own._learn_profile(fitted, readings, 0.5)
-    np.testing.assert_allclose(own._memory.known, 25 * np.eye(SHAPE) + columns.T @ columns, rtol=1e-9, atol=1e-9)
+    own._learn_profile(fitted, readings)
+    faded = 50 * (1 - HOP_S / 0.5) * np.eye(SHAPE)
+    np.testing.assert_allclose(own._memory.known, faded + columns.T @ columns, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(own._memory.about, true, rtol=1e-6)
     readings[rows] = np.nan
     residual[rows] = 0.0
     own._memory.known, own._memory.about = 50 * np.eye(SHAPE), true
-    own._learn_profile(fitted, readings, 0.5)
-    np.testing.assert_allclose(own._memory.known, 25 * np.eye(SHAPE))
+    own._learn_profile(fitted, readings)
+    np.testing.assert_allclose(own._memory.known, faded)
     np.testing.assert_allclose(own._memory.about, true, rtol=1e-6)
 
 
@@ -225,11 +228,11 @@ def test_the_stiffness_is_learnt_by_what_a_hop_adds():
         covariance[3, 3] = spread**2
         stroke = stroke_of(motion=np.array([0.3, 60.0, 0.0, found]), covariance=covariance)
         mean, variance = learnt(stroke, stiffness=(10.0, 100.0)).stiffness
-        new = (1 / spread**2 - 0.01) * 6 / 300
+        new = (1 / spread**2 - 0.01) * 8 / 300
         assert mean == pytest.approx((10.0 * 0.01 + found * new) / (0.01 + new))
         assert variance == pytest.approx(1 / (0.01 + new) + 10.0**2 * HOP_S)
     covariance[3, 3] = 200.0
-    assert learnt(stroke._replace(covariance=covariance), stiffness=(10.0, 100.0)).stiffness == (10.0, 100.6)
+    assert learnt(stroke._replace(covariance=covariance), stiffness=(10.0, 100.0)).stiffness == (10.0, 100.8)
     covariance[3, 3] = 1e6
     assert learnt(stroke._replace(covariance=covariance)).stiffness[1] == STIFFNESS**2
 
@@ -257,9 +260,7 @@ def test_a_fit_is_given_up_above_what_the_rate_shows_and_quiet_where_it_crawls()
 def chosen(look_price, **known):
     """Whether a look's fit of 100 Hz is followed instead of one of 60 Hz."""
     own = tracker_of(**({"stroke": stroke_of(), "doubt": 1.0, "rival": -100.0, "waited": 30} | known))
-    nothing = np.zeros(len(own._middle))
-    look = ChirpLook(nothing, own._middle, 15.0, 400.0, RATE, best=stroke_of(100.0), price=look_price)
-    own._choose(look)
+    own._choose(stroke_of(100.0), look_price)
     return own
 
 
@@ -295,9 +296,11 @@ def test_a_better_fit_is_looked_for_twice_a_second_or_sooner_in_doubt(doubt, wai
     if begins:
         assert memory.rival == -90.0 and memory.waited == 0
         np.testing.assert_array_equal(memory.look.readings, own._latest()[-len(own._middle) :])
-    own = tracker_of(None, waited=0)
-    own._search()
-    assert own._memory.look is not None, "at once where nothing is followed"
+    moving = np.random.default_rng(1).standard_normal(own._window) + 2 * np.sin(0.3 * np.arange(own._window))
+    for readings, idle in ((None, True), (moving, False), (moving - 2 * np.linspace(-5, 5, own._window) ** 2, False)):
+        own = tracker_of(None, readings, waited=0)
+        own._search()
+        assert own._memory.idle == idle == (own._memory.look is None), "at once, but not in noise alone"
 
 
 @pytest.mark.parametrize(
@@ -308,8 +311,8 @@ def test_a_better_fit_is_looked_for_twice_a_second_or_sooner_in_doubt(doubt, wai
         ({"followed": 3.1}, True, False),
         ({"doubt": 1.39}, True, False),
         ({"doubt": 1.41}, False, True),
-        ({"since": 7}, False, True),
-        ({"since": 6}, True, False),
+        ({"since": 16}, False, True),
+        ({"since": 15}, True, False),
         ({"swing": 60.0**2 * 15.8}, True, False),
         ({"swing": 60.0**2 * 16.2}, True, True),
         ({"stroke": stroke_of(gain=77.0)}, False, True),
@@ -321,7 +324,8 @@ def test_a_better_fit_is_looked_for_twice_a_second_or_sooner_in_doubt(doubt, wai
 )
 def test_a_frequency_is_ok_once_it_was_followed_and_a_wavelength_where_it_does_not_crawl(known, ok, held):
     """|v| / f; held where the frequency is not known to 5 %, and it is not ok where it is not known to 10 %."""
-    usual = {"stroke": stroke_of(), "followed": 9.0, "doubt": 1.0, "since": 3, "lively": 1e-6, "held": (7.0, 0.1)}
+    usual = {"stroke": stroke_of(), "followed": 9.0, "doubt": 1.0, "since": 3, "lively": 1e-6, "other": 0.0,
+             "held": (7.0, 0.1)}  # fmt: skip
     own = tracker_of(**(usual | known))
     found = own._answer(90.0, True)
     assert found.frequency_Hz == pytest.approx(60.0) and (found.status == ChirpStatus.OK) == ok
@@ -341,24 +345,24 @@ def test_sigma_holds_what_a_jump_since_the_youngest_knot_would_add():
 
 
 def test_a_step_moves_the_fit_and_its_knots_on():
-    """In a stride of 12 ms at most; a knot is left behind where it is one and a half spacings old."""
+    """In a stride of 16 ms at most; a knot is left behind where it is one and a half spacings old."""
     wave = np.cos(2 * np.pi * (60.0 * np.arange(-299, 1) / RATE + 0.3))
-    for age, since, aged in ((0.02, 6, 0.026), (0.052, 6, 0.058 - 0.037375), (0.02, 30, 0.032)):
+    for age, since, aged in ((0.02, 8, 0.028), (0.05, 8, 0.058 - 0.037375), (0.02, 40, 0.036)):
         jumps = np.arange(1.0, 9.0)
         own = tracker_of(stroke_of(age=age, jumps=jumps, spacing=0.037375), wave, since=since, span=200)
-        own._follow()
+        stepped(own)
         memory = own._memory
-        assert memory.stroke.age == pytest.approx(aged) and memory.since == max(since - 12, 0)
-        assert memory.span == 200 + min(since, 12) and memory.followed == pytest.approx(60.0 * min(since, 12) / RATE)
+        assert memory.stroke.age == pytest.approx(aged) and memory.since == max(since - 16, 0)
+        assert memory.span == 200 + min(since, 16) and memory.followed == pytest.approx(60.0 * min(since, 16) / RATE)
         assert 0 <= memory.stroke.motion[0] < 1.5
 
 
 def test_without_readings_the_motion_goes_on_and_sigma_grows_by_e_in_50_ms():
-    own = tracker_of(stroke_of(), np.full(300, np.nan), since=6)
-    own._follow()
+    own = tracker_of(stroke_of(), np.full(300, np.nan), since=8)
+    stepped(own)
     found = own._memory.stroke
-    assert found.motion == pytest.approx([(0.3 + 60 * 0.006) % 1, 60.0, 0.0, 0.0])
-    assert found.covariance[5, 5] ** 0.5 == pytest.approx(1e-2 * math.exp(0.006 / 0.05))
+    assert found.motion == pytest.approx([(0.3 + 60 * 0.008) % 1, 60.0, 0.0, 0.0])
+    assert found.covariance[5, 5] ** 0.5 == pytest.approx(1e-2 * math.exp(0.008 / 0.05))
 
 
 def test_the_price_of_a_fit_is_schwarz_s_less_what_twice_its_frequency_could_explain():
@@ -370,6 +374,13 @@ def test_the_price_of_a_fit_is_schwarz_s_less_what_twice_its_frequency_could_exp
     assert price_of(stroke_of(0.1), noise, count, RATE) == pytest.approx(at_60 + OCTAVE * math.log2(60.0))
 
 
+def stepped(own):
+    """A whole step."""
+    own._follow()
+    while own._memory.step is not None:
+        own._follow()
+
+
 def look_at(frequency, chirp=0.0, noise=0.02, count=133):
     time = (np.arange(count) - 0.5 * (count - 1)) / RATE
     turns = frequency * (time + 0.5 * chirp * time**2)
@@ -379,50 +390,39 @@ def look_at(frequency, chirp=0.0, noise=0.02, count=133):
 
 @pytest.mark.parametrize("frequency, chirp", [(60.0, 0.0), (90.0, 2.0), (45.0, -5.0), (150.0, 2.0)])
 def test_a_look_finds_a_chirp_in_the_middle_of_its_window(frequency, chirp):
-    look, parts = look_at(frequency, chirp), 1
-    while not look.advance():
-        parts += 1
-    assert look.best is not None and parts < 400
-    assert look.best.motion[1] == pytest.approx(frequency, rel=0.01)
-    assert look.best.motion[2] == pytest.approx(frequency * chirp, abs=0.6 * frequency)
-    assert look.best.noise == pytest.approx(0.02**2, rel=0.6) and look.best.proved
+    assert sum(1 for _ in look_at(frequency, chirp).run()) < 400
+    best = fitted(look_at(frequency, chirp))
+    assert best.motion[1] == pytest.approx(frequency, rel=0.01)
+    assert best.motion[2] == pytest.approx(frequency * chirp, abs=0.6 * frequency)
+    assert best.noise == pytest.approx(0.02**2, rel=0.6) and best.proved
 
 
 def test_the_places_that_are_tried_differ_and_are_the_best():
-    look = look_at(60.0)
-    for chirp in CHIRPS:
-        look._spectrum(chirp)
-    scores = [score for score, _ in look.places]
-    look._nominate()
-    tried = [motion[1] for motion in look.places]
+    places = [place for chirp in CHIRPS for place in whole(look_at(60.0)._spectrum(chirp))]
+    scores = [score for score, _ in places]
+    tried = [motion[1] for motion in nominated(places)]
     assert len(scores) > 4 >= len(tried) > 1 and tried[0] == pytest.approx(60.0, rel=0.03)
     apart = np.abs(np.array(tried)[:, None] / tried - 1) + np.eye(len(tried))
     assert apart.min() > 0.045
-    look.places = [(1.0, np.array([0, 50.0, 0, 0])), (3.0, np.array([0, 52.4, 0, 0])), (2.0, np.array([0, 70.0, 0, 0]))]
-    look._nominate()
-    assert [motion[1] for motion in look.places] == [52.4, 70.0]
+    places = [(1.0, np.array([0, 50.0, 0, 0])), (3.0, np.array([0, 52.4, 0, 0])), (2.0, np.array([0, 70.0, 0, 0]))]
+    assert [motion[1] for motion in nominated(places)] == [52.4, 70.0]
 
 
 def test_a_try_begins_at_the_phase_of_the_readings_and_inside_the_range():
     look = look_at(60.0, noise=0.0)
-    look._try(np.array([0.0, 60.0, 0.0, 0.0]))
-    assert look.trial.motion == pytest.approx([0.4 / (2 * np.pi), 60.0, 0.0, 0.0], abs=0.01) and look.step == 0
-    assert look.noise == pytest.approx(np.var(look.readings))
+    begun = look._begun(np.array([0.0, 60.0, 0.0, 0.0]))
+    assert begun.motion == pytest.approx([0.4 / (2 * np.pi), 60.0, 0.0, 0.0], abs=0.01)
+    assert begun.noise == pytest.approx(np.var(look.readings))
     for frequency, tried in ((13.5, False), (13.7, True), (399.0, True), (401.0, False)):
-        look.trial = None
-        look._try(np.array([0.0, frequency, 0.0, 0.0]))
-        assert (look.trial is not None) == tried
-    look.readings, look.trial = np.full(133, 3.0), None
-    look._try(np.array([0.0, 60.0, 0.0, 0.0]))
-    assert look.trial is None
+        assert (look._begun(np.array([0.0, frequency, 0.0, 0.0])) is not None) == tried
+    assert look._replace(readings=np.full(133, 3.0))._begun(np.array([0.0, 60.0, 0.0, 0.0])) is None
 
 
 def test_too_few_readings_have_no_lines():
     for known, lines in ((31, False), (33, True)):
         look = look_at(60.0)
         look.readings[known:] = np.nan
-        look._spectrum(0.0)
-        assert bool(look.places) == lines
+        assert bool(whole(look._spectrum(0.0))) == lines
 
 
 def test_a_step_turns_the_phase_by_a_tenth_at_most():
@@ -431,36 +431,33 @@ def test_a_step_turns_the_phase_by_a_tenth_at_most():
     time = np.arange(-299, 1) / RATE
     columns, _ = profile(*phase_at(stroke._replace(motion=np.array([0.3, 60.4, 0.0, 0.0])), time), RATE)
     loose_prior = 1e-9 * np.eye(SIZE)
-    found = improved(stroke, columns @ stroke.shape, time, RATE, loose_prior, stroke.values)
+    found = solved(designed(stroke, columns @ stroke.shape, time, RATE), loose_prior, stroke.values)
     turned = phase_at(found, time)[0] - phase_at(stroke, time)[0]
     assert np.abs(turned).max() <= 0.1 + 1e-6
     near, _ = profile(*phase_at(stroke._replace(motion=np.array([0.31, 60.0, 0.0, 0.0])), time), RATE)
-    found = improved(stroke, near @ stroke.shape, time, RATE, loose_prior, stroke.values)
+    found = solved(designed(stroke, near @ stroke.shape, time, RATE), loose_prior, stroke.values)
     assert phase_at(found, time)[0] - phase_at(stroke, time)[0] == pytest.approx(0.01, abs=2e-3)
     waves = near @ found.shape
     assert found.gain == pytest.approx(waves @ waves / stroke.noise, rel=0.05)
 
 
-def run(look):
-    while not look.advance():
-        pass
-    return look
+def fitted(look):
+    """The best fit of a look."""
+    return whole(look.run())[0]
 
 
 def test_a_look_does_not_depend_on_the_unit_the_offset_or_the_sign_of_the_readings():
-    plain = run(look_at(60.0, 2.0))
+    look = look_at(60.0, 2.0)
+    plain = fitted(look)
     for scale, offset in ((1e4, 0.0), (1e-3, 0.01), (-1.0, 0.0)):
-        other = look_at(60.0, 2.0)
-        other.readings = scale * other.readings + offset
-        found = run(other)
-        assert found.best.motion[1:] == pytest.approx(plain.best.motion[1:], rel=1e-3, abs=0.05)
-        assert found.best.noise == pytest.approx(scale**2 * plain.best.noise, rel=0.02)
+        found = fitted(look._replace(readings=scale * look.readings + offset))
+        assert found.motion[1:] == pytest.approx(plain.motion[1:], rel=1e-3, abs=0.05)
+        assert found.noise == pytest.approx(scale**2 * plain.noise, rel=0.02)
 
 
 def test_time_told_backwards_is_the_same_wave_with_the_opposite_chirp():
-    forth, back = look_at(80.0, 3.0), look_at(80.0, 3.0)
-    back.readings = back.readings[::-1].copy()
-    one, other = run(forth).best.motion, run(back).best.motion
+    forth = look_at(80.0, 3.0)
+    one, other = fitted(forth).motion, fitted(forth._replace(readings=forth.readings[::-1].copy())).motion
     assert abs(other[1]) == pytest.approx(one[1], rel=2e-3)
     assert other[2] / other[1] == pytest.approx(-one[2] / one[1], abs=0.15)
 
@@ -472,48 +469,41 @@ def test_a_wave_whose_second_harmonic_is_louder_has_the_fundamental_s_frequency(
         look = look_at(frequency)
         turns = frequency * look.time
         noise = 0.02 * np.random.default_rng(1).standard_normal(len(turns))
-        look.readings = 0.4 * np.cos(2 * np.pi * turns) + np.cos(2 * np.pi * order * turns + 1) + noise
-        assert run(look).best.motion[1] == pytest.approx(frequency, rel=0.01)
+        readings = 0.4 * np.cos(2 * np.pi * turns) + np.cos(2 * np.pi * order * turns + 1) + noise
+        assert fitted(look._replace(readings=readings)).motion[1] == pytest.approx(frequency, rel=0.01)
 
 
 def test_missing_readings_do_not_move_the_fit():
     look = look_at(60.0, 2.0)
     look.readings[[5, 40, 41, 42, 90, 128]] = np.nan
-    found = run(look).best
+    found = fitted(look)
     assert found.motion[1] == pytest.approx(60.0, rel=0.01) and found.noise == pytest.approx(0.02**2, rel=0.6)
 
 
 def test_noise_alone_has_no_fit_that_is_proved():
-    look = look_at(60.0)
-    look.readings = np.random.default_rng(3).standard_normal(133)
-    found = run(look)
-    assert found.best is None and found.price == math.inf
+    look = look_at(60.0)._replace(readings=np.random.default_rng(3).standard_normal(133))
+    assert whole(look.run()) == (None, math.inf)
 
 
-def test_a_look_takes_a_spectrum_for_every_chirp_of_a_stroke_and_its_way_back():
-    look, seen = look_at(60.0), []
-    spectrum = look._spectrum
-    look._spectrum = lambda chirp: seen.append(chirp) or spectrum(chirp)
-    run(look)
-    assert sorted(seen) == sorted(-chirp for chirp in seen) == sorted(CHIRPS) and len(set(seen)) == 7
+def test_the_chirps_that_are_looked_at_are_those_of_a_stroke_and_its_way_back():
+    assert sorted(CHIRPS) == sorted(-chirp for chirp in CHIRPS) and len(set(CHIRPS)) == 7
 
 
 @pytest.mark.parametrize("chirp", [0.0, 5.0, -9.0])
 def test_a_line_over_warped_time_is_a_chirp_of_that_rate(chirp):
     """Its place is its frequency in the middle of the window, and a chirp of another rate stands out less."""
     look = look_at(110.0, chirp)
-    for tried in CHIRPS:
-        look._spectrum(tried)
-    score, motion = max(look.places, key=lambda place: place[0])
+    places = [place for tried in CHIRPS for place in whole(look._spectrum(tried))]
+    score, motion = max(places, key=lambda place: place[0])
     assert motion[1] == pytest.approx(110.0, rel=0.02) and motion[2] == pytest.approx(chirp * motion[1])
     assert motion[0] == motion[3] == 0.0 and score > 0
-    assert all(15.0 <= place[1][1] <= 400.0 for place in look.places)
+    assert all(15.0 <= place[1][1] <= 400.0 for place in places)
 
 
 def test_a_try_takes_its_phase_from_the_middle_where_any_chirp_is_nearly_right():
     look = look_at(60.0, 3.0, noise=0.0)
-    look._try(np.array([0.0, 60.0, 0.0, 0.0]))
-    assert look.trial.motion[0] == pytest.approx(0.4 / (2 * np.pi), abs=0.05)
+    begun = look._begun(np.array([0.0, 60.0, 0.0, 0.0]))
+    assert begun.motion[0] == pytest.approx(0.4 / (2 * np.pi), abs=0.05)
 
 
 def test_what_a_step_learns_does_not_depend_on_the_unit_of_the_readings():
@@ -533,8 +523,9 @@ def test_what_a_step_learns_does_not_depend_on_the_unit_of_the_readings():
 
 
 def test_what_was_learnt_of_a_profile_fades_within_half_a_second():
-    memory = learnt(stroke_of(), np.full(300, np.nan), known=50.0 * np.eye(SHAPE))
-    np.testing.assert_allclose(memory.known, 50 * (1 - HOP_S / 0.5) * np.eye(SHAPE))
+    own = tracker_of(stroke_of(), known=50.0 * np.eye(SHAPE))
+    own._learn_profile(stroke_of(), np.full(300, np.nan))
+    np.testing.assert_allclose(own._memory.known, 50 * (1 - HOP_S / 0.5) * np.eye(SHAPE))
 
 
 def test_the_offset_rises_over_the_window_by_the_second_parameter_of_the_trend():
@@ -544,3 +535,25 @@ def test_the_offset_rises_over_the_window_by_the_second_parameter_of_the_trend()
     assert columns.shape == (300, TREND) and (columns[:, 0] == 1).all()
     assert columns[-1, 1] - columns[0, 1] == pytest.approx(1.0) and columns[-1, 1] == 0.0
     np.testing.assert_allclose(columns[:, 2:], before / 0.299)
+
+
+@pytest.mark.parametrize(
+    "sizes, told",
+    [
+        ((1.0, 0.5, 0.3), 0.0),
+        ((0.0, 0.0, 1.0, 0.0, 0.0, 0.4), 0.0),
+        ((0.15, 0.0, 1.0, 0.0, 0.0, 0.4), 1 / 3),
+        ((0.0, 0.3, 1.0), 1 / 3),
+        ((0.0, 1.0, 0.0, 0.7, 0.6), 1 / 2),
+    ],
+)
+def test_what_may_be_a_harmonic_names_the_other_frequency(sizes, told):
+    """Of harmonics 1, 2 ... of a period whose loudest the tracker may follow; there and back as well."""
+    for turns in (np.linspace(0, 60, 1000), 30 - np.abs(np.linspace(-30, 30, 1000))):
+        waves = sum(size * np.cos(2 * np.pi * n * turns + n) for n, size in enumerate(sizes, 1))
+        loudest = 1 + int(np.argmax(sizes)) if sizes[0] < 1 else 1
+        noise = 0.1 * np.random.default_rng(3).standard_normal(1000)
+        look = PeriodLook(loudest * turns, 5.0 + waves + noise, 0.1)
+        assert whole(look.run()) == pytest.approx(told)
+        few = PeriodLook(look.phase[:20], look.readings[:20], 0.1)
+        assert math.isnan(whole(few.run()))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
+from papilla.estimators.fundamental import fundamental_of, lone
 from papilla.estimators.spectrum import Line
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.estimators.tracking.cells import Cells
 from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.fundamental import fundamental_of, lone
 
 
 def line(wavenumber, amplitude=1.0, ratio=1000.0):
@@ -45,7 +45,8 @@ def line(wavenumber, amplitude=1.0, ratio=1000.0):
     ],
 )
 def test_a_fundamental_is_believed_where_chance_does_not_make_it(others, reach, told):
-    assert fundamental_of(line(1.0), others, reach, set(others), False) == (pytest.approx(told[0]), told[1])
+    found = fundamental_of(line(1.0), others, reach, set(others), False)
+    assert (found.wavenumber, not found.other) == (pytest.approx(told[0]), told[1])
 
 
 @pytest.mark.parametrize(
@@ -60,8 +61,18 @@ def test_a_fundamental_is_believed_where_chance_does_not_make_it(others, reach, 
 )
 def test_where_ridges_may_feel_a_harmonic_louder_faint_lines_prove_nothing(others, told):
     """And one within three times the reach is a doubt."""
-    assert fundamental_of(line(1.0), others, 0.0025, set(others), True) == told
-    assert fundamental_of(line(1.0), others, 0.0025, set(), True) == (1.0, True)
+    found = fundamental_of(line(1.0), others, 0.0025, set(others), True)
+    assert (found.wavenumber, not found.other) == told
+    assert fundamental_of(line(1.0), others, 0.0025, set(), True) == (1.0, 0.0, False)
+
+
+def test_what_stays_open_is_named_and_whether_a_loud_line_keeps_it_so():
+    """Lines of 2.355 and 1.570 mm share 4.71 mm."""
+    two = line(1 / 1.57, 0.8)
+    assert fundamental_of(line(1 / 2.355), [two], 0.02, {two}, False) == (1 / 2.355, pytest.approx(1 / 4.71), True)
+    assert fundamental_of(line(1 / 2.355), [two], 0.0015, {two}, False)[:2] == (pytest.approx(1 / 4.71), 0.0)
+    faint = line(1 / 1.57, 0.2)
+    assert fundamental_of(line(1 / 2.355), [faint], 0.0015, {faint}, False)[1:] == (pytest.approx(1 / 4.71), False)
 
 
 @pytest.mark.parametrize(

@@ -236,7 +236,7 @@ def test_a_guess_counts_while_nothing_better_is_known():
         ({}, 0.7),
         ({"known": (TRUE, 1e-4)}, TRUE),
         ({"known": (TRUE, 1e-4), "guessed": True}, 0.7),
-        ({"known": (TRUE, 1e-4), "changed": True}, 0.7),
+        ({"known": (TRUE, 1e-4), "changed": True}, TRUE),
     ):
         memory = concluded(guess, agreed=3, **known)
         assert memory.known[0] == told and memory.agreed == 0 and (memory.guessed == (told == 0.7))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.estimators import FusedTracker, LineTracker
+from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
 
 RANGE_MM = (1.0, 6.0)
 
@@ -11,7 +11,8 @@ RANGE_MM = (1.0, 6.0)
 def texture(position, wavelength, seed=0, noise=0.2, gauges=1):
     """(n, g) readings; wavelength : (n,) or one, the phase goes on where it changes."""
     turns = np.cumsum(np.diff(position, prepend=position[0]) / wavelength)
-    waves = np.sin(2 * np.pi * turns[:, None] + np.arange(gauges))
+    # With a harmonic: at a constant speed a sine of 25 to 90 Hz may be a motor's.
+    waves = sum(np.sin(2 * np.pi * n * turns[:, None] + np.arange(gauges)) / n for n in (1, 2))
     return waves + noise * np.random.default_rng(seed).standard_normal((len(position), gauges))
 
 
@@ -42,3 +43,19 @@ def test_a_lost_gauge_keeps_nobody_from_noticing_another_surface():
     assert found.wavelength_mm[-1] == pytest.approx(2.3, rel=0.01)
     late = ok & (time > 1.5) & (np.abs(found.wavelength_mm / 2.3 - 1) > 0.05)
     assert late.sum() < 80, "the old wavelength is told for 8 mm at most"
+
+
+def test_a_spike_is_left_out_and_a_step_is_not():
+    tracker = SpaceTracker()
+    readings = 0.1 * np.random.default_rng(4).standard_normal(400)
+    readings[200], readings[300:] = 30.0, readings[300:] + 30.0
+    taken = [tracker._plain(0, value) for value in readings.tolist()]
+    out = np.flatnonzero(np.isnan(taken))
+    assert out.tolist() == [200, 300], "the first of a step is left out, as it may be a spike"
+    position = np.arange(3000) * 0.1
+    clean = texture(position, 1.3)[:, 0]
+    spiky = clean + 25 * (np.random.default_rng(5).random(3000) < 0.004)
+    block = np.column_stack([spiky, np.full(3000, 100.0)])
+    found = SpaceTracker().process(block)
+    ok = np.array([sentence.startswith("ok") for sentence in found.sentence])
+    assert ok[600:].mean() > 0.95 and found.wavelength_mm[ok][-1] == pytest.approx(1.3, rel=2e-3)

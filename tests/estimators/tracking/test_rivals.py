@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.spectrum import Line, spectrum_of, strokes_of, whole
-from papilla.estimators.tracking.rivals import credits_of, silenced
+from papilla.estimators.spectrum import Line, Strokes, spectrum_of, strokes_of, whole
+from papilla.estimators.tracking.rivals import credits_of, levelled, silenced
 
 TIME = np.arange(900) / 1000
 BENT = 80 * TIME + 12 * TIME**2
@@ -113,3 +113,20 @@ def test_alone_each_of_two_that_are_alike_is_credited_with_what_the_other_cannot
     assert path < 1e-3 * best.ratio and time < 1e-3 * best.ratio
     best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(43.0)], STRAIGHT)
     assert path > 0.5 * best.ratio and time < 0.1 * path
+
+
+def test_what_is_slower_than_a_period_is_taken_out_and_its_harmonics_stay():
+    """A ripple of 20 mm, six times as loud, beside a line of 3 mm with its second harmonic."""
+    place = np.cumsum(np.random.default_rng(0).uniform(0.1, 0.3, 300))
+    line = np.cos(2 * np.pi * place / 3.0 + 1) + 0.5 * np.cos(4 * np.pi * place / 3.0)
+    ripple = 6 * np.sin(2 * np.pi * place / 20.0)
+    one = Strokes(
+        place, (line + ripple)[:, None], np.ones((300, 1)), np.ones(300), np.array([0, 300]), float(np.ptp(place))
+    )
+    left = whole(levelled(one, 1 / 3.0)).readings[:, 0]
+    inner = (place > place[0] + 3) & (place < place[-1] - 3)
+    assert np.abs(left - line)[inner].max() < 0.35 and np.abs(left - line).max() < 1.5
+    quiet = one._replace(readings=(line + 0.1 * ripple)[:, None])
+    assert np.array_equal(whole(levelled(quiet, 1 / 3.0)).readings, quiet.readings)
+    short = one._replace(place=place / 20)
+    assert whole(levelled(short, 1 / 3.0)) is short

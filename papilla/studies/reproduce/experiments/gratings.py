@@ -20,7 +20,7 @@ SLIDE = "papilla slide --groove G --ridge R --speed V --seconds S --press-depth 
 GROOVE_MM = 0.5
 DEPTHS_MM = (0.2, 0.5, 0.8)
 LENGTH_MM = 7.0
-"""Of the contact along y at 0.3 N: it turns forces of the section into newtons, and no reading depends on it."""
+"""Along y: it turns forces of the section into newtons, and no reading depends on it."""
 NOISE = 1.0
 """Noise of a gauge in microstrain, to which its signal is compared."""
 FRICTION = 0.3

@@ -7,7 +7,7 @@ from papilla.calibrate import fit
 from papilla.calibrate.compact_fit import with_compact
 from papilla.calibrate.indentation import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.calibrate.job import cached_sweep
-from papilla.calibrate.press_table import DEFAULT_MODULI, Sweep, default_specimen
+from papilla.calibrate.press_table import DEFAULT_MODULI, Sweep
 from papilla.calibrate.published_form import rounding_error
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import (
@@ -121,7 +121,7 @@ def calibrated(reduced: fem.ReducedFinger) -> Calibration:
 def sweep(reduced: fem.ReducedFinger, moduli, forces) -> Sweep:
     """Presses that stick, with large strain, as silicone does on silicone; kept in the cache."""
     ordered = [tuple(sorted(float(value) for value in values)) for values in (moduli, forces)]
-    return cached_sweep(reduced, ordered[0], ordered[1], default_specimen, STICK)
+    return cached_sweep(reduced, ordered[0], ordered[1], reduced.bench.specimen, STICK)
 
 
 def _published(calibration: Calibration, table: Sweep) -> dict:

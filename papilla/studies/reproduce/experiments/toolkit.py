@@ -9,7 +9,7 @@ import papilla
 from papilla import fem, mesh, view
 from papilla.calibrate import check
 from papilla.calibrate.job import cached_sweep
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SPECIMENS_MPA, default_specimen
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SPECIMENS_MPA
 from papilla.calibration import Calibration
 from papilla.estimators import Friction
 from papilla.fem.field_files import save_field
@@ -170,7 +170,7 @@ def _main_job(calibration: Calibration, reduced) -> dict:
     """Coefficients, recovered moduli on the same mesh, and the check of right and of wrong presses."""
     between = [float(np.sqrt(a * b)) for a, b in zip(DEFAULT_FORCES[30:], DEFAULT_FORCES[31:], strict=False)][::6]
     moduli = np.geomspace(0.053, 0.7, 7).tolist()
-    table = cached_sweep(reduced, tuple(moduli), tuple(between), default_specimen, STICK)
+    table = cached_sweep(reduced, tuple(moduli), tuple(between), reduced.bench.specimen, STICK)
     error = np.abs(
         np.asarray(calibration.invert(table.sd_microstrain, table.force_N).modulus_MPa) / table.modulus_MPa - 1
     )

@@ -1,7 +1,7 @@
 """A finger of revolution and a block, both at finite strain, in the half plane (r, z): a check of the 3-D press.
 
-Taylor-Hood on curved quadratic triangles: displacement and geometry P2, pressure P1 and its own in each layer. Of the
-product it shares the stress of a point alone, whose derivatives and closed forms have tests of their own.
+Taylor-Hood on curved quadratic triangles: displacement and geometry P2, pressure P1 and its own in each layer. Law,
+contact and readout are its own: it shares nothing with `papilla.fem`.
 """
 
 from collections.abc import Sequence
@@ -13,11 +13,8 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
 
-from papilla.fem.finite.body import Card
-from papilla.fem.finite.constitutive import Kinematics, response
-from papilla.fem.reduction.gauges import elongation, gauge_frame, linear_value, strain_functional
 from papilla.finger import Dome, Finger
-from papilla.mesh.surfaces import Ellipsoid
+from papilla.studies.verify.axisymmetric.law import COLUMN, ROW, Rubber
 
 OUTER, INNER, SPECIMEN = 0, 1, 2
 QUADRATURE_ORDER = 5
@@ -29,7 +26,8 @@ APART = 10.0
 class Shape:
     """Half ellipses (r, z) of skin, interface and bone, and a bonded cylinder of `thickness` and `width`, all in mm.
 
-    cells : along the skin, through the outer and the inner layer, and through the specimen.
+    cells : along the skin, through the outer and the inner layer, and through the specimen; smallest at the interface
+        and at the specimen's surface.
     near : of the skin's parameter, up to where `near_share` of the cells along it lie: contact is there.
     """
 
@@ -38,7 +36,7 @@ class Shape:
     bone: tuple[float, float] = (10.0, 6.0)
     thickness: float = 10.0
     width: float = 45.0
-    cells: tuple[int, int, int, int] = (40, 5, 6, 9)
+    cells: tuple[int, int, int, int] = (40, 5, 7, 8)
     near: float = 0.22
     near_share: float = 0.6
 
@@ -59,15 +57,16 @@ class Shape:
 class Bodies:
     """Finger and specimen as one mesh of two parts; unknowns are 2 * node + component (r, z), then pressures.
 
-    `cards` are those of OUTER, INNER and SPECIMEN. With `linear` all is small strain on the undeformed shape.
+    `rubbers` are those of OUTER, INNER and SPECIMEN; a rigid specimen's nodes all move with the table. With a linear
+    finger the contact, too, is that of the undeformed shape.
     """
 
-    def __init__(self, shape: Shape, cards: Sequence[Card], linear: bool = False):
-        self.shape, self.cards, self.linear = shape, tuple(cards), linear
+    def __init__(self, shape: Shape, rubbers: Sequence[Rubber]):
+        self.shape, self.rubbers = shape, tuple(rubbers)
         along, outer, inner, deep = shape.cells
         near = round(shape.near_share * along)
         x = np.append(np.linspace(0, shape.near, near + 1), shape.near + (1 - shape.near) * _growing(along - near)[1:])
-        through = np.concatenate([np.linspace(0, 1, inner + 1), 2 - _growing(outer, 1.3)[-2::-1]])
+        through = np.concatenate([1 - _growing(inner, 1.3)[::-1], np.linspace(1, 2, outer + 1)[1:]])
         flat = MeshTri.init_tensor(x, through) + MeshTri.init_tensor(x, APART + _growing(deep))
         curved = MeshTri2.from_mesh(flat)
         self.parameters = curved.doflocs
@@ -78,9 +77,11 @@ class Bodies:
         key = self.mesh.t * 3 + self.layer
         self.pressure_dofs = np.unique(key, return_inverse=True)[1].reshape(key.shape)
         self.nodes, self.pressures = self.basis.N, int(self.pressure_dofs.max()) + 1
-        self._rest: sp.csc_matrix | None = None
-        if linear:
-            self._rest = self.forces(np.zeros(self.unknowns))[1]
+
+    @property
+    def linear(self) -> bool:
+        """Whether the finger is at small strain."""
+        return self.rubbers[OUTER].linear
 
     @property
     def unknowns(self) -> int:
@@ -89,16 +90,17 @@ class Bodies:
 
     @cached_property
     def table(self) -> np.ndarray:
-        """Displacement unknowns along z on the specimen's table."""
-        return 2 * np.flatnonzero(self.parameters[1] == APART + 1) + 1
+        """Displacement unknowns along z on the specimen's table, or of the whole specimen where it is rigid."""
+        y = self.parameters[1]
+        return 2 * np.flatnonzero(y >= APART if np.isinf(self.rubbers[SPECIMEN].modulus) else y == APART + 1) + 1
 
     @cached_property
     def free(self) -> np.ndarray:
         """Mask (unknowns,): base, bone and table are held, and the axis stays straight."""
         x, y = self.parameters
-        held = (y == 0) | ((x == 1) & (y < APART)) | (y == APART + 1)
         free = np.ones((self.nodes, 2), dtype=bool)
-        free[held] = False
+        free[(y == 0) | ((x == 1) & (y < APART))] = False
+        free[self.table // 2] = False
         free[x == 0, 0] = False
         return np.append(free.ravel(), np.ones(self.pressures, dtype=bool))
 
@@ -114,62 +116,37 @@ class Bodies:
         return unknowns[: 2 * self.nodes].reshape(-1, 2)
 
     def forces(self, unknowns: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
-        """Internal forces (unknowns,) and tangent (lower triangle), divided by 2 pi."""
-        if self._rest is not None:
-            whole = self._rest + sp.tril(self._rest, -1).T
-            return whole @ unknowns, self._rest
+        """Internal forces (unknowns,) and tangent (symmetric), divided by 2 pi.
+
+        Raises `FloatingPointError` where a cell is turned inside out.
+        """
         gradient = (self._strain @ unknowns[self._unknowns[:, None, :12, None]])[..., 0]
-        kinematics = Kinematics.of(gradient.reshape(*gradient.shape[:2], 3, 3))
-        if not (kinematics.jacobian > 0).all():
-            raise FloatingPointError("a cell is turned inside out")
         pressure = unknowns[2 * self.nodes + self.pressure_dofs.T] @ self._hats
-        stress, tangent = np.empty_like(kinematics.gradient), np.empty((*pressure.shape, 9, 9))
-        for number, card in enumerate(self.cards):
+        local, blocks = np.zeros((len(gradient), 15)), np.zeros((len(gradient), 15, 15))
+        for number, rubber in enumerate(self.rubbers):
             cells = self.layer == number
-            stress[cells], tangent[cells] = response(card.material, kinematics[cells], pressure[cells])
-        weights, strain, compressibility = self._weights, self._strain, self._compressibility
-        blocks = np.zeros((len(weights), 15, 15))
-        blocks[:, :12, :12] = (strain.swapaxes(-1, -2) @ (weights[..., None, None] * tangent) @ strain).sum(axis=1)
-        divergence = (kinematics.cofactor.reshape(*pressure.shape, 1, 9) @ strain)[:, :, 0]
-        blocks[:, 12:, :12] = -(self._hats * weights[:, None, :]) @ divergence
-        blocks[:, 12:, 12:] = -compressibility[:, None, None] * ((self._hats * weights[:, None, :]) @ self._hats.T)
-        local = np.zeros((len(weights), 15))
-        flat = (weights[..., None, None] * stress).reshape(*pressure.shape, 1, 9)
-        local[:, :12] = (flat @ strain)[:, :, 0].sum(axis=1)
-        volume = weights * (kinematics.volume_change + compressibility[:, None] * pressure)
-        local[:, 12:] = -volume @ self._hats.T
+            if np.isinf(rubber.modulus):
+                blocks[cells, 12:, 12:] = np.eye(3)
+                continue
+            stress, tangent, volume, slope = rubber.response(gradient[cells], pressure[cells])
+            weights, strain = self._weights[cells], self._strain[cells]
+            hats = self._hats * weights[:, None, :]
+            rows = strain.reshape(len(strain), -1, 12)
+            stiff = (weights[..., None, None] * tangent @ strain).reshape(rows.shape)
+            blocks[cells, :12, :12] = rows.swapaxes(-1, -2) @ stiff
+            blocks[cells, 12:, :12] = -hats @ (slope[:, :, None] @ strain)[:, :, 0]
+            blocks[cells, 12:, 12:] = -rubber.compressibility * (hats @ self._hats.T)
+            local[cells, :12] = ((weights[..., None] * stress).reshape(len(strain), 1, -1) @ rows)[:, 0]
+            volume = weights * (volume + rubber.compressibility * pressure[cells])
+            local[cells, 12:] = -volume @ self._hats.T
+        blocks[:, :12, 12:] = blocks[:, 12:, :12].swapaxes(-1, -2)
         rows, columns = np.broadcast_arrays(self._unknowns[:, :, None], self._unknowns[:, None, :])
         matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.unknowns,) * 2)
-        return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), sp.tril(matrix).tocsc()
-
-    def strain(self, unknowns: np.ndarray) -> np.ndarray:
-        """(g,) of the default gauges at ellipse parameters of 0 and more."""
-        found = []
-        for gauge in self.shape.finger.gauges[2:]:
-            surface = Ellipsoid((self.shape.interface[0],) * 2 + (self.shape.interface[1],))
-            functional = strain_functional(gauge, gauge_frame(self.shape.finger, gauge, surface), surface)
-            moved = self.at(unknowns, functional.points)
-            found.append((linear_value if self.linear else elongation)(functional, moved))
-        return np.array(found)
-
-    def at(self, unknowns: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Displacement (k, 3) at points (k, 3) of the interface in the finger turned about its axis."""
-        radius = np.hypot(points[:, 0], points[:, 1])
-        angles = np.arctan2(radius / self.shape.interface[0], points[:, 2] / self.shape.interface[1])
-        moved = np.array([self._on_interface(unknowns, float(angle)) for angle in angles])
-        outwards = points[:, :2] / np.maximum(radius, 1e-300)[:, None]
-        return np.column_stack([moved[:, :1] * outwards, moved[:, 1]])
-
-    def _on_interface(self, unknowns: np.ndarray, angle: float) -> np.ndarray:
-        edges, x = self.edges(1.0), angle / (np.pi / 2)
-        ends = self.parameters[0][edges[:, :2]]
-        which = int(np.clip(np.searchsorted(ends[:, 1], x), 0, len(edges) - 1))
-        s = 2 * (x - ends[which, 0]) / (ends[which, 1] - ends[which, 0]) - 1
-        return quadratic(s)[0] @ self.displacement(unknowns)[edges[which]]
+        return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), matrix.tocsc()
 
     @cached_property
     def _strain(self) -> np.ndarray:
-        """(cells, q, 9, 12): displacement gradient in (r, z, theta) by the displacements of a cell."""
+        """(cells, q, 5, 12): displacement gradient, in the entries of `law`, by the displacements of a cell."""
         values = [(np.asarray(f[0]), f[0].grad) for f in self.basis.basis]
         radius = np.asarray(self.basis.global_coordinates())[0]
         strain = np.zeros((*radius.shape, 3, 3, 6, 2))
@@ -177,7 +154,7 @@ class Bodies:
             for component in range(2):
                 strain[..., component, :2, node, component] = np.moveaxis(grad, 0, -1)
             strain[..., 2, 2, node, 0] = value / radius
-        return strain.reshape(*radius.shape, 9, 12)
+        return strain[..., ROW, COLUMN, :, :].reshape(*radius.shape, 5, 12)
 
     @cached_property
     def _weights(self) -> np.ndarray:
@@ -188,10 +165,6 @@ class Bodies:
         """(3, q) values of the pressure's basis functions."""
         pressure = Basis(self.mesh, ElementTriP1(), intorder=QUADRATURE_ORDER)
         return np.stack([np.asarray(f[0])[0] for f in pressure.basis])
-
-    @cached_property
-    def _compressibility(self) -> np.ndarray:
-        return np.array([card.compressibility for card in self.cards])[self.layer]
 
     @cached_property
     def _unknowns(self) -> np.ndarray:

@@ -1,12 +1,19 @@
 """Of which fundamental a line and the others beside it are harmonics, and whether that is sure."""
 
 import math
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
-from papilla.estimators.spectrum import Line
+from papilla.estimators.peaks import Peak
+from papilla.estimators.spectrum import Line, Spectrum
 
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
 harmonic that line may be."""
+CONFIRMED = 1e-2
+"""Chance of noise at one place that is looked at for a reason: where many looks agreed, or a fundamental would be."""
+HINTING, SELDOM = 0.25, 5e-4
+"""Amplitude beside the chosen line's, and chance, of what may yet become another harmonic of a missing fundamental."""
 COINCIDENCE, LOUD, FAINTLY = 0.02, 0.3, 0.001
 """Chance with which lines of another texture may look like harmonics; and where none of these has so much of the
 strongest line's amplitude, as there are more of the faint ones that nobody knows."""
@@ -23,16 +30,30 @@ SEEN = 25.0
 """Power over the background from which hardly any line is missed."""
 
 
-def fundamental_of(chosen: Line, others: list[Line], reach: float, own: set[Line], ridged: bool) -> tuple[float, bool]:
-    """The wavenumber (1/mm) of which the chosen line and the others are harmonics, the chosen's where there is no sign
-    of one; and whether that is sure.
+class Period(NamedTuple):
+    """wavenumber (1/mm) of which the lines are harmonics; other : the one that may be it as well, 0 for none; loud :
+    whether a loud line keeps that open."""
+
+    wavenumber: float
+    other: float
+    loud: bool = False
+
+
+def fundamental_of(
+    chosen: Line | Peak, others: Sequence[Line | Peak], reach: float, own: Collection[Line | Peak], ridged: bool
+) -> Period:
+    """The greatest common divisor, in wavenumber, of the chosen line and the others; the chosen's where there is no
+    sign of another.
+
+    A divisor (the chosen wavenumber over 2 to 6) is believed where lines of another texture would hardly lie so near to
+    its multiples by chance. Where they might, it stays open: a loud line that fits is a doubt as long as it fits.
 
     others : lines that are no multiples of the chosen one; reach : how far (1/mm) a line may lie off its place; own :
     those that may be the surface's; ridged : the finger's ridges may feel a harmonic louder than the fundamental,
     so that a line near the place of one is a doubt. Faint ones alone are no proof: a contact that sticks and slips may
     repeat after several periods only.
     """
-    k, sure, proven, best, fundamental = chosen.wavenumber, True, True, 1.0, chosen.wavenumber
+    k, best, found, open_ = chosen.wavenumber, 1.0, Period(chosen.wavenumber, 0.0), Period(chosen.wavenumber, 0.0)
     for divisor in range(2, SUBHARMONICS + 1):
         base = k / divisor
         slack = min(reach, 0.1 * base)
@@ -41,19 +62,42 @@ def fundamental_of(chosen: Line, others: list[Line], reach: float, own: set[Line
             (by, line) for by, line in zip(off, others, strict=True) if by < (NEAR if ridged else 1) and line in own
         ]
         fits = [line for by, line in near if by < 1]
-        sure = sure and not (ridged and near)
+        if ridged and near and not open_.other:
+            open_ = Period(k, base)
         if not fits:
             continue
         # How often lines of another texture would fit by chance.
         chance = (2 * slack / base * len(others)) ** len(fits)
         loud = max(line.amplitude for line in fits) > LOUD * chosen.amplitude
         if chance < min(COINCIDENCE if loud else FAINTLY, PLAINER * best):
-            best, fundamental = chance, base
             least = HEARD_IN_STEP * max(line.amplitude for line in (chosen, *fits))
             orders = [round(line.wavenumber / base) for line in (chosen, *fits) if line.amplitude > least]
-            proven = math.gcd(*orders) == 1
-        sure = sure and not loud and chance > COINCIDENCE
-    return fundamental, proven if fundamental < k else sure
+            best, found = chance, Period(base, 0.0 if math.gcd(*orders) == 1 else k)
+        if (loud or chance <= COINCIDENCE) and not open_.loud and (loud or not open_.other):
+            open_ = Period(k, base, loud)
+    return found if found.wavenumber < k else open_
+
+
+def hints(spectrum: Spectrum, lines: list[Line], chosen: Line, divisor: int, near: float, lowest: float) -> bool:
+    """Whether there is more than noise at the first multiples of the wavenumber of which the chosen line would be such
+    a harmonic: too little for a line of a search, and too much to call the harmonic a wavelength.
+
+    near : 1/mm, from a line and from zero, that is not looked at; lowest : wavenumber of the range, below which only
+    the fundamental itself is looked for.
+    """
+    half = int(spectrum.resolution / 2)
+    for order in range(1, 2 * divisor + 2 if chosen.wavenumber > divisor * lowest else 2):
+        place = order * chosen.wavenumber / divisor
+        known = place < near or any(abs(line.wavenumber - place) < near for line in lines)
+        if known or math.gcd(order, divisor) > 1:
+            continue
+        at = round(place / spectrum.step)
+        heard = spectrum.power[max(at - half, 0) : at + half + 1].max(initial=0.0) ** 0.5
+        # What is faint beside the line, if it is more than noise, is no sign.
+        least, rare = (FAINT, CONFIRMED / (divisor - 1)) if order == 1 else (HINTING, SELDOM)
+        if heard > least * chosen.amplitude and spectrum.chance(place) < rare:
+            return True
+    return False
 
 
 def lone(line: Line, ridge_pitch_mm: float) -> bool:

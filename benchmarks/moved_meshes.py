@@ -1,0 +1,111 @@
+"""Shipped meshes moved into other fingers, against fresh ones of the mesher: presses, mesh scatter and price.
+
+`python benchmarks/moved_meshes.py [--shapes NAME ...] [--drawn N] [--variants N]`
+
+Presses of 10 to 100 gf on blocks of 0.05 to 0.5 MPa, linear and without friction. Columns: root mean square over the
+presses of the relative difference between the moved meshes' mean and the drawn meshes' mean, for S_d, gauges (over the
+largest reading of a press), indentation and contact area; in brackets how far single moved and single drawn meshes
+scatter about their own mean. Last: worst mean ratio, processor seconds of a moved and of a drawn mesh.
+"""
+
+import argparse
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from papilla import Finger, units
+from papilla.errors import ContactRangeError
+from papilla.fem import FingerModel, press
+from papilla.finger import Dome, Shape, Slab
+from papilla.mesh import DEFAULT_SIZE_MM, build, quality
+from papilla.mesh.drawing import drawn
+from papilla.mesh.layered import LayeredMesh
+from papilla.specimen import Block
+
+SIZE_MM = DEFAULT_SIZE_MM
+FORCES_GF, MODULI_MPA = (10.0, 30.0, 60.0, 100.0), (0.05, 0.15, 0.5)
+SHAPES: dict[str, Shape] = {
+    "shipped": Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0)),
+    "half size": Dome((12.0, 15.0, 10.0), (10.5, 13.5, 8.5), (5.0, 8.0, 3.0)),
+    "double size": Dome((48.0, 60.0, 40.0), (42.0, 54.0, 34.0), (20.0, 32.0, 12.0)),
+    "skin 1.5 mm": Dome((24.0, 30.0, 20.0), (22.5, 28.5, 18.5), (10.0, 16.0, 6.0)),
+    "skin 5 mm": Dome((24.0, 30.0, 20.0), (19.0, 25.0, 15.0), (10.0, 16.0, 6.0)),
+    "bone flat": Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 3.0)),
+    "bone 3 mm below": Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 14.0)),
+    "flat": Dome((24.0, 30.0, 15.0), (21.0, 27.0, 12.0), (10.0, 16.0, 4.0)),
+    "narrow": Dome((18.0, 30.0, 20.0), (15.0, 27.0, 17.0), (8.0, 16.0, 6.0)),
+    "of revolution": Dome((24.0, 24.0, 20.0), (21.0, 21.0, 17.0), (10.0, 10.0, 6.0)),
+    "slab": Slab((24.0, 20.0), (22.0, 18.0), (10.0, 6.0), depth=14.0),
+}
+
+
+def fingers() -> dict[str, Finger]:
+    """The fingers that are compared; the last two have gauges elsewhere."""
+    default = Finger.default()
+    found = {name: replace(default, shape=shape) for name, shape in SHAPES.items()}
+    wide = tuple(replace(gauge, angle_deg=1.375 * (gauge.angle_deg or 0.0)) for gauge in default.gauges)
+    beside = tuple(replace(gauge, y_mm=6.0) for gauge in default.gauges)
+    return found | {"gauges to 55 deg": replace(default, gauges=wide), "gauges off": replace(default, gauges=beside)}
+
+
+def presses(finger: Finger, mesh: LayeredMesh) -> np.ndarray:
+    """(presses, quantities) S_d, indentation, area and the gauges; NaN where the contact would leave its patch."""
+    reduced = FingerModel(finger, mesh).reduce()
+    rows = []
+    for modulus in MODULI_MPA:
+        for force in FORCES_GF:
+            try:
+                block, load = Block(modulus, thickness=10.0), units.gf_to_newton(force)
+                found = press(reduced, block, force=load, fidelity="contact", friction=0)
+            except ContactRangeError:
+                rows.append([np.nan] * (3 + len(reduced.gauge_names)))
+            else:
+                rows.append([found.sd, found.indentation, found.contact_area, *found.reading])
+    return np.array(rows)
+
+
+def compared(finger: Finger, drawings: int, variants: int) -> str:
+    """The line of a finger."""
+    kinds, seconds, worst = [], [], 1.0
+    for make, count in ((build, variants), (drawn, drawings)):
+        before, meshes = time.process_time() + _children(), []
+        for variant in range(count):
+            meshes.append(make(finger, SIZE_MM, variant=variant))
+        seconds.append((time.process_time() + _children() - before) / count)
+        kinds.append(np.array([presses(finger, mesh) for mesh in meshes]))
+        if make is build:
+            worst = min(quality(mesh)["mean_ratio_min"] for mesh in meshes)
+    middle = kinds[1].mean(axis=0)
+    scale = np.column_stack([middle[:, :3], np.repeat(np.abs(middle[:, 3:]).max(axis=1, keepdims=True), 5, axis=1)])
+    apart = (kinds[0].mean(axis=0) - middle) / scale
+    own = [(kind - kind.mean(axis=0)) / scale * np.sqrt(len(kind) / max(len(kind) - 1, 1)) for kind in kinds]
+    parts = []
+    for columns in (slice(0, 1), slice(3, None), slice(1, 2), slice(2, 3)):
+        difference, *scatter = (100 * np.sqrt(np.nanmean(part[..., columns] ** 2)) for part in (apart, *own))
+        parts.append(f"{difference:5.2f} ({scatter[0]:.2f} {scatter[1]:.2f})")
+    return " ".join(parts) + f"  {worst:.2f}  {seconds[0]:.2f} {seconds[1]:.1f}"
+
+
+def _children() -> float:
+    import resource
+
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--shapes", nargs="*", default=list(fingers()), choices=list(fingers()))
+    parser.add_argument("--drawn", type=int, default=2, help="fresh meshes a finger")
+    parser.add_argument("--variants", type=int, default=2, help="shipped meshes a finger")
+    given = parser.parse_args()
+    print(
+        f"{'finger':18s} {'S_d %':>17s} {'gauges %':>17s} {'indentation %':>17s} {'area %':>17s}  worst  s moved drawn"
+    )
+    for name in given.shapes:
+        print(f"{name:18s} {compared(fingers()[name], given.drawn, given.variants)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

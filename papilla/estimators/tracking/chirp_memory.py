@@ -1,0 +1,100 @@
+"""What a velocity-blind tracker answers, and what it remembers."""
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla.estimators.tracking.chirp_look import STIFFNESS, ChirpLook, PeriodLook
+from papilla.estimators.tracking.stroke import SHAPE, Design, Stroke
+from papilla.status import Status
+
+FIRST_LIVELY, FIRST_WANDER = 1.0, 0.1
+"""Noise of the motion, as a part of the frequency a s^2 and sqrt(Hz), and of the offset, of a new lock."""
+
+
+class ChirpStatus(Status):
+    """What became of an answer."""
+
+    OK = 0, "ok"
+    SEARCHING = 1, "no frequency stands out: the last one, if any, goes on in doubt, and its sigma grows"
+    QUIET = 2, "the reading does not change: standstill, or no texture"
+    MISSING = 3, "the reading is missing, not finite or saturated: the motion goes on as it was"
+    AMBIGUOUS = 4, "ambiguous: what is told may be a harmonic of a lower frequency"
+
+
+class ChirpEstimate(NamedTuple):
+    """frequency_Hz and frequency_sigma_Hz, `lag_s` ago; wavelength_mm and wavelength_sigma_mm, NaN without a velocity;
+    status (a `ChirpStatus` value). NaN before the first lock. Of a block, arrays (n,)."""
+
+    frequency_Hz: float | np.ndarray
+    frequency_sigma_Hz: float | np.ndarray
+    wavelength_mm: float | np.ndarray
+    wavelength_sigma_mm: float | np.ndarray
+    status: int | np.ndarray
+
+    @property
+    def sentence(self):
+        """The status in words: a string, or a list of them."""
+        return ChirpStatus.in_words(self.status)
+
+
+class Step(NamedTuple):
+    """A step of the fit under way, of so many new samples (stride) in the readings (m,) of its window: what was known
+    before them, and what is done: the stroke moved on, that beside the readings, or improved."""
+
+    done: Stroke | Design
+    improved: bool
+    learnt: bool
+    prior: np.ndarray
+    about: np.ndarray
+    readings: np.ndarray
+    stride: int
+
+
+@dataclass(eq=False)
+class ChirpMemory:
+    """readings, phases (n,), speeds : of the latest samples, phases in cycles and NaN where not known; count : readings
+    in use; since : samples since the last step.
+
+    stroke : the fit that is followed, None before; told : frequency and sigma of each sample since the last step.
+    span : samples since it began; followed : periods since; doubt : its residual over the noise; price : of the same
+    readings as a look's. known (9, 9), about (9,) : information of the profile in units of the noise, and what it says;
+    stiffness : mean and variance; lively, wander : noise of the motion and of the offset; swing : fading mean square of
+    the frequency; quiet : whether nothing changes, absent : by as much as the wave that is followed.
+    step : the one under way. look : the one under way, parts : of it that are done; rival : what its best must cost
+    less than; waited : samples since one began; idle : whether none was begun, as the readings were noise.
+    asked : samples since it was asked whether it is a harmonic, other : the frequency that it may be beside its own, 0
+    for none, NaN before that was told; clean : how often there was none since. held : wavelength and sigma.
+    """
+
+    readings: np.ndarray
+    phases: np.ndarray
+    speeds: list[float]
+    count: int = 0
+    since: int = 0
+    stroke: Stroke | None = None
+    told: list[tuple[float, float]] = field(default_factory=list)
+    span: int = 0
+    followed: float = 0.0
+    doubt: float = 0.0
+    price: float = math.inf
+    known: np.ndarray = field(default_factory=lambda: np.zeros((SHAPE, SHAPE)))
+    about: np.ndarray = field(default_factory=lambda: np.zeros(SHAPE))
+    stiffness: tuple[float, float] = (0.0, STIFFNESS**2)
+    lively: float = FIRST_LIVELY
+    wander: float = FIRST_WANDER
+    swing: float = 0.0
+    quiet: bool = False
+    absent: bool = False
+    step: Step | None = None
+    look: ChirpLook | PeriodLook | None = None
+    parts: int = 0
+    rival: float = math.inf
+    waited: int = 0
+    idle: bool = False
+    asked: int = 0
+    clean: int = 0
+    other: float = math.nan
+    held: tuple[float, float] = (math.nan, math.nan)

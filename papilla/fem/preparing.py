@@ -1,0 +1,65 @@
+"""`prepare`: from a finger to its reduced form in one call, with all that the cache holds of it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from papilla import cache, checks
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT
+from papilla.fem.reduction.finger_model import model_of, tangential_of
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.mesh.layered import LayeredMesh
+
+REDUCED_BY = "papilla.fem.reduction.finger_model"
+"""Module whose code makes a reduced finger."""
+
+
+def prepare(
+    finger: Finger,
+    *,
+    size_mm: float = DEFAULT_SIZE_MM,
+    at: tuple[float, float] = (0.0, 0.0),
+    variant: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> ReducedFinger:
+    """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
+
+    A press of it that includes large strain makes the table for it the first time, in about half a minute, where none
+    ships and none is known (`papilla.fem.finite.strain_tables`); `progress` is told of that, too.
+
+    Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
+    """
+    mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
+    x, y = checks.place("at", at)
+    key = cache.key(REDUCED_BY, finger.sha256, mesh.sha256, x, y)
+
+    def make():
+        if progress is not None:
+            progress("factorising and reducing the finger")
+        return model_of(finger, mesh).reduce((x, y)).to_arrays()
+
+    reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
+    return replace(
+        reduced,
+        bench=finger.bench,
+        tangential_source=partial(_cached_tangential, finger, mesh, (x, y)),
+        strain_source=partial(_strain_table, finger, progress),
+    )
+
+
+def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
+    def make():
+        compliance, rows = tangential_of(finger, mesh, DEFAULT_ELEMENT, at)
+        return {"compliance": compliance, "rows": rows}
+
+    key = cache.key(REDUCED_BY, "tangential", finger.sha256, mesh.sha256, *at)
+    arrays = cache.fetch("tangential", key, make)
+    return arrays["compliance"], arrays["rows"]
+
+
+def _strain_table(finger: Finger, progress: Callable[[str], None] | None, stuck: bool) -> None:
+    from papilla.fem.finite.strain_tables import ensure_large_strain
+
+    ensure_large_strain(finger, (stuck,), progress=progress)

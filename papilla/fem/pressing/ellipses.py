@@ -1,0 +1,230 @@
+"""Pressure ellipses of a finger and the specimens of one shape, and the E* that finger and specimen have under them.
+
+What does not depend on the specimen's modulus is measured once: compliances under ellipses of all sizes and a few
+aspects, and what gauges feel of them. See `hertz` for the pressure's two terms.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.special import ellipk
+
+from papilla.errors import ContactRangeError
+from papilla.fem.reduction.compliance import quadrature
+from papilla.fem.reduction.kept import kept
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.references import hertz_ellipse
+from papilla.references.hertz import MAX_RADIUS_RATIO
+from papilla.specimen import Specimen
+
+Array = TypeVar("Array", float, np.ndarray)
+
+SECOND, SIXTH = (2 / 5, 2 / 7), (16 / 105, 16 / 231)
+"""Moments of u and u^3 under the two terms, per unit force."""
+HALF_SPACE_ENERGY = (1.0, 15 / 14, 25 / 21)
+"""Energy of the pairs of terms (Hertz with itself, with the other, the other with itself) on a half-space, in Hertz's:
+integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""
+
+FLATTEST, SHARPEST = -1.5, 1.0  # Bounds of q, beyond which the pressure is negative in the middle or at the edge
+SMALLEST = 2.0
+"""Smallest radius, in patch edge lengths, at which E* is measured; below, it goes to its known limit at a = 0."""
+
+ELLIPSE_SUBDIVISIONS = 6
+"""Parts of a triangle's edge for the integrals of a Hertzian pressure and of the skin's curvature."""
+
+TABLE_POINTS = 32
+ROWS = (40, 400)
+"""Ellipses of one aspect, and rows of a table, below and above `SMALLEST`; cubics go through them."""
+
+SMALL_POINTS = 10  # Radii below `SMALLEST` at which the gauges' readings, but not E*, are tabulated
+STRETCHES = (-0.06, 0.0, 0.06)
+"""ln of b / a, over that of Hertz, at which ellipses are tabulated: layers change it by up to 0.06 on the default."""
+
+MODULUS_DEGREES = (7, 5, 2)
+"""Degrees in a of ln E*'s terms in the stretch to the power 0, 1, 2, at most; each starts at the first, for E*(0) is
+known. On a coarse patch, where much of the way down to a = 0 is not measured, the degree is lower."""
+
+CURVATURE_REACH, FITTED_NODES = 0.27, 28
+"""Share of the patch's reach over which the skin's curvature is fitted (4 mm of 15), and the fewest nodes for it."""
+
+
+def layer_factor(t: Array, q: Array) -> Array:
+    """Pressure over mean pressure at t = sqrt(1 - u), for t in [0, 1]."""
+    return 1.5 * (1 - q) * t + 2.5 * q * t**3
+
+
+def mean_square(q: Array) -> Array:
+    """Mean of u under the profile."""
+    return SECOND[0] - (SECOND[0] - SECOND[1]) * q
+
+
+def peak_over_mean(q: float) -> float:
+    """Largest pressure over mean pressure."""
+    inside = np.sqrt((1 - q) / (-5 * q)) if q < 0 else 1.0
+    return float(max(layer_factor(1.0, q), layer_factor(min(inside, 1.0), q)))
+
+
+@dataclass(frozen=True, eq=False)
+class EllipseFamily:
+    """What tables of one finger and shape of specimen share; m measured radii, k of a branch, t terms of ln E*.
+
+    gap_radii : (2,) mm. outer_modulus : MPa. aspects : (3,) b / a of the stretches. radius : (k,) semi-axes a, mm.
+    finger, specimen : (3 pairs, 3 aspects, m) compliances under unit ellipses, in those of a half-space of 1 MPa; that
+    of a specimen of 1 MPa. fit : (t, 3 m) from ln E* to its terms. terms, slopes : (3, k, t) of them, and by a.
+    half_space : (3,) energies. influence : (3 aspects, 2 terms, k, q g) what gauges feel per newton.
+    """
+
+    gap_radii: tuple[float, float]
+    outer_modulus: float
+    aspects: np.ndarray
+    radius: np.ndarray
+    finger: np.ndarray
+    specimen: np.ndarray
+    fit: np.ndarray
+    terms: np.ndarray
+    slopes: np.ndarray
+    half_space: np.ndarray
+    influence: np.ndarray
+
+    def bend(self, aspect: np.ndarray) -> np.ndarray:
+        """Gap under ellipses of aspects (...) per square of a and newton, 1/mm."""
+        return (1 / self.gap_radii[0] + aspect**2 / self.gap_radii[1]) / 10
+
+
+@kept(8)
+def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
+    """The ellipses of a finger on specimens of one shape, `Specimen.unit`; kept for the last.
+
+    Raises `ContactRangeError` for a skin that is not convex, a patch that holds no ellipse, or a specimen without a
+    curvature.
+    """
+    if unit.curvature is None:
+        raise ContactRangeError(f"hertz fidelity does not know the curvature of a {unit.words}")
+    gap_radii = _radii(reduced, unit.curvature)
+    round_ = hertz_ellipse(1.0, *gap_radii, 1.0)
+    aspects = round_.b / round_.a * np.exp(STRETCHES)
+    smallest, largest = _measured_radii(reduced, aspects)
+    share = smallest / largest
+    radius = largest * np.append(np.geomspace(1e-3 * share, share, ROWS[0])[:-1], np.linspace(share, 1, ROWS[1]))
+    measured = _tabulated(smallest, largest)[SMALL_POINTS:] / largest
+    # A polynomial bridges a gap about as wide as its waves are long, and no wider
+    bridging = max(2, math.ceil(largest / smallest))
+    powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
+    i, j = np.array(powers).T
+    stretches = np.array(STRETCHES)[:, None, None]
+    matrices = (reduced.half_space, reduced.compliance, reduced.specimen_compliance(unit))
+    ellipses = [_ellipses(reduced, smallest, largest, aspect) for aspect in aspects]
+    flat, finger, specimen = (
+        np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
+    )
+    return EllipseFamily(
+        gap_radii,
+        reduced.outer_modulus,
+        aspects,
+        radius,
+        finger / flat,
+        specimen / flat,
+        np.linalg.pinv((measured[:, None] ** i * stretches**j).reshape(-1, len(powers))),
+        (radius[:, None] / largest) ** i * stretches**j,
+        i / largest * (radius[:, None] / largest) ** (i - 1) * stretches**j,
+        np.array([_half_space_energy(aspect) for aspect in aspects]),
+        np.array([_influences(reduced, shapes, smallest, largest, radius) for shapes in ellipses]),
+    )
+
+
+def moduli(family: EllipseFamily, specimen: Specimen) -> tuple[np.ndarray, np.ndarray, float]:
+    """ln E* (MPa) of finger and specimen (3 pairs of pressure terms, 3 aspects, k), less that at a = 0; its derivative
+    by a; and that."""
+    limit = -math.log(1 / family.outer_modulus + 1 / specimen.contact_modulus)
+    compliance = family.finger + family.specimen * (1 / specimen.modulus if specimen.elastic else 1.0)
+    if not (compliance > 0).all():
+        raise ContactRangeError("hertz fidelity: finger and specimen have no positive compliance on this patch")
+    coefficients = family.fit @ (-np.log(compliance) - limit).reshape(3, -1).T
+    change, slope = (np.moveaxis(part @ coefficients, -1, 0) for part in (family.terms, family.slopes))
+    return change, slope, limit
+
+
+def _half_space_energy(aspect: float) -> float:
+    """Mean displacement times a under a Hertzian ellipse of unit force on a half-space with E* = 1 MPa."""
+    long, short = max(aspect, 1.0), min(aspect, 1.0)
+    return 0.8 * 1.5 / np.pi * float(ellipk(1 - (short / long) ** 2)) / long
+
+
+def _energies(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Energies (3 pairs of terms, m) of a compliance (n, n) under unit ellipses, nodal pressures (2, m + small, n)."""
+    hertz, other = shapes[:, SMALL_POINTS:]
+    pairs = ((hertz, hertz), (hertz, other), (other, other))
+    return np.array([((left @ matrix) * right).sum(axis=1) for left, right in pairs])
+
+
+def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float, float]:
+    """Smallest and largest semi-axis a (mm) at which ellipses of these aspects are measured on the patch."""
+    # Inside the patch's outline, whether the skin goes on there or ends
+    x, y = reduced.patch.xy[reduced.patch.outline].T
+    largest = float(np.hypot(x, y / aspects[:, None]).min())
+    shorter = largest * min(1.0, aspects.min())
+    edge = reduced.patch.finest_edge
+    if shorter < SMALLEST * edge:
+        raise ContactRangeError(
+            "hertz fidelity needs a patch that holds its ellipse: "
+            f"{largest:.2g} x {largest * aspects[1]:.2g} mm at most on {edge:.2g} mm elements"
+        )
+    return min(SMALLEST * edge, largest / 4), largest
+
+
+def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, radius: np.ndarray) -> list[np.ndarray]:
+    """What gauges feel (k, q g) per newton under each pressure term of the tabulated `ellipses`, at radii (k,)."""
+    rows = reduced.rows.reshape(-1, len(reduced.patch.xy))
+    found = []
+    for shapes in ellipses:
+        load = reduced.multiplicity * shapes @ reduced.patch.mass
+        # On a coarse patch the smallest ellipses fall between the quadrature points
+        caught = load > 0
+        per_force = (shapes @ rows.T)[caught] / load[caught, None]
+        at = np.append(0, np.square(_tabulated(smallest, largest))[caught])
+        found.append(PchipInterpolator(at, np.vstack([per_force[:1], per_force]))(radius**2))
+    return found
+
+
+def _tabulated(smallest: float, largest: float) -> np.ndarray:
+    """Semi-axes a (mm) of the tabulated ellipses, the first `SMALL_POINTS` of them below `smallest`."""
+    return np.append(np.linspace(0.05, 0.95, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS))
+
+
+def _ellipses(reduced: ReducedFinger, smallest: float, largest: float, aspect: float) -> np.ndarray:
+    """Nodal pressures (2, k, n) of the tabulated ellipses under each term of the profile, sqrt(1 - u) and its cube,
+    projected so that force and moments are kept."""
+    points, weights, hats = quadrature(reduced.patch, subdivisions=ELLIPSE_SUBDIVISIONS)
+    square = points[:, 0] ** 2 + (points[:, 1] / aspect) ** 2
+    inside = np.maximum(0.0, 1 - square / np.square(_tabulated(smallest, largest))[:, None])
+    hertz = np.sqrt(inside)
+    loads = np.concatenate([hertz, hertz * inside]) * weights
+    mass = (hats.T @ hats.multiply(weights[:, None])).toarray()
+    return np.linalg.solve(mass, hats.T @ loads.T).T.reshape(2, len(inside), -1)
+
+
+def _radii(reduced: ReducedFinger, curvature: tuple[float, float]) -> tuple[float, float]:
+    """Radii of curvature (mm) of the gap to a specimen along x and y of the contact plane, fitted near touch-down."""
+    patch = reduced.patch
+    points, weights, hats = quadrature(patch, subdivisions=ELLIPSE_SUBDIVISIONS)
+    distance = np.hypot(*patch.xy.T)
+    reach = float(distance.max())
+    outwards = np.argsort(distance)
+    last = min(int(np.searchsorted(np.cumsum(patch.copies[outwards]), FITTED_NODES)), len(distance) - 1)
+    near = distance <= max(CURVATURE_REACH * reach, distance[outwards[last]])
+    x, y = points.T / reach
+    terms = [x**2 / 2, y**2 / 2, x**4, x**2 * y**2, y**4, np.ones_like(x)]
+    if len(patch.images) == 1:
+        terms.append(x * y)  # A mirrored patch has none
+    # As the whole patch would be fitted, node by node
+    scale = np.sqrt(patch.copies[near])
+    weak_terms = (hats.T @ (weights[:, None] * np.stack(terms, axis=1)))[near] / patch.mass[near, None]
+    fitted = np.linalg.lstsq(scale[:, None] * weak_terms, scale * patch.node_gap[near] / reach, rcond=None)[0] / reach
+    curvature_x, curvature_y = fitted[:2]
+    curvature_x, curvature_y = np.add((curvature_x, curvature_y), curvature)
+    if min(curvature_x, curvature_y) <= max(curvature_x, curvature_y) / MAX_RADIUS_RATIO:
+        raise ContactRangeError("hertz fidelity needs a skin that is convex, in both directions, where it is touched")
+    return 1 / curvature_x, 1 / curvature_y

@@ -1,0 +1,33 @@
+"""`kept`: what is worked out of a reduced finger once lives as long as the finger, and no longer.
+
+A cache of the module would hold the last fingers and, through them, their models and factors: hundreds of MB each.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def kept(most: int) -> Callable[[Function], Function]:
+    """Keep the last `most` results of a function by its other arguments with the object that is its first one."""
+
+    def decorate(function: Function) -> Function:
+        name = f"_kept_{function.__module__}.{function.__name__}"
+
+        @wraps(function)
+        def found(owner: Any, *others: Any) -> Any:
+            known = vars(owner).setdefault(name, OrderedDict())
+            if others in known:
+                known.move_to_end(others)
+                return known[others]
+            value = known[others] = function(owner, *others)
+            if len(known) > most:
+                known.popitem(last=False)
+            return value
+
+        return found  # type: ignore[return-value]
+
+    return decorate

@@ -1,0 +1,85 @@
+"""How large a section is: one press in three dimensions tells its length along y, and what its gauges lack at rest.
+
+A plane under a line load gives way further than a finger under the same force, and its gauges strain otherwise. So the
+finger is pressed in three dimensions on a rigid flat, as `papilla.fem.press` does it. The section's length is that by
+which it carries the press's force at the press's depth; what the press's gauges read beyond the section's is added to
+the section's readings, in proportion to the load. What a texture changes stays the section's own (docs/adr/0034).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla.errors import ContactRangeError
+from papilla.fem.preparing import prepare
+from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.press import Press
+from papilla.fem.sliding.coulomb import Laws, rub
+from papilla.fem.sliding.reduced_section import ReducedSection
+from papilla.finger import Finger
+from papilla.specimen import Friction, HalfSpace
+
+FLAT = HalfSpace(1e4)
+"""What the finger is pressed on in three dimensions: rigid against silicone, as textures are."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tie:
+    """A section beside a press in three dimensions; g gauges.
+
+    press : of the finger on `FLAT`. length_mm : along y, by which the section carries its force at its depth.
+    load : of the section at that depth, N/mm. section_reading : (g,) of the section alone there, microstrain.
+    """
+
+    press: Press
+    length_mm: float
+    load: float
+    section_reading: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"Tie({self.length_mm:.4g} mm, gauges lack {np.round(self.lacking).tolist()} microstrain)"
+
+    @property
+    def lacking(self) -> np.ndarray:
+        """(g,) what gauges read in three dimensions beyond the section, at rest, in microstrain."""
+        return self.press.reading - self.section_reading
+
+    def rows(self, body: ReducedSection) -> np.ndarray:
+        """(g, 2n) readings in microstrain per N/mm on the section's nodes, with what it lacks."""
+        rows = body.reading_rows
+        rows[:, len(body.x) :] += self.lacking[:, None] / self.load
+        return rows
+
+
+def tie(
+    finger: Finger,
+    body: ReducedSection,
+    *,
+    force: float | None = None,
+    indentation: float | None = None,
+    friction: Friction | None = None,
+    progress: Callable[[str], None] = lambda line: None,
+) -> Tie:
+    """Tie the section of a finger to its press by a force (N) or an indentation (mm).
+
+    friction : of the press, as `papilla.fem.press` takes it. Raises what that raises, and `ContactRangeError` where the
+    section's contact leaves its patch.
+    """
+    reduced = prepare(finger, progress=progress)
+    found = press(reduced, FLAT, force=force, indentation=indentation, friction=friction)
+    n = len(body.x)
+    none = np.zeros(2 * n)
+    laws = Laws(body.compliance, body.z.max() - body.z, none[:n], 0.0, 0.0, none, depth=found.indentation)
+    landed = rub(laws, np.zeros(n, dtype=np.int64))
+    refuse_end(landed.force[n:], body)
+    load = float(landed.force[n:].sum())
+    return Tie(found, found.force / load, load, body.reading_rows @ landed.force)
+
+
+def refuse_end(pressing: np.ndarray, body: ReducedSection) -> None:
+    """Refuse a contact, given by its pressing forces (n,), that reaches the end of its patch."""
+    if pressing[0] > 0 or pressing[-1] > 0:
+        raise ContactRangeError(
+            f"the contact reaches the end of its patch, {body.half_width:.3g} mm from the apex: press less"
+        )

@@ -1,0 +1,210 @@
+"""The meshes that ship, moved into a finger of one's own: no mesher, no draw, the same on every machine.
+
+A dome or a slab takes a shipped mesh of its kind (`papilla/data/meshes`), moved by `papilla.mesh.morphing`. Of the
+element sizes that ship it takes the coarsest whose cells at the contact are small enough once they are moved. Cells
+that are still too large for the sizing field are halved (a gauge or the contact lies elsewhere, or the finger is
+larger), then poor cells are relaxed. Where the worst cell remains below `WORST`, the answer is None: the mesher draws.
+
+`python -m papilla.mesh.references` draws the files anew: default results change with them.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from papilla.files import replacing
+from papilla.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
+from papilla.mesh.body import Body, body_of
+from papilla.mesh.cell_quality import EDGES_OF_TET, mean_ratio
+from papilla.mesh.child import Progress
+from papilla.mesh.finishing import finished
+from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
+from papilla.mesh.morphing import morphed
+from papilla.mesh.refining import bisected
+from papilla.mesh.sizing import Sizing, asked
+from papilla.mesh.snapping import Constraints, relax
+from papilla.mesh.tagging import TaggedCells, between
+from papilla.mesh.topology import paired_faces, volumes
+
+VARIANTS = 5
+"""Shipped meshes of each size: the first is the default, the spread of all is the mesh scatter."""
+
+FOLDER = DEFAULT_FINGER.parent / "meshes"
+SIZES_MM = {"dome": (2.8, 2.0, 1.4, 1.0, 0.7), "dome_bone": (2.8, 1.4, 0.7), "slab": (2.8, 1.4, 0.7)}
+"""Element sizes of the shipped meshes, the coarsest first; of fingers 20 mm tall."""
+
+WORST = 0.15  # Smallest mean ratio of a mesh that is used
+FLAT, HOPELESS = 0.2, 0.05
+"""Cells of a lower mean ratio are relaxed, unless their share is higher than the second: then the mesher draws."""
+ALMOST = 1.1
+"""Cells at the contact that are so much larger in a finger (median, in the size wanted there) than in the reference
+call for a finer shipped mesh: at 1.2 S_d of a finger of half size was 0.5 % low at 10 gf."""
+TOO_LARGE = 1.5
+"""Cells of more than this size, in those wanted, the mean with their neighbours, are halved. Of the drawn meshes that
+ship no cell is larger."""
+TOO_LARGE_EVERYWHERE = 1.2
+"""The same where the finest shipped mesh is too coarse, so that cells of the whole contact are halved: they end between
+0.95 and 1.2 sizes, as those of drawn meshes do."""
+STRETCHED = 0.55  # The longest edge counts so much as size: of drawn meshes it is up to 1.8 edges of a regular cell
+NEAREST = 100  # Cells closest to the apex, whose size is that at the contact
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A shipped mesh of size `shipped_mm`, moved into a finger; `halved` counts cells, `worst` is a mean ratio."""
+
+    cells: TaggedCells
+    shipped_mm: float
+    moved: bool
+    halved: int
+    worst: float
+
+    @property
+    def words(self) -> str:
+        """How the mesh was made, in a line."""
+        moved = "moved" if self.moved else "not moved"
+        more = f", {self.halved} cells halved for their size" if self.halved else ""
+        return f"shipped mesh of {self.shipped_mm:g} mm, {moved}{more}; worst mean ratio {self.worst:.2f}"
+
+
+def path_of(kind: str, size_mm: float, variant: int) -> Path:
+    """The file of a shipped mesh."""
+    return FOLDER / f"{kind}_{size_mm:g}_{variant}.npz"
+
+
+def from_reference(
+    finger: Finger, size_mm: float, variant: int, progress: Progress | None = None
+) -> LayeredMesh | None:
+    """The mesh of a dome or slab from a shipped one, None where the mesher has to draw.
+
+    Arguments as of `papilla.mesh.build`, and raises as it does.
+    """
+    kind = type(finger.shape).__name__.lower() + ("" if finger.bone is None else "_bone")
+    if kind not in SIZES_MM or variant >= VARIANTS:
+        return None
+    if size_mm in SIZES_MM[kind] and finger.geometry_sha256 == _reference_finger(kind).geometry_sha256:
+        return _shipped(kind, size_mm, variant)
+    body, sizing = asked(finger, size_mm)
+    found = _fitted(kind, body, sizing, variant)
+    if found.worst < WORST:
+        if progress is not None:
+            progress(f"{found.words}, below {WORST:g}: the mesher draws a new one")
+        return None
+    if progress is not None:
+        progress(found.words)
+    return finished(body, found.cells, size_mm, finger.bone is not None, progress)
+
+
+def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
+    """The coarsest shipped mesh whose cells at the contact are small enough once it is moved; refined."""
+    for shipped_mm in SIZES_MM[kind]:
+        shipped = _shipped_cell(kind, shipped_mm, variant)
+        points = morphed(shipped.points, _origin(kind), body)
+        near = np.linalg.norm(points[shipped.tets].mean(axis=1) - body.apex, axis=1).argsort()[:NEAREST]
+        own = relative_sizes(shipped.points, shipped.tets, _own_sizing(kind, shipped_mm))
+        fits = np.median(relative_sizes(points, shipped.tets, sizing)[near]) <= ALMOST * np.median(own[near])
+        if fits:
+            break
+    cells = replace(tagged(shipped, _origin(kind)), points=points)
+    cells, halved = _refined(cells, body, sizing, TOO_LARGE if fits else TOO_LARGE_EVERYWHERE)
+    worst = float(mean_ratio(cells.points, cells.tets).min())
+    return Moved(cells, shipped_mm, body.surfaces != _origin(kind).surfaces, halved, worst)
+
+
+def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tuple[TaggedCells, int]:
+    """The moved mesh on its surfaces, cells of more than `most` sizes halved, then poor ones relaxed; and how many."""
+    halved = 0
+    while True:
+        constraints = Constraints(body, cells)
+        cells = replace(cells, points=constraints.apply(cells.points, np.arange(len(cells.points))))
+        large = relative_sizes(cells.points, cells.tets, sizing) > most
+        if not large.any():
+            break
+        halved += int(large.sum())
+        cells = bisected(cells, large)
+    ratio = mean_ratio(cells.points, cells.tets)
+    if np.mean(ratio < FLAT) < HOPELESS:
+        cells = replace(cells, points=relax(cells.points, cells.tets, constraints, FLAT))
+    return cells, halved
+
+
+def relative_sizes(points: np.ndarray, tets: np.ndarray, sizing: Sizing) -> np.ndarray:
+    """(m,) size of each cell in that wanted there: the edge of the regular cell of its volume, or, where it is
+    stretched, a share of its longest edge."""
+    corners = points[tets]
+    regular = (6 * np.sqrt(2) * np.abs(volumes(points, tets))) ** (1 / 3)
+    ends = corners[:, EDGES_OF_TET]
+    longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).max(axis=1)
+    ratio = np.maximum(regular, STRETCHED * longest) / sizing(corners.mean(axis=1))
+    vertices, around = tets.ravel(), len(points)
+    mean = np.bincount(vertices, np.repeat(ratio, 4), around) / np.bincount(vertices, minlength=around).clip(min=1)
+    return mean[tets].mean(axis=1)
+
+
+def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
+    """The part of a mesh of `body` that its mirrors repeat, with the faces on each surface and plane."""
+    cell = mesh.cell()
+    faces, cells = paired_faces(cell.tets)
+    rim = faces[cells[:, 1] < 0]
+    planes = tuple(rim[np.all(cell.points[rim][:, :, plane.axis] == plane.value, axis=1)] for plane in body.planes)
+    base = cell.boundaries["base"]
+    bone = base[~np.all(cell.points[base][:, :, 2] == 0, axis=1)]
+    if (cell.layer == BONE).any():
+        bone = between(faces, cells, cell.layer, BONE, INNER)
+    surfaces = {"skin": cell.boundaries["skin"], "interface": cell.boundaries["interface"], "bone": bone}
+    return TaggedCells(cell.points, cell.tets, cell.layer, surfaces, planes)
+
+
+@lru_cache(maxsize=8)
+def _shipped(kind: str, size_mm: float, variant: int) -> LayeredMesh:
+    with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
+        return unpack(data)
+
+
+@lru_cache(maxsize=8)
+def _shipped_cell(kind: str, size_mm: float, variant: int) -> LayeredMesh:
+    """The quarter that its mirrors repeat."""
+    with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
+        return unpack({**data, "mirrors": np.array("")})
+
+
+def _reference_finger(kind: str) -> Finger:
+    """The design of the shipped meshes: the default finger, with or without an elastic bone, or a slab like it."""
+    finger = Finger.default()
+    if kind == "dome":
+        return finger
+    if kind == "dome_bone":
+        return replace(finger, bone=Layer(3000.0, 0.35))
+    assert isinstance(finger.shape, Dome)
+    outer, interface, bone = ((x, z) for x, _, z in (finger.shape.outer, finger.shape.interface, finger.shape.bone))
+    return replace(finger, shape=Slab(outer, interface, bone, depth=10.0))
+
+
+@lru_cache(maxsize=16)
+def _own_sizing(kind: str, size_mm: float) -> Sizing:
+    return asked(_reference_finger(kind), size_mm)[1]
+
+
+@lru_cache(maxsize=2)
+def _origin(kind: str) -> Body:
+    return body_of(_reference_finger(kind), min(SIZES_MM[kind]))
+
+
+def ship() -> None:
+    """Draw all shipped meshes and write their files."""
+    from papilla.mesh.drawing import drawn
+
+    for kind, sizes in SIZES_MM.items():
+        for size_mm in sizes:
+            for variant in range(VARIANTS):
+                path = path_of(kind, size_mm, variant)
+                mesh = drawn(_reference_finger(kind), size_mm, variant=variant)
+                with replacing(path) as temporary, temporary.open("wb") as file:
+                    np.savez_compressed(file, allow_pickle=False, **pack(mesh))
+                print(f"{path.name}: {len(mesh.tets)} tetrahedra, {path.stat().st_size} bytes")
+
+
+if __name__ == "__main__":
+    ship()

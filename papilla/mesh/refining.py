@@ -1,0 +1,80 @@
+"""Halves cells that are too large, until none is: bisection of longest edges, without hanging vertices.
+
+Every cell that is too large asks for its longest edge to be halved. A cell of which any edge is halved has its longest
+one halved too (else it would become a sliver), which may reach its neighbours: repeated until nothing is added. All
+edges have one order, the longest first, and a cell is split at its first halved edge, then its parts at theirs. Two
+cells split the face that they share in the same order, so the parts fit.
+
+Rivara, Int. J. Numer. Methods Eng. 20 (1984) 745, doi:10.1002/nme.1620200412.
+"""
+
+from itertools import combinations
+
+import numpy as np
+
+from papilla.mesh.tagging import TaggedCells
+
+DIGITS = 9
+"""Lengths count with so many decimals (mm) when edges are ordered: the order must not hang on rounding."""
+
+NEVER = np.iinfo(np.int64).max  # Rank of an edge that is not halved
+
+
+def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
+    """`cells` with those in `chosen` (m,) bool, and neighbours where it must be, cut at their longest edges.
+
+    New vertices are middles of straight edges: on a curved surface they are moved onto it by the caller. The parts of
+    cells and faces inherit layers, surfaces and planes.
+    """
+    points, tets = cells.points, cells.tets
+    count = len(points)
+    keys = np.unique(_keys(tets, count))
+    ends = np.column_stack(np.divmod(keys, count))
+    length = np.round(np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1), DIGITS)
+    rank = np.empty(len(keys), dtype=int)
+    rank[np.lexsort((keys, -length))] = np.arange(len(keys))
+    of_tet = np.searchsorted(keys, _keys(tets, count))
+    longest = np.take_along_axis(of_tet, rank[of_tet].argmin(axis=1)[:, None], axis=1)[:, 0]
+    halved = np.zeros(len(keys), dtype=bool)
+    halved[longest[chosen]] = True
+    while not halved[asked := longest[halved[of_tet].any(axis=1)]].all():
+        halved[asked] = True
+    keys, ends, rank = keys[halved], ends[halved], rank[halved]
+
+    def split(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The parts (k, d) of simplices (m, d), and which (k,) each comes from."""
+        parent, pairs = np.arange(len(simplices)), np.array(list(combinations(range(simplices.shape[1]), 2)))
+        while len(simplices):
+            # An edge that ends in a new vertex has no key among those of the old ones: it is never halved again.
+            own = _keys(simplices, count)
+            place = np.searchsorted(keys, own).clip(max=len(keys) - 1)
+            order = np.where((keys[place] == own) & (simplices[:, pairs].max(axis=2) < count), rank[place], NEVER)
+            first = order.argmin(axis=1)
+            rows = np.flatnonzero(np.take_along_axis(order, first[:, None], axis=1)[:, 0] < NEVER)
+            if not len(rows):
+                break
+            middle = count + np.take_along_axis(place[rows], first[rows, None], axis=1)[:, 0]
+            second = simplices[rows].copy()
+            a, b = pairs[first[rows]].T
+            simplices = simplices.copy()
+            simplices[rows, b], second[np.arange(len(rows)), a] = middle, middle
+            simplices, parent = np.vstack([simplices, second]), np.concatenate([parent, parent[rows]])
+        return simplices, parent
+
+    if not len(keys):
+        return cells
+    cut, parent = split(tets)
+    return TaggedCells(
+        np.vstack([points, points[ends].mean(axis=1)]),
+        cut,
+        cells.layer[parent],
+        {name: split(faces)[0] for name, faces in cells.on_surface.items()},
+        tuple(split(faces)[0] for faces in cells.on_plane),
+    )
+
+
+def _keys(simplices: np.ndarray, count: int) -> np.ndarray:
+    """A number for each edge (m, pairs) of simplices (m, d), the same wherever its two ends are, for ends < count."""
+    pairs = np.array(list(combinations(range(simplices.shape[1]), 2)))
+    ends = np.sort(simplices[:, pairs], axis=2)
+    return ends[:, :, 0] * count + ends[:, :, 1]

@@ -1,0 +1,47 @@
+"""Functions in other processes: what they give, raise and say."""
+
+import os
+
+import pytest
+
+from papilla.workers import counted, workers
+
+
+def doubled(number, say):
+    say(f"doubling {number}")
+    return 2 * number, os.getpid()
+
+
+def refused(number, say):
+    raise ValueError(f"{number} is refused")
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_results_lines_and_errors_come_back(processes, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
+    said = []
+    with workers(processes, said.append) as start:
+        begun = [start(doubled, number) for number in (3, 4)]
+        error = start(refused, 5)
+        found = [one() for one in begun]
+        with pytest.raises(ValueError, match="5 is refused"):
+            error()
+    assert [number for number, _ in found] == [6, 8]
+    assert sorted(said) == ["doubling 3", "doubling 4"]
+    assert all((process == os.getpid()) == (processes == 1) for _, process in found)
+
+
+def test_nothing_is_done_here_before_its_result_is_asked_for():
+    said = []
+    with workers(1, said.append) as start:
+        later = start(doubled, 3)
+        assert said == []
+        assert later()[0] == 6
+
+
+def test_counts_say_what_is_left_until_nothing_is():
+    said = []
+    step = counted(said.append, "press")
+    step(1, 2)
+    step(2, 2)
+    assert said[0].startswith("press: 1 of 2, about ") and said[1] == "press: 2 of 2"
