@@ -1,10 +1,9 @@
 """Long pieces of work in other processes, which tell here how far they are."""
 
+import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import get_context
 from threading import Thread
 from time import perf_counter
 from typing import Any
@@ -14,6 +13,9 @@ Say = Callable[[str], None]
 
 Start = Callable[..., Callable[[], Any]]
 """start(function, *arguments) begins `function(*arguments, say)` and gives what waits for its result."""
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
+"""Environment variables that say how many threads the numerical libraries of a new process may use."""
 
 _lines: Any = None
 
@@ -29,7 +31,13 @@ def workers(processes: int, say: Say | None = None) -> Iterator[Start]:
     if processes < 2:
         yield lambda function, *arguments: partial(function, *arguments, say or _nothing)
         return
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
     context = get_context("spawn")
+    # Two processes of one thread each: of two threads each, a calibration took half as long again
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     lines = context.SimpleQueue()
     listener = Thread(target=_listen, args=(lines, say or _nothing), daemon=True)
     listener.start()
@@ -38,6 +46,9 @@ def workers(processes: int, say: Say | None = None) -> Iterator[Start]:
         yield lambda function, *arguments: pool.submit(_call, function, arguments).result
     finally:
         pool.shutdown(cancel_futures=True)
+        os.environ.update({name: value for name, value in before.items() if value is not None})
+        for name in (name for name, value in before.items() if value is None):
+            os.environ.pop(name, None)
         lines.put(None)
         listener.join()
 

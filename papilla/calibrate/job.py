@@ -11,12 +11,12 @@ from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Confession, Identification, confess, identify, record
 from papilla.calibrate.identification.presses import places
 from papilla.calibrate.identified_finger import with_identification
-from papilla.calibrate.physics import Truth, mesh_number, press_truth, truth_is_known
+from papilla.calibrate.physics import Truth, mesh_number, press_truth, truth_is_known, worst_law
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, corrected, sweep
 from papilla.calibrate.published_depths import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
-from papilla.fem.finite.strain_tables import ensure_large_strain
+from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.finger import Finger
 from papilla.logs import PressLog
@@ -131,14 +131,16 @@ def calibrate_finger(
     friction = finger.bench.friction if friction is None else friction
     size = size_mm or DEFAULT_SIZE_MM
     block, known = finger.bench.specimen, friction is not None
-    cold = not truth_is_known(finger, size, friction)
+    pressed: tuple[Friction, ...] = (STICK, 0.0) if friction is None else (friction,)
+    cold = not all(truth_is_known(finger, size, one) for one in pressed)
     with workers(processes if cold else 1, progress) as start:
-        # What takes longest begins first, at the side
-        truth = start(press_truth, finger, size, friction)
-        scatter = [start(_scatter, finger, size, variant) for variant in SCATTER_VARIANTS]
-        reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
         ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
-        doubt = ensure_large_strain(finger, ends, processes=processes, progress=progress)
+        tables = begin_large_strain(finger, ends, start, progress=progress)
+        truth = [start(press_truth, finger, size, one) for one in pressed]
+        reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
+        doubt = tables()
+        # Their sweeps need the tables
+        scatter = [start(_scatter, finger, size, variant) for variant in SCATTER_VARIANTS]
         if friction is None:
             friction = 0.0 if doubt else STICK
         error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
@@ -158,10 +160,12 @@ def calibrate_finger(
         calibration = with_positions(calibration, finger, reduced, friction)
         recovery = recover(calibration, reduced, friction)
         progress("against physics: presses at finite strain on another mesh")
-        unseen, laws = truth()
-    notes = (*calibration.notes, *([laws] if "unstable" in laws else []))
-    calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": laws})
-    judged = Truth.of(calibration, unseen) if len(unseen) else None
+        unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True)
+    law = worst_law(laws)
+    notes = (*calibration.notes, *([law] if "unstable" in law else []))
+    calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
+    checked = np.concatenate(unseen)
+    judged = Truth.of(calibration, checked) if len(checked) else None
     return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
 
 

@@ -1,5 +1,6 @@
 """A calibration against physics: presses at finite strain, stuck and without friction, on a mesh that it never saw."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,29 +83,30 @@ class Truth:
         }
 
 
-def press_truth(finger: Finger, size_mm: float, friction: Friction | None, say: Say) -> tuple[np.ndarray, str]:
+def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) -> tuple[np.ndarray, str]:
     """Presses at finite strain on a mesh that no calibration sees, and what to say of the layers' laws over the strains
     that they reach.
 
-    friction : None takes stick and none. say : called with lines of progress. The presses are (n, 4) friction, force
-    (N), modulus (MPa) and S_d (microstrain), fewer where they leave the model; they come from the cache the second
-    time.
+    say : called with lines of progress. The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
+    (microstrain), fewer where they leave the model; they come from the cache the second time.
     """
 
     def make() -> dict[str, np.ndarray]:
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, say))
-        rows, laws = [], [""]
-        for one in _ends(friction):
-            words = "stuck" if one == STICK else f"friction {one:g}"
-            steps = counted(say, f"against physics, {words}: press")
-            for found in finite_presses(finger, mesh, FORCES_N, MODULI_MPA, one, steps):
-                rows.append((friction_coefficient(one), found.force, found.modulus, found.sd))
-                laws.append(next(said for said in found.status.split("; ") if "law" in said))
-        worst = [said for said in laws if "unstable" in said] or laws
-        return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst[-1])}
+        words = "stuck" if friction == STICK else f"friction {friction:g}"
+        steps = counted(say, f"against physics, {words}: press")
+        found = list(finite_presses(finger, mesh, FORCES_N, MODULI_MPA, friction, steps))
+        laws = [said for one in found for said in one.status.split("; ") if "law" in said]
+        rows = [(friction_coefficient(friction), one.force, one.modulus, one.sd) for one in found]
+        return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
 
     found = cache.fetch("truth", _key(finger, size_mm, friction), make)
     return found["presses"], str(found["laws"])
+
+
+def worst_law(laws: Sequence[str]) -> str:
+    """Which of some sentences on the layers' laws to keep: the last unstable one, else the last."""
+    return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
 
 
 def mesh_number(variant: int, say: Say) -> Say:
@@ -112,14 +114,10 @@ def mesh_number(variant: int, say: Say) -> Say:
     return lambda line: say(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {line}")
 
 
-def truth_is_known(finger: Finger, size_mm: float, friction: Friction | None) -> bool:
+def truth_is_known(finger: Finger, size_mm: float, friction: Friction) -> bool:
     """Whether `press_truth` need not press."""
     return cache.find("truth", _key(finger, size_mm, friction)) is not None
 
 
-def _ends(friction: Friction | None) -> tuple[Friction, ...]:
-    return (STICK, 0.0) if friction is None else (friction,)
-
-
-def _key(finger: Finger, size_mm: float, friction: Friction | None) -> str:
+def _key(finger: Finger, size_mm: float, friction: Friction) -> str:
     return cache.key(__name__, finger.sha256, size_mm, str(friction), vars(finger.bench.specimen(1.0)))

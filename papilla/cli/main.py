@@ -63,7 +63,12 @@ def run(arguments: list[str] | None = None) -> None:
 
     0 done, 1 a check failed, 2 bad input, 70 an error of papilla's own (each one line on stderr), 130 interrupted.
     """
+    from papilla.workers import THREADS
+
     _open_what_is_closed()
+    # A command's matrices are small: a second thread doubles the processor time of a press and saves nothing
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         code = _exit_code(sys.argv[1:] if arguments is None else arguments)

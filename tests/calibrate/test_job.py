@@ -9,6 +9,7 @@ import pytest
 
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
 from papilla.finger import Bench, Finger
+from papilla.specimen import STICK
 
 FREE = 0.03
 """What S_d of the made-up finger is larger by without friction."""
@@ -17,7 +18,7 @@ FREE = 0.03
 @pytest.fixture
 def made(monkeypatch, tmp_path, truth):
     """The job with presses from closed forms: the mesh of variant v reads v / 1000 more. Notes what it is asked."""
-    asked = {"prepared": [], "swept": [], "positions": [], "laws": "laws stable over the strains reached"}
+    asked = {"prepared": [], "swept": [], "positions": [], "truth": [], "laws": "laws stable over the strains reached"}
 
     def prepare(finger, *, size_mm, variant=0, progress):
         progress("meshing, 3 s")
@@ -36,9 +37,9 @@ def made(monkeypatch, tmp_path, truth):
         return SimpleNamespace(sd=float(truth.sd(force, specimen.modulus)))
 
     def press_truth(finger, size_mm, friction, say):
-        asked["truth"] = size_mm, friction
+        asked["truth"].append((size_mm, friction))
         rows = [(math.inf, 0.3, 0.1, 1.0), (math.inf, 0.9, 0.4, 1.0), (0.0, 0.3, 0.1, 1 + FREE), (0.0, 9.0, 0.1, 1.0)]
-        rows = [(mu, f, E, size * float(truth.sd(f, E))) for mu, f, E, size in rows if friction is None or mu]
+        rows = [(mu, f, E, size * float(truth.sd(f, E))) for mu, f, E, size in rows if bool(mu) == (friction == STICK)]
         return np.array(rows), asked["laws"]
 
     def with_positions(calibration, finger, reduced, friction):
@@ -52,7 +53,7 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job, "sweep", sweep)
     monkeypatch.setattr(job, "with_positions", with_positions)
     monkeypatch.setattr(job, "press_truth", press_truth)
-    monkeypatch.setattr(job, "ensure_large_strain", lambda *_, **__: "")
+    monkeypatch.setattr(job, "begin_large_strain", lambda *_, **__: lambda: "")
     monkeypatch.setattr(job, "large_strain_error", lambda reduced, friction: 0.001)
     monkeypatch.setattr(job, "corrected", lambda reduced, specimen, found: found)
     monkeypatch.setattr(job, "tables_of", lambda reduced, stuck: ())
@@ -63,7 +64,7 @@ def made(monkeypatch, tmp_path, truth):
 def test_a_bench_says_block_and_friction_unless_another_is_asked_for(made):
     finger = replace(Finger.default(), bench=Bench(12.0, 0.0))
     calibration = job.calibrate_finger(finger).calibration
-    assert made["thickness"] == 12.0 and made["swept"][0] == (0, 43, 60, 0.0) and made["truth"][1] == 0.0
+    assert made["thickness"] == 12.0 and made["swept"][0] == (0, 43, 60, 0.0) and made["truth"] == [(0.7, 0.0)]
     assert not any("friction is not known" in note for note in calibration.notes)
     made["swept"].clear()
     job.calibrate_finger(finger, friction="stick")
@@ -111,7 +112,7 @@ def test_friction_that_is_known_widens_no_interval(made):
 
 def test_large_strain_that_is_not_included_widens_every_interval(made, monkeypatch):
     said = "large strain is not included: the finger is one layer"
-    monkeypatch.setattr(job, "ensure_large_strain", lambda *_, **__: said)
+    monkeypatch.setattr(job, "begin_large_strain", lambda *_, **__: lambda: said)
     calibration = job.calibrate_finger(Finger.default()).calibration
     assert {friction for *_, friction in made["swept"]} == {0.0}
     assert calibration.surface.uncertainty.strain == 0.018 and calibration.dominant == "large strain"
@@ -130,7 +131,7 @@ def test_the_check_is_between_the_points_within_its_limits(made):
 
 def test_a_calibration_is_judged_by_presses_at_finite_strain_on_another_mesh(made):
     truth = job.calibrate_finger(Finger.default()).truth
-    assert made["truth"] == (0.7, None)
+    assert made["truth"] == [(0.7, STICK), (0.7, 0.0)]
     assert len(truth.force_N) == 3, "the press outside of the domain is left out"
     assert truth.frictions == ["stick", 0.0] and truth.inside.all()
     assert np.abs(truth.by("stick").error).max() < 0.01 < 0.05 < truth.by(0.0).error.max()
@@ -142,7 +143,7 @@ def test_a_calibration_is_judged_by_presses_at_finite_strain_on_another_mesh(mad
 @pytest.mark.slow
 def test_a_law_that_is_unstable_over_the_strains_reached_is_a_doubt(made):
     stable = job.calibrate_finger(Finger.default(), friction="stick").calibration
-    assert made["truth"] == (0.7, "stick")
+    assert made["truth"] == [(0.7, STICK)]
     assert stable.provenance["laws"] == made["laws"] and not any("law" in note for note in stable.notes)
     made["laws"] = "not to be trusted: a material's law is unstable within the stretches reached"
     assert made["laws"] in job.calibrate_finger(Finger.default(), friction="stick").calibration.notes

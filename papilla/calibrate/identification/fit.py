@@ -24,7 +24,7 @@ from papilla.calibrate.identification.presses import NOT_TOLD, Known, Shape, nee
 from papilla.calibrate.identification.problem import MIDDLES, Problem
 from papilla.calibrate.identification.repeats import noise_told
 from papilla.errors import InputError
-from papilla.fem.finite.strain_tables import SPANNING, ensure_large_strain
+from papilla.fem.finite.strain_tables import SPANNING, begin_large_strain
 from papilla.fem.pressing.beside import Room, beside
 from papilla.fem.pressing.large_strain import ends_of
 from papilla.fem.pressing.response import response
@@ -33,6 +33,7 @@ from papilla.finger import Bench, Finger
 from papilla.identified import Identified
 from papilla.logs import PressLog
 from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_coefficient, friction_words
+from papilla.workers import workers
 
 SIZE_MM = 1.0
 """Element size at the contact for identifications: S_d is within 0.6 % of that on meshes half as fine."""
@@ -237,7 +238,8 @@ def ensure_physics(
     """Make the tables of large strain that presses of a finger need whatever its moduli are; with and without friction,
     if nothing is said of it."""
     ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
-    ensure_large_strain(finger, ends, ratios=SPANNING, processes=processes, progress=progress)
+    with workers(processes, progress) as start:
+        begin_large_strain(finger, ends, start, ratios=SPANNING, progress=progress)()
 
 
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm
 from papilla.specimen import STICK as STUCK
 from papilla.specimen import Friction, friction_coefficient
-from papilla.workers import Say, counted, workers
+from papilla.workers import Say, Start, counted, workers
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
 """F / E_inner in mm2: of the default finger, 0.03 to 1.2 N."""
@@ -136,18 +136,31 @@ def ensure_large_strain(
     ends: Iterable[bool] = (False, True),
     *,
     ratios: Iterable[float] | None = None,
-    processes: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> str:
-    """Make the tables of a finger that are not known, and keep them in the cache.
+    """Make the tables of a finger that are not known, here and now; arguments and result as of `begin_large_strain`."""
+    with workers(1, progress) as start:
+        return begin_large_strain(finger, ends, start, ratios=ratios, progress=progress)()
+
+
+def begin_large_strain(
+    finger: Finger,
+    ends: Iterable[bool],
+    start: Start,
+    *,
+    ratios: Iterable[float] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Callable[[], str]:
+    """Start to make the tables of a finger that are not known; what is returned waits for them and keeps them in the
+    cache.
 
     Parameters
     ----------
     ends : of friction: False for none, True for stuck.
+    start : of `papilla.workers.workers`.
     ratios : E_outer / E_inner of the tables; None is the finger's own, where it is not told by the known ones.
-    processes : that work at the same time (`papilla.workers`).
 
-    Returns what to note where a finger has to do without, else nothing.
+    The wait returns what to note where a finger has to do without, else nothing.
     """
     key, own = finger.strain_sha256, finger.outer.modulus / finger.inner.modulus
     family = known(key)
@@ -155,20 +168,23 @@ def ensure_large_strain(
     missing = [(ratio, stuck) for ratio, stuck in wanted if family is None or not family.at(ratio, stuck)]
     refused = next((_REFUSED[key, *one] for one in missing if (key, *one) in _REFUSED), "")
     if not missing or refused:
-        return refused
+        return lambda: refused
     # Stuck presses take three times as long: they begin first
     missing.sort(key=lambda one: not one[1])
-    try:
-        with workers(min(processes, len(missing)), progress) as start:
-            begun = [start(measure_few, finger, *one) for one in missing]
+    begun = [start(measure_few, finger, *one) for one in missing]
+
+    def wait() -> str:
+        try:
             for number, table in enumerate(begun, 1):
                 keep(key, [LargeStrain.from_json(table())])
                 if progress is not None and len(missing) > 1:
                     progress(f"large strain: {number} of {len(missing)} tables")
-    except (InputError, SolverError) as error:
-        _REFUSED.update({(key, *one): f"large strain is not included: {error}" for one in missing})
-        return _REFUSED[key, *missing[0]]
-    return ""
+        except (InputError, SolverError) as error:
+            _REFUSED.update({(key, *one): f"large strain is not included: {error}" for one in missing})
+            return _REFUSED[key, *missing[0]]
+        return ""
+
+    return wait
 
 
 def measure_few(finger: Finger, ratio: float, stuck: bool, say: Say) -> dict:
