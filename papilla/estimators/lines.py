@@ -14,7 +14,8 @@ from papilla.errors import InputError
 from papilla.estimators.background import background
 from papilla.estimators.fundamental import SLACK, fundamental_of
 from papilla.estimators.peaks import Peak, order_of, with_harmonics
-from papilla.estimators.spectrum import Spectrum, Strokes, spectrum_of, strokes_of, whole
+from papilla.estimators.spectrum import Spectrum, Strokes, spectrum_of, strokes_of
+from papilla.estimators.spread import completed
 
 FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0
@@ -111,7 +112,7 @@ def find_lines(
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     # Less their mean, so that an offset costs no digits.
-    strokes = whole(strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), TREND))
+    strokes = completed(strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), TREND))
     spectrum = _spectrum(strokes, max(shortest, low / BEYOND))
     octaves = float(np.log(high / low)) * strokes.extent
     peaks = _peaks(spectrum, strokes, used, false_alarm, octaves)
@@ -193,7 +194,7 @@ def _spectrum(strokes: Strokes, shortest: float) -> Spectrum:
     """Spectrum of a log down to a wavelength."""
     step = shortest / GRID
     size = 1 << int(np.ceil(np.log2(PADDING * (int(strokes.extent / step) + 2))))
-    return whole(spectrum_of(strokes, step, size, int((1 / shortest + 3 / strokes.extent) * size * step) + 1))
+    return completed(spectrum_of(strokes, step, size, int((1 / shortest + 3 / strokes.extent) * size * step) + 1))
 
 
 def _spread(strokes: Strokes) -> float:

@@ -8,17 +8,13 @@ A row weighs as much as the path it stands for, so that standing still adds noth
 the taper is over the coordinate: a path to and fro has its ends at every turn, and would leak there.
 """
 
-from collections.abc import Generator
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from papilla.estimators.background import background
-
-Told = TypeVar("Told")
-Parts = Generator[None, None, Told]
-"""A computation in parts of less than a tenth of a millisecond, so that no sample waits long for it."""
+from papilla.estimators.spread import Pieces
 
 POINTS = 2**20
 """Of a grid, above which gauges are transformed one by one: a long log then does not need them all at once."""
@@ -74,7 +70,7 @@ class Spectrum(NamedTuple):
         top = at[[int(self.power[at].argmax())]]
         return float(background(self.power, top, self.resolution, pooled=False).chance(self.power[top])[0])
 
-    def lines(self, low: float, high: float, most: int) -> Parts[list[Line]]:
+    def lines(self, low: float, high: float, most: int) -> Pieces[list[Line]]:
         """The greatest peaks over the background between two wavenumbers, most amplitude first."""
         power = self.power
         tops = self.tops(max(int(low / self.step), 1), min(int(high / self.step) + 2, len(power) - 1))
@@ -101,16 +97,7 @@ class Spectrum(NamedTuple):
         return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
 
 
-def whole(parts: Parts[Told]) -> Told:
-    """What a computation tells in the end, all parts at once."""
-    while True:
-        try:
-            next(parts)
-        except StopIteration as end:
-            return end.value
-
-
-def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Parts[Strokes]:
+def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Pieces[Strokes]:
     """Strokes of rows at `place` (m,) with readings (m, g), NaN where missing; begin as in `Strokes`."""
     weight, flat, extents = np.empty(len(place)), np.empty_like(readings), []
     seen = np.isfinite(readings)
@@ -129,7 +116,7 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
     return Strokes(place, flat, seen, weight, begin, min(extents))
 
 
-def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = None) -> Parts[Spectrum]:
+def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = None) -> Pieces[Spectrum]:
     """Spectrum on a grid of `size` points (a power of two), `step` apart, of each stroke and gauge: its first `count`
     places (all)."""
     from scipy.fft import rfft

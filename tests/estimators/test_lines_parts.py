@@ -11,7 +11,8 @@ from papilla.estimators.lags import _noise as noise_of
 from papilla.estimators.lags import _scatter as scatter_of
 from papilla.estimators.lags import channel_lags, phasors
 from papilla.estimators.lines import find_lines
-from papilla.estimators.spectrum import Spectrum, whole
+from papilla.estimators.spectrum import Spectrum
+from papilla.estimators.spread import completed
 
 
 def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size=1.0):
@@ -194,12 +195,12 @@ def test_the_top_of_a_line_is_that_of_the_parabola_through_its_logarithms():
         own = spectrum(0.5 + 0.4 * np.cos(n * 7) + 500 * np.exp(-(((n - at) / 3) ** 2)))
         gaussian = spectrum(500 * np.exp(-(((n - at) / 3) ** 2)) + 1e-290)
         assert gaussian.vertices(np.array([round(at)])) == pytest.approx([0.01 * at])
-        (found,) = [line for line in whole(own.lines(0.5, 3.0, 5)) if line.ratio > 100]
+        (found,) = [line for line in completed(own.lines(0.5, 3.0, 5)) if line.ratio > 100]
         assert found.wavenumber == pytest.approx(0.01 * at, abs=2e-4)
         assert found.amplitude == pytest.approx(own.power[round(at)] ** 0.5)
         assert found.ratio == pytest.approx(own.power[round(at)] / own.level([round(at)])[0])
-    assert not any(line.ratio > 100 for line in whole(own.lines(1.2, 3.0, 5)))
-    assert not any(line.ratio > 100 for line in whole(own.lines(0.3, 1.19, 5)))
+    assert not any(line.ratio > 100 for line in completed(own.lines(1.2, 3.0, 5)))
+    assert not any(line.ratio > 100 for line in completed(own.lines(0.3, 1.19, 5)))
 
 
 def test_a_peak_within_twice_the_resolution_of_a_greater_one_is_its_shoulder():
@@ -210,7 +211,7 @@ def test_a_peak_within_twice_the_resolution_of_a_greater_one_is_its_shoulder():
         assert [top for top in found.tolist() if power[top] > 2] == tops
     power = np.ones(300)
     power[[50, 120, 200]] = 9.0, 7.0, 8.0
-    found = [line.wavenumber for line in whole(spectrum(power).lines(0.3, 2.5, 2)) if line.amplitude > 1.5]
+    found = [line.wavenumber for line in completed(spectrum(power).lines(0.3, 2.5, 2)) if line.amplitude > 1.5]
     assert found == pytest.approx([0.5, 2.0], abs=0.01)
 
 

@@ -12,7 +12,7 @@ from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.gauges import at_once
 from papilla.estimators.softness.surfaces import distance_curve
-from papilla.estimators.spectrum import whole
+from papilla.estimators.spread import completed
 from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)
@@ -315,7 +315,7 @@ def test_a_pair_is_no_rival_of_a_channel_that_explains_as_much_by_itself(exact, 
     left = {(0,): alone, (0, 4): 10.5}
     own = estimator(exact)
     misfits = at_once(lambda some: [left.get(channels, 100.0) for channels in some])
-    assert whole(own._blamed(np.arange(6), misfits)) == blamed
+    assert completed(own._blamed(np.arange(6), misfits)) == blamed
 
 
 def test_what_cannot_be_explained_is_not_searched_again_at_once(exact):

@@ -12,7 +12,7 @@ from papilla.estimators.softness.belief import Alone, Belief
 from papilla.estimators.softness.fitter import SPREAD_FORCE
 from papilla.estimators.softness.gauges import at_once
 from papilla.estimators.softness.touch import TouchState
-from papilla.estimators.spectrum import whole
+from papilla.estimators.spread import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])
 
@@ -63,7 +63,7 @@ def test_a_touch_begins_at_the_contact_that_explains_its_first_sample(made, forc
     own = made(doubts=Doubts.NONE)
     y, h = exact(own, force, modulus)
     for rows, most in ((np.arange(6), 0.03), (np.arange(5), 0.1)):
-        contrast, belief = whole(own._start(y, rows, own._fitter.fresh(1.0)))
+        contrast, belief = completed(own._start(y, rows, own._fitter.fresh(1.0)))
         assert contrast.misfit < 1.0 and belief.ln_force == pytest.approx(math.log(force), abs=0.05)
         assert belief.anchor == pytest.approx(h, abs=most * own._fitter.top)
         assert belief.mean[0] == belief.anchor and belief.place_mm == 0.0
@@ -75,11 +75,11 @@ def test_of_a_sample_that_fits_badly_the_likeliest_explanations_are_worked_out(o
     y[1] *= -1.0
     rows, prior = np.arange(6), own._fitter.fresh(1.0)
     some = [(number,) for number in range(6)]
-    found = whole(own._start.without(y, rows, prior)(some))
+    found = completed(own._start.without(y, rows, prior)(some))
     tried = [number for number, misfit in enumerate(found) if misfit < math.inf]
     assert len(tried) == 4 and int(np.argmin(found)) == 1 and found[1] < 5.0
     for number in tried:
-        again, _ = whole(own._start(y, np.delete(rows, number), prior))
+        again, _ = completed(own._start(y, np.delete(rows, number), prior))
         assert found[number] == pytest.approx(again.misfit, rel=0.05, abs=0.5)
 
 
@@ -228,9 +228,9 @@ def misfits_of(table, rest=1e9):
 )
 def test_who_is_blamed(own, table, single, blamed):
     """One before two, mirrored gauges as one; who cannot be told apart together; and three channels must be left."""
-    assert whole(own._blamed(np.arange(6), at_once(misfits_of(table)), single)) == blamed
-    assert whole(own._blamed(np.arange(3), at_once(misfits_of({(0,): 1.0})))) is None
-    assert whole(own._blamed(np.arange(4), at_once(misfits_of({(0,): 1.0})))) == (0,)
+    assert completed(own._blamed(np.arange(6), at_once(misfits_of(table)), single)) == blamed
+    assert completed(own._blamed(np.arange(3), at_once(misfits_of({(0,): 1.0})))) is None
+    assert completed(own._blamed(np.arange(4), at_once(misfits_of({(0,): 1.0})))) == (0,)
 
 
 def test_distrust_wears_off_by_good_samples_and_lasts_longer_each_time(made):
@@ -249,7 +249,7 @@ def test_a_channel_that_fits_ten_times_in_a_row_is_used_again(made):
     y, h = exact(own, 0.3, 0.2)
     own._note(faults=(0, int(Fault.OFF_SURFACE), 0, 0, 0, 0))
     rows = np.array([0, 2, 3, 4, 5])
-    _, belief = whole(own._start(y, rows, own._fitter.fresh(1.0)))
+    _, belief = completed(own._start(y, rows, own._fitter.fresh(1.0)))
     alone = own._fitter.alone(y, rows, belief)
     _, belief = own._fitter.learn(y, rows, belief, alone)
 
@@ -268,7 +268,7 @@ def test_a_channel_that_fits_ten_times_in_a_row_is_used_again(made):
 def test_a_fault_is_named_by_what_would_explain_the_reading(made):
     own = made(doubts=Doubts.NONE)
     y, _ = exact(own, 0.3, 0.2)
-    _, belief = whole(own._start(y, np.arange(6), own._fitter.fresh(1.0)))
+    _, belief = completed(own._start(y, np.arange(6), own._fitter.fresh(1.0)))
     off, flipped, swapped = (int(Fault[name]) for name in ("OFF_SURFACE", "SIGN_FLIPPED", "SWAPPED"))
 
     def named(*blamed, **changes):

@@ -20,7 +20,7 @@ from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.estimators.softness.touch import PATIENCE, Search, Touch, TouchState
-from papilla.estimators.spectrum import Parts, whole
+from papilla.estimators.spread import Pieces, completed
 
 LEAST_CHANNELS = 3
 """Readings and force: two unknowns, and one that can contradict."""
@@ -67,10 +67,10 @@ class GaugeEstimate(NamedTuple):
         return _words(self.status, int(self.left_out), int(self.channels))
 
 
-def at_once(misfits) -> Callable[[list[tuple[int, ...]]], Parts[list[float]]]:
+def at_once(misfits) -> Callable[[list[tuple[int, ...]]], Pieces[list[float]]]:
     """The same function, as a computation of one part."""
 
-    def parts(some: list[tuple[int, ...]]) -> Parts[list[float]]:
+    def parts(some: list[tuple[int, ...]]) -> Pieces[list[float]]:
         yield
         return misfits(some)
 
@@ -163,7 +163,7 @@ class GaugeSoftness(Touch):
         rows = self._of(faults)
         if not self._trusted(1):
             return self._refused(SoftnessStatus.MISFIT, faults)
-        contrast, belief = whole(self._start(y, rows, self._unknown()))
+        contrast, belief = completed(self._start(y, rows, self._unknown()))
         if contrast.misfit > LIMIT:
             self._search(Search(y, faults, contrast, belief, False))
             return self._refused(SoftnessStatus.MISFIT, faults)
@@ -193,7 +193,7 @@ class GaugeSoftness(Touch):
             return self._conclude(search.y, search.faults, *told.value)
         return self._refused(SoftnessStatus.MISFIT, search.faults)
 
-    def _explained(self, search: Search) -> Parts[tuple]:
+    def _explained(self, search: Search) -> Pieces[tuple]:
         """The status of a force that is out of the domain; what is said of the channels to blame; and the belief with
         which the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
         y, faults, contrast, belief, known, _ = search
@@ -259,7 +259,7 @@ class GaugeSoftness(Touch):
         patience = self._state.patience
         self._note(belief=None, contradicted=patience, patience=min(patience + patience // 2, MOST))
 
-    def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> Parts[tuple[int, ...] | None]:
+    def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> Pieces[tuple[int, ...] | None]:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.
 
         misfits : those of the others when each of some sets of channels is left out. One channel comes before two, and

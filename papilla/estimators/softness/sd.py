@@ -15,7 +15,7 @@ from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
 from papilla.estimators.softness.touch import Touch
-from papilla.estimators.spectrum import whole
+from papilla.estimators.spread import completed
 
 NOISE_REACH = 4.0
 """Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
@@ -114,7 +114,7 @@ class Softness(Touch):
         return _BOTH
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        belief = whole(self._start(y, _BOTH, self._unknown()))[1]
+        belief = completed(self._start(y, _BOTH, self._unknown()))[1]
         return self._follow(y, faults, belief, self._fitter.alone(y, _BOTH, belief))
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> SoftnessEstimate:

@@ -6,7 +6,7 @@ import numpy as np
 
 from papilla.estimators.softness.belief import Belief, Contrast, shares_of
 from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
-from papilla.estimators.spectrum import Parts
+from papilla.estimators.spread import Pieces
 
 STEPS, TOGETHER = 15, 3
 TRIED = 4
@@ -54,7 +54,7 @@ class Start:
         left = (root @ (y * self._fitter.whiten)[rows] - origin).reshape(-1, len(rows))
         return np.einsum("nk,nk->n", left, left)
 
-    def __call__(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> Parts[tuple[Contrast, Belief]]:
+    def __call__(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> Pieces[tuple[Contrast, Belief]]:
         """A sample's own misfit, and the belief that begins with it: from the table of all contacts, then Gauss-Newton
         for h, force and place with `belief` as prior of the rest."""
         return self._settled(y, rows, belief, int(self.misfits(y, rows).argmin()))
@@ -63,7 +63,7 @@ class Start:
         """A function that gives the squared misfits of a sample when each of some sets of channels is left out; only
         the likeliest few are tried, the others are inf."""
 
-        def misfits(some: list[tuple[int, ...]]) -> Parts[list[float]]:
+        def misfits(some: list[tuple[int, ...]]) -> Pieces[list[float]]:
             precision, left = self._table(rows)[0], self.misfits(y, rows)
             rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
             weighted = (precision @ rest[..., None])[..., 0]
@@ -78,7 +78,7 @@ class Start:
 
         return misfits
 
-    def _settled(self, y: np.ndarray, rows: np.ndarray, belief: Belief, node: int) -> Parts[tuple[Contrast, Belief]]:
+    def _settled(self, y: np.ndarray, rows: np.ndarray, belief: Belief, node: int) -> Pieces[tuple[Contrast, Belief]]:
         """Gauss-Newton from a node of the table, so many steps a part."""
         fitter, (at, place, h) = self._fitter, self._nodes[node]
         white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach

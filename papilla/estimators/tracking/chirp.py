@@ -7,9 +7,8 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.spectrum import Parts
+from papilla.estimators.spread import Pieces
 from papilla.estimators.stream import Stream
-from papilla.estimators.tracking.chirp_look import STIFFNESS, ChirpLook, PeriodLook, price_of
 from papilla.estimators.tracking.chirp_memory import (
     FIRST_LIVELY,
     FIRST_WANDER,
@@ -18,13 +17,14 @@ from papilla.estimators.tracking.chirp_memory import (
     ChirpStatus,
     Step,
 )
-from papilla.estimators.tracking.stroke import (
+from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
+from papilla.estimators.tracking.motion_fit import (
     BAND,
     KNOTS,
     MOTION,
     SHAPE,
     Design,
-    Stroke,
+    MotionFit,
     designed,
     moved,
     phase_at,
@@ -77,8 +77,8 @@ class ChirpTracker(Stream):
     """Streaming frequency of a periodic surface under one gauge; one sample is (reading,) or (reading, velocity_mm_s).
 
     A look finds lines in spectra of warped time, in which a chirp is one frequency; from the strongest of them the
-    motion and the profile are fitted to the latest readings (`papilla.estimators.tracking.stroke`), and followed from
-    then on, through reversals. The answer is that of `lag_s` ago, because the end of a window knows the frequency
+    motion and the profile are fitted to the latest readings (`papilla.estimators.tracking.motion_fit`), and followed
+    from then on, through reversals. The answer is that of `lag_s` ago, because the end of a window knows the frequency
     several times worse (`references.chirp_bound`). A velocity serves to tell the wavelength only, |v(t - lag)| / f;
     where the frequency is not known well, near a reversal, the wavelength is held.
 
@@ -118,7 +118,7 @@ class ChirpTracker(Stream):
         looked = round(LOOK_PERIODS * rate / self._lowest)
         self._middle = (np.arange(looked) - 0.5 * (looked - 1)) / rate
         self._drift = np.vander(self._middle / self._middle[-1], 3)
-        self._looking: Parts | None = None
+        self._looking: Pieces | None = None
         self.reset()
 
     def _fresh(self) -> ChirpMemory:
@@ -182,7 +182,7 @@ class ChirpTracker(Stream):
             memory.held = wavelength, spread
         return ChirpEstimate(frequency, sigma, wavelength, spread, self._status(usable, good))
 
-    def _told(self, stroke: Stroke) -> list[tuple[float, float]]:
+    def _told(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each of the next samples since a step."""
         memory, known = self._memory, slice(MOTION + KNOTS)
         rates, slopes = rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
@@ -246,15 +246,15 @@ class ChirpTracker(Stream):
             return
         memory.step = Step(stroke, False, False, *self._prior(stroke), readings, stride)
 
-    def _take_on(self, stroke: Stroke | None) -> None:
+    def _take_on(self, stroke: MotionFit | None) -> None:
         """Follow this fit from now on."""
         self._memory.stroke, self._memory.told = stroke, []
 
-    def _swing(self, stroke: Stroke) -> float:
+    def _swing(self, stroke: MotionFit) -> float:
         """What the frequency (Hz) usually is."""
         return max(self._memory.swing, float(stroke.motion[1]) ** 2, 1.0) ** 0.5
 
-    def _prior(self, stroke: Stroke) -> tuple[np.ndarray, np.ndarray]:
+    def _prior(self, stroke: MotionFit) -> tuple[np.ndarray, np.ndarray]:
         """Information (31, 31) that is known before the readings of the window, and where it is centred (31,)."""
         memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + 1e-300
         mean, variance = memory.stiffness
@@ -276,7 +276,7 @@ class ChirpTracker(Stream):
         about[MOTION - 1] = (mean / variance + stroke.motion[3] * firm) / (1 / variance + firm)
         return prior, about
 
-    def _learn(self, stroke: Stroke, readings: np.ndarray) -> None:
+    def _learn(self, stroke: MotionFit, readings: np.ndarray) -> None:
         """What the fit says of the noise, the motion and the profile."""
         memory, hop, residual = self._memory, self._hop, stroke.residual
         count = max(int(np.isfinite(readings).sum()) - MOTION - 4, 1)
@@ -321,7 +321,7 @@ class ChirpTracker(Stream):
         newest = newest[np.isfinite(newest)]
         return newest.size > 8 and float(newest.var()) - noise <= QUIET * power
 
-    def _learn_profile(self, stroke: Stroke, readings: np.ndarray) -> None:
+    def _learn_profile(self, stroke: MotionFit, readings: np.ndarray) -> None:
         """Add what the readings say whose phase is known best and that the window soon leaves behind."""
         memory, begin, fade = self._memory, self._window // 4, 1 - self._hop / self._rate / FORGOTTEN_S
         rows = slice(begin, begin + self._hop)
@@ -344,7 +344,7 @@ class ChirpTracker(Stream):
             next(self._looking)
         except StopIteration as told:
             look, memory.look = memory.look, None
-            if isinstance(look, ChirpLook):
+            if isinstance(look, FrequencySearch):
                 self._choose(*told.value)
             elif told.value > 0:
                 # Where there was no sign before, a single one may be noise.
@@ -356,7 +356,7 @@ class ChirpTracker(Stream):
             else:
                 memory.asked += round(SOONER * LOOK_S[0] * self._rate)
 
-    def _due(self) -> ChirpLook | PeriodLook | None:
+    def _due(self) -> FrequencySearch | SubharmonicTest | None:
         """The look that it is time for."""
         memory, stroke = self._memory, self._memory.stroke
         if stroke is not None and memory.followed > PROVED and memory.asked >= LOOK_S[0] * self._rate:
@@ -368,9 +368,9 @@ class ChirpTracker(Stream):
         begun = self._latest()[-len(self._middle) :].copy()
         memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
         memory.rival = memory.price - RIVAL
-        return None if memory.idle else ChirpLook(begun, self._middle, self._lowest, self._highest, self._rate)
+        return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
 
-    def _periods(self, stroke: Stroke) -> PeriodLook:
+    def _periods(self, stroke: MotionFit) -> SubharmonicTest:
         """A look at the readings whose phase is known: those of the window, and before it as far as they go on."""
         memory, end = self._memory, self._memory.count - self._memory.since
         first, phases = end - memory.span, memory.phases
@@ -384,7 +384,7 @@ class ChirpTracker(Stream):
         phases[first:end] = now
         begin = end - int(np.isfinite(phases[:end][::-1]).argmin()) if np.isnan(phases[:end]).any() else 0
         rate = max(abs(float(stroke.motion[1])), self._lowest)
-        return PeriodLook(phases[begin:end].copy(), memory.readings[begin:end].copy(), self._lowest / rate)
+        return SubharmonicTest(phases[begin:end].copy(), memory.readings[begin:end].copy(), self._lowest / rate)
 
     def _moves(self, readings: np.ndarray) -> bool:
         """Whether readings are more than drift and white noise, whose variance is that of its differences."""
@@ -397,7 +397,7 @@ class ChirpTracker(Stream):
         ratio = float(left @ left) / max(float(noise @ noise) / 20, 1e-300)
         return not WHITE[0] < ratio < WHITE[1]
 
-    def _choose(self, best: Stroke | None, price: float) -> None:
+    def _choose(self, best: MotionFit | None, price: float) -> None:
         """Follow the best fit of a look from now on, if it is better than what is followed."""
         memory, own = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_LOOK:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.chirp_look import STIFFNESS, ChirpLook, PeriodLook
-from papilla.estimators.tracking.stroke import SHAPE, Design, Stroke
+from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest
+from papilla.estimators.tracking.motion_fit import SHAPE, Design, MotionFit
 from papilla.status import Status
 
 FIRST_LIVELY, FIRST_WANDER = 1.0, 0.1
@@ -44,7 +44,7 @@ class Step(NamedTuple):
     """A step of the fit under way, of so many new samples (stride) in the readings (m,) of its window: what was known
     before them, and what is done: the stroke moved on, that beside the readings, or improved."""
 
-    done: Stroke | Design
+    done: MotionFit | Design
     improved: bool
     learnt: bool
     prior: np.ndarray
@@ -74,7 +74,7 @@ class ChirpMemory:
     speeds: list[float]
     count: int = 0
     since: int = 0
-    stroke: Stroke | None = None
+    stroke: MotionFit | None = None
     told: list[tuple[float, float]] = field(default_factory=list)
     span: int = 0
     followed: float = 0.0
@@ -89,7 +89,7 @@ class ChirpMemory:
     quiet: bool = False
     absent: bool = False
     step: Step | None = None
-    look: ChirpLook | PeriodLook | None = None
+    look: FrequencySearch | SubharmonicTest | None = None
     parts: int = 0
     rival: float = math.inf
     waited: int = 0

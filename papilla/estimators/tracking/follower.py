@@ -1,8 +1,8 @@
 """The follower: cells of the path with what was read on them, looks at the latest of them, and what they add up to.
 
 Its memory is path: so many of the longest wavelengths, however slow the finger is. A look (`papilla.estimators.
-tracking.look`) finds the line; the follower asks whether two looks agree, whether the newest periods still show it,
-how late the path is, and how sure all of that is.
+tracking.line_search`) finds the line; the follower asks whether two looks agree, whether the newest periods still show
+it, how late the path is, and how sure all of that is.
 """
 
 import math
@@ -13,13 +13,14 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.spectrum import Parts, slope
+from papilla.estimators.spectrum import slope
+from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.cells import Cells
 from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.look import LOST, SURE, Look, sharpness
+from papilla.estimators.tracking.line_search import LOST, SURE, LineSearch, sharpness
 from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.rivals import GRID, MAINS_HZ, Task
+from papilla.estimators.tracking.time_lines import GRID, MAINS_HZ, Task
 
 CELL = 0.125
 """Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
@@ -31,7 +32,7 @@ HOP, SOON, MARGIN = 24, 0.125, 256
 """Cells between two looks, or part of the longest wavelength at slow rates; and cells that are kept beside those of a
 look, while it is under way."""
 PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 1000, 2
-"""Parts of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
+"""Pieces of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
 and how many of those a sample takes at most."""
 STEADY, SPARE_S, SPARE = 4, 0.15, 0.25
 """After so many looks that agree there is so much time at least between two; and where every lateness of the path was
@@ -156,7 +157,7 @@ class Follower:
         self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
         self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
         self._parts = max(round(PARTS_HZ / options.rate_Hz), 1)
-        self._going: Parts[Finding | float] | None = None
+        self._going: Pieces[Finding | float] | None = None
 
     def fresh(self) -> Memory:
         """What it remembers when it knows nothing."""
@@ -277,9 +278,9 @@ class Follower:
                     self._conclude(told.value, look)
                 return
 
-    def _parts_of(self, look: Looking) -> Parts:
+    def _parts_of(self, look: Looking) -> Pieces:
         task = self._task(look.begin, look.end, look.breaks)
-        return Look(task).run() if look.trial_s != look.trial_s else sharpness(task, look.trial_s)
+        return LineSearch(task).run() if look.trial_s != look.trial_s else sharpness(task, look.trial_s)
 
     def _glances(self, found: Finding) -> bool:
         """Whether a glance tells: what a look takes out of the readings it would see, and where the line is not most of

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spectrum import Parts, middle, slope
+from papilla.estimators.spectrum import middle, slope
+from papilla.estimators.spread import Pieces
 
 BLOCKS = 24
 """Blocks along a window at most; each of whole periods."""
@@ -45,7 +46,7 @@ class Fit(NamedTuple):
     scatter: float
 
 
-def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) -> Parts[Phases]:
+def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) -> Pieces[Phases]:
     """Phases of blocks of whole periods.
 
     cycles (m,) : the model's phase; regressors (m, p) : its derivatives by the parameters; weight (m,) : of the path,
@@ -98,7 +99,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     )
 
 
-def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Parts[Fit]:
+def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]:
     """Weighted, robust regression of the blocks' phases, a mean for each stroke removed.
 
     prior (p,) : 1 / variance of each parameter about a known value; off (p,) : that value less the present one.

@@ -38,7 +38,7 @@ class FusedTracker(Stream):
     """Streaming wavelength of g gauges together; one sample is (g1, ..., gg, velocity_mm_s), evenly in time.
 
     A line is detected in a spectrum over the path, against the background beside it, and refined by the phases of its
-    harmonics along the path (`papilla.estimators.tracking.look`); gauges add their power, not their readings.
+    harmonics along the path (`papilla.estimators.tracking.line_search`); gauges add their power, not their readings.
 
     Parameters
     ----------

@@ -8,12 +8,12 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
-from papilla.estimators.tracking.stroke import (
+from papilla.estimators.tracking.motion_fit import (
     KNOTS,
     MOTION,
     SHAPE,
     TREND,
-    Stroke,
+    MotionFit,
     designed,
     moved,
     phase_at,
@@ -223,7 +223,7 @@ def test_the_derivatives_of_a_stroke_are_its_differences():
     """Gauss and Newton's step from a stroke to one beside it, of exact readings, is the difference of the two."""
     rng, time = np.random.default_rng(0), np.arange(-299, 1) / 1000
     nothing = np.zeros((1, 1)), 1.0, np.zeros(300), 0.0
-    start = Stroke(
+    start = MotionFit(
         np.array([0.2, 55.0, -180.0, 41.0]), rng.normal(0, 50, KNOTS), 0.02, 0.0375, rng.normal(0, 1, TREND),
         rng.normal(0, 1, SHAPE), *nothing,
     )  # fmt: skip
@@ -257,7 +257,7 @@ def test_a_swing_is_the_oscillator_s_and_its_slopes_are_differences(stiffness):
 @pytest.mark.parametrize("stiffness", [0.0, 40.0, -25.0])
 def test_a_motion_told_of_later_is_the_same_motion(stiffness):
     motion = np.array([0.3, 60.0, -200.0, stiffness])
-    stroke = Stroke(
+    stroke = MotionFit(
         motion, np.zeros(KNOTS), 0.02, 0.04, np.zeros(TREND), np.zeros(SHAPE), np.zeros((1, 1)), 1.0, None, 0
     )
     later = stroke._replace(motion=moved(motion, 0.05))

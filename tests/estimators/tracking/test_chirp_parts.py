@@ -5,15 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from papilla.estimators.spectrum import whole
+from papilla.estimators.spread import completed
 from papilla.estimators.tracking.chirp import HOP_S, LEARNT_S, ChirpStatus, ChirpTracker
-from papilla.estimators.tracking.chirp_look import CHIRPS, OCTAVE, STIFFNESS, ChirpLook, PeriodLook, nominated, price_of
-from papilla.estimators.tracking.stroke import (
+from papilla.estimators.tracking.frequency_search import (
+    CHIRPS,
+    OCTAVE,
+    STIFFNESS,
+    FrequencySearch,
+    SubharmonicTest,
+    nominated,
+    price_of,
+)
+from papilla.estimators.tracking.motion_fit import (
     KNOTS,
     MOTION,
     SHAPE,
     TREND,
-    Stroke,
+    MotionFit,
     designed,
     moved,
     phase_at,
@@ -31,7 +39,7 @@ def stroke_of(frequency=60.0, noise=0.04, size=1.0, count=300, **some):
     shape = np.zeros(SHAPE)
     shape[:2] = size, 0.4 * size
     residual = math.sqrt(noise) * np.random.default_rng(0).standard_normal(count)
-    plain = Stroke(
+    plain = MotionFit(
         np.array([0.3, frequency, 0.0, 0.0]), np.zeros(KNOTS), 0.02, 0.0375, np.zeros(TREND), shape,
         1e-4 * np.eye(SIZE), noise, residual, 1e6,
     )  # fmt: skip
@@ -385,7 +393,7 @@ def look_at(frequency, chirp=0.0, noise=0.02, count=133):
     time = (np.arange(count) - 0.5 * (count - 1)) / RATE
     turns = frequency * (time + 0.5 * chirp * time**2)
     readings = 5.0 + np.cos(2 * np.pi * turns + 0.4) + 0.3 * np.cos(4 * np.pi * turns)
-    return ChirpLook(readings + noise * np.random.default_rng(2).standard_normal(count), time, 15.0, 400.0, RATE)
+    return FrequencySearch(readings + noise * np.random.default_rng(2).standard_normal(count), time, 15.0, 400.0, RATE)
 
 
 @pytest.mark.parametrize("frequency, chirp", [(60.0, 0.0), (90.0, 2.0), (45.0, -5.0), (150.0, 2.0)])
@@ -398,7 +406,7 @@ def test_a_look_finds_a_chirp_in_the_middle_of_its_window(frequency, chirp):
 
 
 def test_the_places_that_are_tried_differ_and_are_the_best():
-    places = [place for chirp in CHIRPS for place in whole(look_at(60.0)._spectrum(chirp))]
+    places = [place for chirp in CHIRPS for place in completed(look_at(60.0)._spectrum(chirp))]
     scores = [score for score, _ in places]
     tried = [motion[1] for motion in nominated(places)]
     assert len(scores) > 4 >= len(tried) > 1 and tried[0] == pytest.approx(60.0, rel=0.03)
@@ -422,7 +430,7 @@ def test_too_few_readings_have_no_lines():
     for known, lines in ((31, False), (33, True)):
         look = look_at(60.0)
         look.readings[known:] = np.nan
-        assert bool(whole(look._spectrum(0.0))) == lines
+        assert bool(completed(look._spectrum(0.0))) == lines
 
 
 def test_a_step_turns_the_phase_by_a_tenth_at_most():
@@ -443,7 +451,7 @@ def test_a_step_turns_the_phase_by_a_tenth_at_most():
 
 def fitted(look):
     """The best fit of a look."""
-    return whole(look.run())[0]
+    return completed(look.run())[0]
 
 
 def test_a_look_does_not_depend_on_the_unit_the_offset_or_the_sign_of_the_readings():
@@ -482,7 +490,7 @@ def test_missing_readings_do_not_move_the_fit():
 
 def test_noise_alone_has_no_fit_that_is_proved():
     look = look_at(60.0)._replace(readings=np.random.default_rng(3).standard_normal(133))
-    assert whole(look.run()) == (None, math.inf)
+    assert completed(look.run()) == (None, math.inf)
 
 
 def test_the_chirps_that_are_looked_at_are_those_of_a_stroke_and_its_way_back():
@@ -493,7 +501,7 @@ def test_the_chirps_that_are_looked_at_are_those_of_a_stroke_and_its_way_back():
 def test_a_line_over_warped_time_is_a_chirp_of_that_rate(chirp):
     """Its place is its frequency in the middle of the window, and a chirp of another rate stands out less."""
     look = look_at(110.0, chirp)
-    places = [place for tried in CHIRPS for place in whole(look._spectrum(tried))]
+    places = [place for tried in CHIRPS for place in completed(look._spectrum(tried))]
     score, motion = max(places, key=lambda place: place[0])
     assert motion[1] == pytest.approx(110.0, rel=0.02) and motion[2] == pytest.approx(chirp * motion[1])
     assert motion[0] == motion[3] == 0.0 and score > 0
@@ -553,7 +561,7 @@ def test_what_may_be_a_harmonic_names_the_other_frequency(sizes, told):
         waves = sum(size * np.cos(2 * np.pi * n * turns + n) for n, size in enumerate(sizes, 1))
         loudest = 1 + int(np.argmax(sizes)) if sizes[0] < 1 else 1
         noise = 0.1 * np.random.default_rng(3).standard_normal(1000)
-        look = PeriodLook(loudest * turns, 5.0 + waves + noise, 0.1)
-        assert whole(look.run()) == pytest.approx(told)
-        few = PeriodLook(look.phase[:20], look.readings[:20], 0.1)
-        assert math.isnan(whole(few.run()))
+        look = SubharmonicTest(loudest * turns, 5.0 + waves + noise, 0.1)
+        assert completed(look.run()) == pytest.approx(told)
+        few = SubharmonicTest(look.phase[:20], look.readings[:20], 0.1)
+        assert math.isnan(completed(few.run()))

@@ -5,11 +5,12 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
-from papilla.estimators.spectrum import spectrum_of, strokes_of, whole
+from papilla.estimators.spectrum import spectrum_of, strokes_of
+from papilla.estimators.spread import completed
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.follower import Follower, checked
 from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.rivals import credits_of
+from papilla.estimators.tracking.time_lines import credits_of
 from papilla.studies.estimator_bench.scenes import scene
 
 RATE = 1000.0
@@ -283,10 +284,10 @@ def test_credits_are_the_same_whichever_way_the_finger_goes():
     place = 100 * time + 3 * time**2
     readings = np.sin(2 * np.pi * 50 * time)[:, None]
     for way in (1, -1):
-        strokes = whole(strokes_of(way * place, readings, np.array([0, 300])))
-        spectrum = whole(spectrum_of(strokes, 0.1, 1024))
-        line = max(whole(spectrum.lines(0.2, 1.5, 3)), key=lambda found: found.amplitude)
-        path, time_locked = whole(credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)]))
+        strokes = completed(strokes_of(way * place, readings, np.array([0, 300])))
+        spectrum = completed(spectrum_of(strokes, 0.1, 1024))
+        line = max(completed(spectrum.lines(0.2, 1.5, 3)), key=lambda found: found.amplitude)
+        path, time_locked = completed(credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)]))
         assert time_locked > 10 * path
 
 

@@ -5,10 +5,11 @@ import pytest
 
 from papilla.estimators.background import FEWEST, GUARD, LOCAL, LOWEST, MEDIAN_EFFICIENCY, WIDTH, background
 from papilla.estimators.fundamental import fundamental_of
-from papilla.estimators.spectrum import Line, middle, share_of, slope, spectrum_of, strokes_of, whole
+from papilla.estimators.spectrum import Line, middle, share_of, slope, spectrum_of, strokes_of
+from papilla.estimators.spread import completed
 from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.rivals import silenced
+from papilla.estimators.tracking.time_lines import silenced
 
 
 @pytest.fixture(scope="module")
@@ -39,16 +40,16 @@ def test_middles_and_shares_are_those_of_numpy():
 
 def test_the_lowest_places_of_gauges_one_by_one_are_those_of_all_together(uneven, monkeypatch):
     place, readings = uneven
-    strokes = whole(strokes_of(place, readings, np.array([0, 150, 300])))
-    together = whole(spectrum_of(strokes, 0.2, 256))
+    strokes = completed(strokes_of(place, readings, np.array([0, 150, 300])))
+    together = completed(spectrum_of(strokes, 0.2, 256))
     monkeypatch.setattr("papilla.estimators.spectrum.POINTS", 256)
-    apart = whole(spectrum_of(strokes, 0.2, 256, 60))
+    apart = completed(spectrum_of(strokes, 0.2, 256, 60))
     np.testing.assert_allclose(apart.each, together.each[:, :60], rtol=1e-12)
 
 
 def test_a_stroke_is_tapered_by_path_and_has_no_trend(uneven):
     place, readings = uneven
-    strokes = whole(strokes_of(place, readings, np.array([0, 180, 300])))
+    strokes = completed(strokes_of(place, readings, np.array([0, 180, 300])))
     for first, last in ((0, 180), (180, 300)):
         x, rows = place[first:last], slice(first, last)
         at = (x - x[0]) / (x[-1] - x[0])
@@ -67,8 +68,8 @@ def test_a_stroke_is_tapered_by_path_and_has_no_trend(uneven):
 
 def test_a_spectrum_is_the_sum_of_strokes_and_gauges_over_their_own_level(uneven):
     place, readings = uneven
-    strokes, step, size = whole(strokes_of(place, readings, np.array([0, 180, 300]))), 0.025, 4096
-    found = whole(spectrum_of(strokes, step, size))
+    strokes, step, size = completed(strokes_of(place, readings, np.array([0, 180, 300]))), 0.025, 4096
+    found = completed(spectrum_of(strokes, step, size))
     k = np.arange(1, 400) / (size * step)
     power = np.zeros((2, len(k)))
     for rows in (slice(0, 180), slice(180, 300)):
@@ -125,11 +126,11 @@ def wave(wavenumber, noise, seed, turn=None, gauges=1):
 def fitted(place, readings, stroke, wavenumber, noise):
     spread = np.full((2, readings.shape[1]), noise**2)
     ones = np.ones(len(place))
-    phases = whole(phases_of(
+    phases = completed(phases_of(
         wavenumber * place, place[:, None] - place[-1], np.abs(np.gradient(place)), ones, readings,
         np.ones_like(readings, bool), stroke, spread,
     ))  # fmt: skip
-    return phases, whole(regressed(phases, np.array([1e-12]), np.zeros(1)))
+    return phases, completed(regressed(phases, np.array([1e-12]), np.zeros(1)))
 
 
 @pytest.mark.parametrize("turn, gauges", [(None, 1), (None, 2), (30.0, 1)])
@@ -163,14 +164,14 @@ def test_a_line_over_time_is_taken_out_and_the_surface_is_left():
     place = 80 * time + 6 * time**2
     surface = np.cos(2 * np.pi * 0.5 * place) + 0.3 * np.cos(2 * np.pi * 1.0 * place + 1)
     hum = 2 * np.sin(2 * np.pi * 61.0 * time)
-    strokes = whole(strokes_of(place, np.column_stack([surface + hum, 0.1 * surface - hum]), np.array([0, 900])))
-    alone = whole(strokes_of(place, np.column_stack([surface, 0.1 * surface]), np.array([0, 900])))
+    strokes = completed(strokes_of(place, np.column_stack([surface + hum, 0.1 * surface - hum]), np.array([0, 900])))
+    alone = completed(strokes_of(place, np.column_stack([surface, 0.1 * surface]), np.array([0, 900])))
     lines = [Line(61.0, 100.0, 1.0, 0.0), Line(117.0, 100.0, 0.9, 0.0)]
-    for cleaned in (whole(silenced(strokes, time, lines, 0.5)), whole(silenced(strokes, time, lines[:1]))):
+    for cleaned in (completed(silenced(strokes, time, lines, 0.5)), completed(silenced(strokes, time, lines[:1]))):
         inner = slice(100, 800)
         rest = cleaned.readings[inner] - alone.readings[inner]
         assert np.abs(rest).max() < 0.2 and np.abs(hum).max() > 1.9
-    untouched = whole(silenced(strokes, time, [], 0.5))
+    untouched = completed(silenced(strokes, time, [], 0.5))
     np.testing.assert_array_equal(untouched.readings, strokes.readings)
 
 
@@ -230,9 +231,9 @@ def test_without_a_wavelength_only_the_loudest_lines_over_time_are_taken_out():
     time = np.arange(900) / 1000
     place = 80 * time + 6 * time**2
     readings = (2 * np.sin(2 * np.pi * 61.0 * time) + 0.3 * np.cos(2 * np.pi * 0.9 * place))[:, None]
-    strokes = whole(strokes_of(place, readings, np.array([0, 900])))
+    strokes = completed(strokes_of(place, readings, np.array([0, 900])))
     loud, faint = Line(61.0, 100.0, 1.0, 0.0), Line(117.0, 100.0, 0.3, 0.0)
-    both, one = whole(silenced(strokes, time, [loud, faint])), whole(silenced(strokes, time, [loud]))
+    both, one = completed(silenced(strokes, time, [loud, faint])), completed(silenced(strokes, time, [loud]))
     np.testing.assert_array_equal(both.readings, one.readings)
     assert np.std(one.readings) < 0.2 * np.std(strokes.readings)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.spectrum import whole
+from papilla.estimators.spread import completed
 from papilla.estimators.tracking.refine import BLOCKS, Phases, phases_of, regressed, share_kept
 
 WAVENUMBER, NOISE, COUNT = 0.8, 0.1, 1200
@@ -19,7 +19,7 @@ def waves(sizes, seed=0, shift=0.0, place=None):
 
 
 def phases(place, readings, noise, seen=None, count=1.0, stroke=None, off=0.0):
-    return whole(phases_of(
+    return completed(phases_of(
         (WAVENUMBER + off) * place, place[:, None], np.full(len(place), 0.05), np.full(len(place), count), readings,
         np.ones_like(readings, bool) if seen is None else seen,
         np.zeros(len(place), int) if stroke is None else stroke, noise,
@@ -100,13 +100,13 @@ def test_a_regression_is_least_squares_with_a_mean_for_each_stroke():
     for strokes in (1, 3):
         own = blocks(np.zeros(24), strokes=strokes)
         x, stroke = own.regressors[:, 0], own.stroke
-        found = whole(regressed(own._replace(cycles=0.003 * x + 5.0 * stroke), np.array([1e-9]), np.zeros(1)))
+        found = completed(regressed(own._replace(cycles=0.003 * x + 5.0 * stroke), np.array([1e-9]), np.zeros(1)))
         centred = x - np.array([x[stroke == one].mean() for one in range(strokes)])[stroke]
         assert found.step[0] == pytest.approx(0.003, rel=1e-6) and found.scatter == 0.0
         assert found.covariance[0, 0] == pytest.approx(1e-4 / (centred @ centred), rel=1e-6)
     # What is known beforehand draws: as sure as the phases are, half of the way.
     sure = 1 / (1e-4 / (centred @ centred))
-    known = whole(regressed(own._replace(cycles=0.003 * x), np.array([sure]), np.array([0.001])))
+    known = completed(regressed(own._replace(cycles=0.003 * x), np.array([sure]), np.array([0.001])))
     assert known.step[0] == pytest.approx(0.002, rel=1e-5) and known.covariance[0, 0] == pytest.approx(0.5 / sure)
 
 
@@ -116,7 +116,7 @@ def test_blocks_that_scatter_by_more_than_noise_are_known_less(times):
     ratios, scatters, sigmas = [], [], []
     for seed in range(40):
         own = blocks(0.01 * times * np.random.default_rng(seed).standard_normal(24))
-        found = whole(regressed(own, np.array([1e-9]), np.zeros(1)))
+        found = completed(regressed(own, np.array([1e-9]), np.zeros(1)))
         x = own.regressors[:, 0]
         ratios.append(found.step[0] / found.covariance[0, 0] ** 0.5)
         sigmas.append(found.covariance[0, 0] * (x @ x) / 1e-4)
@@ -129,7 +129,7 @@ def test_blocks_that_scatter_by_more_than_noise_are_known_less(times):
 def test_freedom_is_what_parameters_and_strokes_leave():
     """Four blocks in two strokes and one slope have one degree of freedom."""
     own = blocks(np.array([0.0, 0.1, 0.1, 0.0]), strokes=2)
-    found = whole(regressed(own, np.array([1e-9]), np.zeros(1)))
+    found = completed(regressed(own, np.array([1e-9]), np.zeros(1)))
     assert found.step[0] == pytest.approx(0.0, abs=1e-9)
     assert found.covariance[0, 0] == pytest.approx(100.0 * 1e-4, rel=1e-3)
 
@@ -139,7 +139,7 @@ def test_the_scatter_is_over_the_degrees_of_freedom(strokes):
     """A pattern without a mean or a slope in either stroke: its square over blocks less strokes and parameters."""
     pattern = np.tile([1.0, -1.0, 0.0, 0.0, -1.0, 1.0], strokes)
     own = blocks(0.1 * pattern, strokes=strokes)
-    found = whole(regressed(own, np.array([1e-9]), np.zeros(1)))
+    found = completed(regressed(own, np.array([1e-9]), np.zeros(1)))
     x = own.regressors[:, 0]
     centred = x - np.array([x[own.stroke == one].mean() for one in range(strokes)])[own.stroke]
     ratio = 100 * (pattern @ pattern) / (6 * strokes - strokes - 1)
@@ -149,10 +149,10 @@ def test_the_scatter_is_over_the_degrees_of_freedom(strokes):
 
 def test_blocks_far_from_the_others_hardly_count():
     cycles = 0.01 * np.random.default_rng(1).standard_normal(24)
-    clean = whole(regressed(blocks(cycles), np.array([1e-9]), np.zeros(1)))
+    clean = completed(regressed(blocks(cycles), np.array([1e-9]), np.zeros(1)))
     odd = cycles.copy()
     odd[-1] = 0.4
-    spoilt = whole(regressed(blocks(odd), np.array([1e-9]), np.zeros(1)))
+    spoilt = completed(regressed(blocks(odd), np.array([1e-9]), np.zeros(1)))
     x = blocks(cycles).regressors[:, 0]
     plain = 0.4 * x[-1] / (x @ x)
     assert abs(spoilt.step[0] - clean.step[0]) < 0.03 * plain
@@ -160,7 +160,7 @@ def test_blocks_far_from_the_others_hardly_count():
 
 def test_without_any_phase_there_is_no_step():
     own = blocks(np.zeros(6))._replace(information=np.zeros(6))
-    found = whole(regressed(own, np.array([4.0]), np.array([0.5])))
+    found = completed(regressed(own, np.array([4.0]), np.array([0.5])))
     assert found.step[0] == pytest.approx(0.5) and found.covariance[0, 0] == pytest.approx(0.25)
 
 

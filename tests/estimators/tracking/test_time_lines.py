@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.spectrum import Line, Strokes, spectrum_of, strokes_of, whole
-from papilla.estimators.tracking.rivals import credits_of, levelled, silenced
+from papilla.estimators.spectrum import Line, Strokes, spectrum_of, strokes_of
+from papilla.estimators.spread import completed
+from papilla.estimators.tracking.time_lines import credits_of, levelled, silenced
 
 TIME = np.arange(900) / 1000
 BENT = 80 * TIME + 12 * TIME**2
@@ -17,7 +18,7 @@ def line(frequency, amplitude=1.0, ratio=100.0):
 
 
 def strokes(readings, place=BENT, begin=(0, 900)):
-    return whole(strokes_of(place, np.asarray(readings, float).reshape(900, -1), np.array(begin)))
+    return completed(strokes_of(place, np.asarray(readings, float).reshape(900, -1), np.array(begin)))
 
 
 def hum(size, frequency=61.0, phase=0.3):
@@ -38,7 +39,7 @@ def left(own, of):
 def test_a_line_over_time_is_taken_out_where_it_has_a_tenth_of_the_surfaces_energy(size, taken):
     """1 + 0.3^2 of it: from an amplitude of 0.33 on."""
     plain = strokes(surface())
-    found = whole(silenced(strokes(surface() + hum(size)), TIME, [line(61.0)], K))
+    found = completed(silenced(strokes(surface() + hum(size)), TIME, [line(61.0)], K))
     assert (left(found, plain) < 0.1 * size) == taken
     if not taken:
         np.testing.assert_array_equal(found.readings, strokes(surface() + hum(size)).readings)
@@ -49,14 +50,14 @@ def test_what_is_the_surfaces_as_well_is_not_taken():
     for off, taken in ((0.0, False), (0.3, False), (1.5, True)):
         frequency = 40.0 + off / 0.9
         both = strokes(surface(STRAIGHT) + hum(2.0, frequency), STRAIGHT)
-        found = whole(silenced(both, TIME, [line(frequency)], K))
+        found = completed(silenced(both, TIME, [line(frequency)], K))
         assert (not np.array_equal(found.readings, both.readings)) == taken
 
 
 @pytest.mark.parametrize("amplitude, taken", [(0.51, True), (0.49, False)])
 def test_without_a_wavelength_lines_half_as_strong_as_the_strongest_are_taken_out(amplitude, taken):
     both = strokes(hum(2.0) + hum(1.0, 117.0))
-    found = whole(silenced(both, TIME, [line(61.0), line(117.0, amplitude)]))
+    found = completed(silenced(both, TIME, [line(61.0), line(117.0, amplitude)]))
     assert left(found, strokes(0 * TIME)) == pytest.approx(0.02 if taken else 1.0 / np.sqrt(2), abs=0.06)
 
 
@@ -67,7 +68,7 @@ def test_each_stroke_has_phases_of_its_own_and_what_is_missing_stays_so():
     readings = wave + turned
     readings[200:230] = np.nan
     wave[200:230] = np.nan
-    found = whole(silenced(strokes(readings, place, (0, 450, 900)), TIME, [line(61.0)], K))
+    found = completed(silenced(strokes(readings, place, (0, 450, 900)), TIME, [line(61.0)], K))
     plain = strokes(wave, place, (0, 450, 900))
     inner = np.r_[80:370, 530:820]
     assert np.std((found.readings - plain.readings)[inner]) < 0.3
@@ -77,9 +78,9 @@ def test_each_stroke_has_phases_of_its_own_and_what_is_missing_stays_so():
 def credit(readings, others, place=BENT, begin=(0, 900)):
     noise = 0.2 * np.random.default_rng(0).standard_normal((900, 1))
     own = strokes(np.reshape(readings, (900, -1)) + noise, place, begin)
-    spectrum = whole(spectrum_of(own, 0.1, 2048))
-    best = max(whole(spectrum.lines(0.3, 4.0, 5)), key=lambda one: one.amplitude)
-    return best, whole(credits_of(best, spectrum, own, TIME, others))
+    spectrum = completed(spectrum_of(own, 0.1, 2048))
+    best = max(completed(spectrum.lines(0.3, 4.0, 5)), key=lambda one: one.amplitude)
+    return best, completed(credits_of(best, spectrum, own, TIME, others))
 
 
 @pytest.mark.parametrize("begin", [(0, 900), (0, 450, 900)])
@@ -93,13 +94,13 @@ def test_energy_is_credited_to_the_one_that_explains_it(begin):
     assert time > 10 * path
     # Twice the readings, twice the noise: the same in units of the background.
     own = strokes(surface(place, (1.0,)), place, begin)
-    spectrum = whole(spectrum_of(own, 0.1, 2048))
+    spectrum = completed(spectrum_of(own, 0.1, 2048))
     doubled = strokes(2 * surface(place, (1.0,)), place, begin)
-    twice = whole(spectrum_of(doubled, 0.1, 2048))
+    twice = completed(spectrum_of(doubled, 0.1, 2048))
     one, other = (
-        whole(
+        completed(
             credits_of(
-                max(whole(found.lines(0.3, 4.0, 5)), key=lambda peak: peak.amplitude), found, of, TIME, [line(47.0)]
+                max(completed(found.lines(0.3, 4.0, 5)), key=lambda peak: peak.amplitude), found, of, TIME, [line(47.0)]
             )
         )
         for found, of in ((spectrum, own), (twice, doubled))
@@ -123,10 +124,10 @@ def test_what_is_slower_than_a_period_is_taken_out_and_its_harmonics_stay():
     one = Strokes(
         place, (line + ripple)[:, None], np.ones((300, 1)), np.ones(300), np.array([0, 300]), float(np.ptp(place))
     )
-    left = whole(levelled(one, 1 / 3.0)).readings[:, 0]
+    left = completed(levelled(one, 1 / 3.0)).readings[:, 0]
     inner = (place > place[0] + 3) & (place < place[-1] - 3)
     assert np.abs(left - line)[inner].max() < 0.35 and np.abs(left - line).max() < 1.5
     quiet = one._replace(readings=(line + 0.1 * ripple)[:, None])
-    assert np.array_equal(whole(levelled(quiet, 1 / 3.0)).readings, quiet.readings)
+    assert np.array_equal(completed(levelled(quiet, 1 / 3.0)).readings, quiet.readings)
     short = one._replace(place=place / 20)
-    assert whole(levelled(short, 1 / 3.0)) is short
+    assert completed(levelled(short, 1 / 3.0)) is short

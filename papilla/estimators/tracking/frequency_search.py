@@ -11,15 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
-from papilla.estimators.spectrum import Parts, middle, share_of, spectrum_of, strokes_of, whole
-from papilla.estimators.tracking.stroke import (
+from papilla.estimators.spectrum import middle, share_of, spectrum_of, strokes_of
+from papilla.estimators.spread import Pieces, completed
+from papilla.estimators.tracking.motion_fit import (
     BAND,
     HARMONICS,
     KNOTS,
     MOTION,
     SHAPE,
     TREND,
-    Stroke,
+    MotionFit,
     designed,
     phase_at,
     solved,
@@ -43,7 +44,7 @@ STEP, MOST_LINES = 1 / 16, 10
 falls on harmonics; and lines that are looked at."""
 
 
-class ChirpLook(NamedTuple):
+class FrequencySearch(NamedTuple):
     """A look at readings (n,) at times (n,) about 0: low, high : frequencies in Hz; rate_Hz : of the samples."""
 
     readings: np.ndarray
@@ -52,7 +53,7 @@ class ChirpLook(NamedTuple):
     high: float
     rate_Hz: float
 
-    def run(self) -> Parts[tuple[Stroke | None, float]]:
+    def run(self) -> Pieces[tuple[MotionFit | None, float]]:
         """The best fit, which tells of time 0, None where none is proved; and its price."""
         places: list[tuple[float, np.ndarray]] = []
         for chirp in CHIRPS:
@@ -69,17 +70,17 @@ class ChirpLook(NamedTuple):
             trials = [best.motion * (n, n, n, 1) for n in MULTIPLES] if best is not None and price < before else []
         return best, price
 
-    def _spectrum(self, chirp: float) -> Parts[list[tuple[float, np.ndarray]]]:
+    def _spectrum(self, chirp: float) -> Pieces[list[tuple[float, np.ndarray]]]:
         """Lines of the readings over the time that a chirp warps: their scores, and motions (4,)."""
         rows = np.isfinite(self.readings) & (1 + chirp * self.time > 0.1)
         if rows.sum() < 32:
             return []
         time = self.time[rows]
         warped = time + 0.5 * chirp * time**2
-        strokes = whole(strokes_of(warped, self.readings[rows, None], np.array([0, len(warped)]), 1))
+        strokes = completed(strokes_of(warped, self.readings[rows, None], np.array([0, len(warped)]), 1))
         yield
         step = 0.5 / self.rate_Hz
-        spectrum = whole(spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.2 * strokes.extent / step))))
+        spectrum = completed(spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.2 * strokes.extent / step))))
         yield
         if not np.isfinite(spectrum.own).any():
             return []
@@ -89,7 +90,7 @@ class ChirpLook(NamedTuple):
         scores = [line.ratio * strokes.extent for line in lines]
         return [(score, np.array([0.0, rate, rate * chirp, 0.0])) for score, rate in zip(scores, rates, strict=True)]
 
-    def _begun(self, motion: np.ndarray) -> Stroke | None:
+    def _begun(self, motion: np.ndarray) -> MotionFit | None:
         """A fit to begin with, of a motion whose phase is that of the readings near the middle; None outside the
         range. Its noise is the power of the readings."""
         seen = np.isfinite(self.readings)
@@ -99,12 +100,12 @@ class ChirpLook(NamedTuple):
         if noise == 0 or not self.low / 1.1 < motion[1] < BAND * self.rate_Hz:
             return None
         nothing = np.append(offset, np.zeros(TREND - 1)), np.zeros(SHAPE), np.zeros((1, 1)), noise, values, 0.0
-        still = Stroke(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
+        still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
         wave = np.exp(-2j * np.pi * phase_at(still, self.time)[0])
         near = np.abs(self.time) < REACHES[0] * self.time[-1]
         return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
 
-    def _fitted(self, motion: np.ndarray) -> Parts[tuple[Stroke | None, float]]:
+    def _fitted(self, motion: np.ndarray) -> Pieces[tuple[MotionFit | None, float]]:
         """A fit from a motion and its price; None where it is not proved. The middle of the window comes first, where
         a chirp is near to any motion."""
         trial = begun = self._begun(motion)
@@ -126,7 +127,7 @@ class ChirpLook(NamedTuple):
         return (trial if trial.proved else None), price_of(trial, noise, count, self.rate_Hz)
 
 
-class PeriodLook(NamedTuple):
+class SubharmonicTest(NamedTuple):
     """A look at readings (n,) at phases (n,) in cycles of the frequency that is followed: whether that is a harmonic.
 
     lowest : of the range of frequencies, beside the one that is followed.
@@ -136,7 +137,7 @@ class PeriodLook(NamedTuple):
     readings: np.ndarray
     lowest: float
 
-    def run(self) -> Parts[float]:
+    def run(self) -> Pieces[float]:
         """The other frequency that it may be, beside the one that is followed; 0 for none, NaN where there are too few
         periods. The test is that over the path (`papilla.estimators.fundamental`)."""
         turns = np.flatnonzero(np.diff(np.sign(np.diff(self.phase))) != 0) + 1
@@ -150,7 +151,7 @@ class PeriodLook(NamedTuple):
         begin = np.concatenate([[0], np.cumsum([last - first for first, last, _ in kept])])
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
-        # On a grid finer than the samples there would be images of the lines (`tracking.rivals.Task`).
+        # On a grid finer than the samples there would be images of the lines (`tracking.time_lines.Task`).
         steps = np.abs(np.diff(strokes.place))
         step, shown = max(STEP, middle(steps)), 0.45 / max(share_of(steps, 0.9), STEP)
         spectrum = yield from spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.6 * longest / step)))
@@ -184,7 +185,7 @@ def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
     return chosen[:NOMINEES]
 
 
-def price_of(stroke: Stroke, noise: float, count: int, rate_Hz: float) -> float:
+def price_of(stroke: MotionFit, noise: float, count: int, rate_Hz: float) -> float:
     """Bayes's price (Schwarz 1978, doi:10.1214/aos/1176344136) of a fit that leaves this noise in so many readings, for
     the harmonics that there could be."""
     rate = max(abs(float(stroke.motion[1])), 1.0)

@@ -27,7 +27,7 @@ _HELD = 1e-2
 """1/s^2 below which a stiffness is as good as none over any window, and its series is used."""
 
 
-class Stroke(NamedTuple):
+class MotionFit(NamedTuple):
     """A fit.
 
     motion (4,) at the last reading; jumps (8,) of the chirp (Hz/s), the youngest `age` s ago, the others `spacing`
@@ -86,7 +86,7 @@ def moved(motion: np.ndarray, time: float) -> np.ndarray:
     ])  # fmt: skip
 
 
-def rates_at(stroke: Stroke, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def rates_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rates (m,) in Hz at times (m,), and their derivatives (m, 12) by the motion and the jumps."""
     _, rate, chirp, stiffness = stroke.motion.tolist()
     sine, _, by_sine, _, turned = swung(stiffness, time)
@@ -96,13 +96,13 @@ def rates_at(stroke: Stroke, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return rate * turned + chirp * sine + bent @ stroke.jumps, slopes
 
 
-def phase_at(stroke: Stroke, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def phase_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Phase (m,) in cycles at times (m,), and |rate| in Hz."""
     sine, cosine, _, _, turned = swung(float(stroke.motion[3]), time)
     return _phase(stroke, sine, cosine, turned, np.minimum(time[:, None] - stroke.knots, 0.0))
 
 
-def _phase(stroke: Stroke, sine, cosine, turned, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _phase(stroke: MotionFit, sine, cosine, turned, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     phase, rate, chirp, _ = stroke.motion.tolist()
     bent = before @ stroke.jumps
     turns = phase + rate * sine + chirp * cosine + 0.5 * (before * before) @ stroke.jumps
@@ -138,7 +138,7 @@ class Design(NamedTuple):
     """A stroke beside readings: columns (m, 31) by which readings change with its parameters, 0 where none is seen;
     residual (m,); motion (m, 12) : of the phase, by motion and jumps; seen (m,); reach : of the window, s."""
 
-    stroke: Stroke
+    stroke: MotionFit
     columns: np.ndarray
     residual: np.ndarray
     motion: np.ndarray
@@ -146,7 +146,7 @@ class Design(NamedTuple):
     reach: float
 
 
-def designed(stroke: Stroke, readings: np.ndarray, time: np.ndarray, rate_Hz: float) -> Design:
+def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz: float) -> Design:
     """The first half of one step from a stroke, on readings (m,), NaN where missing, at times (m,) before now."""
     seen, (_, rate, chirp, stiffness) = np.isfinite(readings), stroke.motion.tolist()
     sine, cosine, by_sine, by_cosine, turned = swung(stiffness, time)
@@ -164,7 +164,7 @@ def designed(stroke: Stroke, readings: np.ndarray, time: np.ndarray, rate_Hz: fl
     return Design(stroke, columns, np.where(seen, readings - fitted, 0.0), motion, seen, abs(float(time[0])))
 
 
-def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> Stroke:
+def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     """The second half: the stroke improved. prior (31, 31), about (31,) : information that is known of the parameters,
     and where it is centred."""
     stroke, jacobian, residual, motion, seen, reach = design

@@ -15,11 +15,12 @@ from dataclasses import replace
 import numpy as np
 
 from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, Period, fundamental_of, hints, lone
-from papilla.estimators.spectrum import Line, Parts, Strokes, middle, share_of, slope, spectrum_of, strokes_of
+from papilla.estimators.spectrum import Line, Strokes, middle, share_of, slope, spectrum_of, strokes_of
+from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.rivals import (
+from papilla.estimators.tracking.time_lines import (
     GRID,
     HARMONICS,
     MAINS_HZ,
@@ -60,7 +61,7 @@ BAND, SHOWN = 0.45, 0.4
 """Of the sampling rate: harmonics above are expected to have been removed by anti-aliasing; and below, to be seen."""
 
 
-class Look:
+class LineSearch:
     """A look at a task; `run` does it, and tells what was found."""
 
     def __init__(self, task: Task):
@@ -68,8 +69,8 @@ class Look:
         self._cleaned = False
         self._strokes: Strokes
 
-    def run(self) -> Parts[Finding]:
-        """Look."""
+    def run(self) -> Pieces[Finding]:
+        """LineSearch."""
         found = yield from self._line()
         if found is None:
             return self.finding
@@ -98,7 +99,7 @@ class Look:
         yield
         return (yield from self._judged(TrackingStatus.AMBIGUOUS if other else status, refused))
 
-    def _line(self) -> Parts[tuple[Line, TrackingStatus, bool] | None]:
+    def _line(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, what it is, and whether a louder one was refused; or None."""
         if not (yield from self._gathered(self._task.late_s)):
             return None
@@ -119,7 +120,7 @@ class Look:
         self.finding = replace(self.finding, status=status, wavenumber=wavenumber, sigma=sigma)
         return self.finding
 
-    def _gathered(self, late_s: float) -> Parts[bool]:
+    def _gathered(self, late_s: float) -> Pieces[bool]:
         """Rows and strokes of a path that is late by this; False, and nothing changed, where there is too little."""
         window = window_of(self._task, late_s)
         if window is None:
@@ -132,7 +133,7 @@ class Look:
     def _known_hums(self) -> list[Line]:
         return [Line(hum, 1.0, 1.0, 0.0) for hum in self._task.known_hums_Hz]
 
-    def _detected(self) -> Parts[bool]:
+    def _detected(self) -> Pieces[bool]:
         """Whether there are lines over the path, within reach of what the steps and the extent show."""
         task = self._task
         self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.grid(self._place), task.size)
@@ -167,7 +168,7 @@ class Look:
                 self.finding = replace(self.finding, score=0.0)
         return bool(self._inside)
 
-    def _over_time(self) -> Parts[None]:
+    def _over_time(self) -> Pieces[None]:
         """Lines over time, in the frequencies that lines in the range have at the speeds of the strokes."""
         task, time = self._task, self._time
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
@@ -193,7 +194,7 @@ class Look:
             spectrum = yield from spectrum_of(strokes, step, size)
             self._time_lines += yield from spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
 
-    def _chosen(self) -> Parts[tuple[Line, TrackingStatus, bool] | None]:
+    def _chosen(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, as `_line` tells it."""
         hums: list[Line] = []
         for line in self._ranked():
@@ -222,7 +223,7 @@ class Look:
             if hum in self._task.hums_Hz and line.chance < FALSE_ALARM and line.amplitude > self._inside[0].amplitude
         ]
 
-    def _cleared(self, hums: list[Line]) -> Parts[bool]:
+    def _cleared(self, hums: list[Line]) -> Pieces[bool]:
         """Whether there are lines over the path in what is left without lines over time."""
         self._cleaned = True
         self._strokes = yield from silenced(self._strokes, self._time, hums)
@@ -238,7 +239,7 @@ class Look:
         known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most]
         return known[:1] + [line for line in self._inside if line not in known[:1]]
 
-    def _origin(self, line: Line) -> Parts[TrackingStatus]:
+    def _origin(self, line: Line) -> Pieces[TrackingStatus]:
         """OK for a line of the path, CONSTANT_SPEED where it may be one of time, TIME_LOCKED where it is."""
         path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
@@ -281,7 +282,7 @@ class Look:
             if hum.amplitude > line.amplitude
         )
 
-    def _fundamental(self, chosen: Line) -> Parts[Period]:
+    def _fundamental(self, chosen: Line) -> Pieces[Period]:
         """The wavenumber of which the chosen line and others are harmonics, its own where there is no sign of it; and
         another one that may be it."""
         k = chosen.wavenumber
@@ -321,7 +322,7 @@ class Look:
         agreed = found.wavenumber == k and abs(k - self._task.proved) < KNOWN * k
         return found._replace(other=0.0) if agreed and not found.loud else found
 
-    def _unmixed(self) -> Parts[Strokes]:
+    def _unmixed(self) -> Pieces[Strokes]:
         """The strokes without lines of time, and without the lines over the path of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
@@ -357,7 +358,7 @@ class Look:
         level = np.where(reachable, level, np.inf)
         return level[:, None] * spectrum.own / float((strokes.weight**2 / self._count).sum())
 
-    def _refined(self) -> Parts[bool]:
+    def _refined(self) -> Pieces[bool]:
         """One step of the wavenumber and of the lateness; True where another would change nothing."""
         task = self._task
         if abs(self._late - task.late_s) > LATE_S and (yield from self._gathered(self._late)):
@@ -391,7 +392,7 @@ class Look:
         # Where the window begins there was no turn.
         return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
-    def _judged(self, status: TrackingStatus, refused: bool) -> Parts[Finding]:
+    def _judged(self, status: TrackingStatus, refused: bool) -> Pieces[Finding]:
         """What the look says in the end of a line that was found to be this; refused : beside a louder one."""
         phases, fit = self._phases, self._fit
         if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
@@ -421,7 +422,7 @@ class Look:
             mixed=refused,
         )
 
-    def _newest(self) -> Parts[tuple[float, float]]:
+    def _newest(self) -> Pieces[tuple[float, float]]:
         """Share of the amplitude that the newest whole periods have, and its sigma; of as many periods as it takes to
         miss the line, if it is missing."""
         rows = slice(int(self._begin[-2]), None)
@@ -438,7 +439,7 @@ class Look:
         return kept, sigma
 
 
-def sharpness(task: Task, late_s: float) -> Parts[float]:
+def sharpness(task: Task, late_s: float) -> Pieces[float]:
     """Power over the background of the sharpest line if the path were late by this, 0 where none can be told."""
     window = window_of(task, late_s)
     if window is None:

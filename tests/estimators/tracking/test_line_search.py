@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from papilla.estimators.fundamental import hints
-from papilla.estimators.spectrum import Line, whole
+from papilla.estimators.spectrum import Line
+from papilla.estimators.spread import completed
 from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.look import Look, sharpness
-from papilla.estimators.tracking.rivals import Task, credits_of, forward, window_of
+from papilla.estimators.tracking.line_search import LineSearch, sharpness
+from papilla.estimators.tracking.time_lines import Task, credits_of, forward, window_of
 from papilla.studies.estimator_bench.parts import sheared
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
@@ -42,7 +43,7 @@ def task_of(rows, breaks, *, low=0.4, high=6.0, late_variance=0.0, before=0.0, p
 
 
 def looked(rows, breaks, **known):
-    return whole(Look(task_of(rows, breaks, **known)).run())
+    return completed(LineSearch(task_of(rows, breaks, **known)).run())
 
 
 @pytest.mark.parametrize(
@@ -149,7 +150,7 @@ def test_the_newest_periods_tell_that_the_line_is_gone():
 
 def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
     task = task_of(*window("strokes", 0, late_s=0.008))
-    sharp = {late: whole(sharpness(task, late)) for late in (-0.004, 0.0, 0.008, 0.02)}
+    sharp = {late: completed(sharpness(task, late)) for late in (-0.004, 0.0, 0.008, 0.02)}
     assert max(sharp, key=sharp.get) == 0.008 and sharp[0.008] > 1.3 * sharp[0.0]
     assert sharp[0.0] == pytest.approx(looked(*window("strokes", 0, late_s=0.008)).score, rel=0.01)
 
@@ -168,10 +169,10 @@ def test_what_was_known_is_gone_on_from_and_helps_a_faint_line():
 
 def parted(rows, breaks, **known):
     """A look up to where it has its lines over the path and over time."""
-    look = Look(task_of(rows, breaks, **known))
-    assert whole(look._gathered(0.0))
-    whole(look._detected())
-    whole(look._over_time())
+    look = LineSearch(task_of(rows, breaks, **known))
+    assert completed(look._gathered(0.0))
+    completed(look._detected())
+    completed(look._over_time())
     return look
 
 
@@ -301,7 +302,7 @@ def test_another_texture_is_taken_out_before_the_phases_are_read():
     rows[:, 3] += 0.7 * np.cos(2 * np.pi * rows[:, 1] * 0.777)
     look = parted(rows, breaks)
     look._wavenumber, look._hum = 1 / TRUE_MM, False
-    plain, strokes = look._strokes, whole(look._unmixed())
+    plain, strokes = look._strokes, completed(look._unmixed())
 
     def size(readings, wavenumber):
         wave = np.exp(-2j * np.pi * wavenumber * plain.place)
@@ -348,20 +349,20 @@ def test_what_only_a_line_explains_is_its_energy(motion):
     """Over the background: all of it where nothing over time is like it, and next to none for time."""
     look = parted(*window(motion, 0, harmonics=(1.0,)))
     best = look._inside[0]
-    path, time = whole(credits_of(best, look._spectrum, look._strokes, look._time, [line(233.0), line(51.0)]))
+    path, time = completed(credits_of(best, look._spectrum, look._strokes, look._time, [line(233.0), line(51.0)]))
     assert path == pytest.approx(best.ratio, rel=0.3) and time < 0.05 * path
-    assert whole(look._origin(best)) == TrackingStatus.OK
+    assert completed(look._origin(best)) == TrackingStatus.OK
     hum = parted(*window(motion, 0, harmonics=(), hum=2.0), proved=0.0)
     if hum._inside:
-        path, time = whole(credits_of(hum._inside[0], hum._spectrum, hum._strokes, hum._time, [line(50.0)]))
+        path, time = completed(credits_of(hum._inside[0], hum._spectrum, hum._strokes, hum._time, [line(50.0)]))
         assert time > 4 * path
 
 
 def test_where_the_speed_is_constant_time_and_path_are_not_told_apart():
     look = parted(*window("constant", 0))
-    assert whole(look._origin(look._inside[0])) == TrackingStatus.CONSTANT_SPEED
+    assert completed(look._origin(look._inside[0])) == TrackingStatus.CONSTANT_SPEED
     look = parted(*window("constant", 0, wavelength=1.92))
-    assert whole(look._origin(look._inside[0])) == TrackingStatus.TIME_LOCKED
+    assert completed(look._origin(look._inside[0])) == TrackingStatus.TIME_LOCKED
 
 
 def test_a_finding_names_eight_lines_at_most_strongest_first():
@@ -380,7 +381,7 @@ def test_a_hum_that_is_known_is_taken_out_before_lines_are_looked_for(motion):
     """And so does not sharpen the path, as it is as sharp at any lateness."""
     rows, breaks = window(motion, 0, hum=3.0)
     task = task_of(rows, breaks)._replace(known_hums_Hz=(50.0,), before=1 / TRUE_MM)
-    found, blind = whole(Look(task).run()), whole(Look(task._replace(known_hums_Hz=())).run())
+    found, blind = completed(LineSearch(task).run()), completed(LineSearch(task._replace(known_hums_Hz=())).run())
     assert found.status in (TrackingStatus.OK, TrackingStatus.CONSTANT_SPEED) and found.score == blind.score == 0.0
     assert found.wavenumber * TRUE_MM == pytest.approx(1.0, abs=1e-3) and found.hums_Hz == ()
     assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1)
@@ -410,4 +411,4 @@ def test_too_little_path_is_nothing_and_says_so():
     for count, nothing in ((11, True), (200, False)):
         found = looked(rows[:count], ())
         assert (found.status == TrackingStatus.SEARCHING and found.extent == 0.0) == nothing
-    assert whole(sharpness(task_of(rows[:11], ()), 0.0)) == 0.0
+    assert completed(sharpness(task_of(rows[:11], ()), 0.0)) == 0.0

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spectrum import Line, Parts, Spectrum, Strokes, middle, share_of
+from papilla.estimators.spectrum import Line, Spectrum, Strokes, middle, share_of
+from papilla.estimators.spread import Pieces
 
 GRID = 4
 """Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
@@ -91,7 +92,7 @@ def forward(strokes: Strokes) -> np.ndarray:
     return np.repeat(way, np.diff(strokes.begin)) * strokes.place
 
 
-def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: float = 0.0) -> Parts[Strokes]:
+def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: float = 0.0) -> Pieces[Strokes]:
     """The strokes without the lines over time (m,), but for those that the harmonics of a wavenumber make; without
     one, less those alone that are as strong as the strongest."""
     if wavenumber == 0:
@@ -125,7 +126,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
     return strokes._replace(readings=np.where(strokes.seen, readings, 0.0))
 
 
-def levelled(strokes: Strokes, wavenumber: float) -> Parts[Strokes]:
+def levelled(strokes: Strokes, wavenumber: float) -> Pieces[Strokes]:
     """A single stroke less the mean over a period about each row, where that is louder than what is left: long waves
     leak into blocks of few periods, and the mean over one holds no harmonic."""
     readings, half = strokes.readings.copy(), 0.5 / wavenumber
@@ -150,7 +151,7 @@ def levelled(strokes: Strokes, wavenumber: float) -> Parts[Strokes]:
 
 def credits_of(
     line: Line, spectrum: Spectrum, strokes: Strokes, time: np.ndarray, others: list[Line]
-) -> Parts[tuple[float, float]]:
+) -> Pieces[tuple[float, float]]:
     """Energy over the background that only this line explains, and the most that only one of time's lines does."""
     weight = strokes.weight
     turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
