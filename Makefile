@@ -15,7 +15,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 help:
 	@echo "make calibrate   main job: calibration coefficients of the default finger, in calibration/"
 	@echo "make test        linters, type checker and the quick tests"
-	@echo "make slow        the tests that take more than a few seconds each"
+	@echo "make slow        the tests that take more than a few seconds each, and what the main jobs cost"
 	@echo "make lint        linters and type checker only"
 	@echo "make lock        resolve the locked dependencies anew"
 	@echo "make clean       remove $(VENV), calibration/ and tool caches"
@@ -34,16 +34,18 @@ test: lint
 
 slow: $(VENV)/.dev
 	$(PYTEST) -m slow
+	$(BIN)/python benchmarks/budget.py
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# Wheels are checked against the lock's hashes; papilla itself is then built with the locked setuptools.
+# Wheels are checked against the lock's hashes; papilla itself is then built with the locked setuptools, in the editable
+# mode whose path type checkers and editors follow.
 $(VENV)/.runtime: requirements.lock pyproject.toml | $(VENV)/bin/python
 	$(INSTALL) --require-hashes -r requirements.lock
-	$(INSTALL) --no-deps --no-build-isolation --editable .
+	$(INSTALL) --no-deps --no-build-isolation --config-settings editable_mode=compat --editable .
 	touch $@
 
 $(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime

@@ -5,6 +5,6 @@ Every name is imported on first use, so that `import papilla` costs nothing (no 
 
 from papilla._lazy import attach as _attach
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __getattr__, __dir__, __all__ = _attach(__name__, __file__)
 __all__ += ["__version__"]

@@ -81,11 +81,36 @@ SHORT = {
     "suggested_presses": (["--fingers", "2", "--size", "2.8"], {}, "suggested presses are better by"),
     "thousand_scenes": ([], {}, "peak memory"),
     "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
+    "size": ([], {}, "in all"),
+    "budget": (["--jobs", "update"], {}, "one update of the pipeline"),
     "files_read": (["press"], {}, "press: "),
     "wavelength_estimators": (["--scenes", "start", "--seeds", "1", "--workers", "1"], {}, "in 2 sigma"),
 }
 """Script -> arguments, constants to replace, and what it must print. `papilla bench --short` itself is run, with its
 numbers looked at, in tests/cli."""
+
+
+def loaded(name: str, monkeypatch):
+    """The script as a module."""
+    monkeypatch.syspath_prepend(FOLDER)
+    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_what_costs_a_third_more_than_in_the_last_release_is_printed_first(monkeypatch):
+    budget = loaded("budget", monkeypatch)
+    was = {"version": "0.1", "jobs": {"press": {"seconds": 1.0, "units": 10.0, "peak_MiB": 100.0}}, "code_lines": 9}
+    rows = list(budget.report({"press": budget.Figure(3.0, 14.0, 120.0), "new": budget.Figure(1, 1, 1)}, was, 7))
+    assert rows[0] == "WORSE than in 0.1: press, time 1.40 times"
+    assert sum(row.startswith("WORSE") for row in rows) == 1 and rows[-1] == "7 lines of code, 9 in the last release"
+
+
+def test_lines_of_code_are_neither_blank_nor_comments_nor_docstrings(monkeypatch):
+    size = loaded("size", monkeypatch)
+    source = '"""Doc\n\nstring."""\n\n# why\na = 3.5  # not counted apart\n"""Of a."""\nb = (\n    -1,\n    7,\n)\n'
+    assert (size.code_lines(source), size.literals(source)) == (5, 2)
 
 
 def test_every_benchmark_has_a_short_form():
@@ -100,11 +125,8 @@ def test_short_form(name, monkeypatch, capsys, tmp_path):
     if name in ("assembly_against_ngsolve", "peers"):
         pytest.importorskip("ngsolve", reason="needs the extra peers")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(FOLDER)
     monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
-    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = loaded(name, monkeypatch)
     monkeypatch.setattr("papilla.studies.bench.scenes.GRID_MPA", np.array([0.5]))
     for constant, value in constants.items():
         assert hasattr(module, constant)
