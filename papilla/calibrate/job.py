@@ -12,7 +12,7 @@ from papilla.calibrate.identification import Confession, Identification, confess
 from papilla.calibrate.identification.presses import places
 from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.physics import Truth, mesh_number, press_truth, truth_is_known, worst_law
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, corrected, sweep
+from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, sweep
 from papilla.calibrate.published_depths import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
@@ -228,15 +228,13 @@ def _friction_notes(known: bool, doubt: str) -> list[str]:
 
 def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction) -> Recovery:
     """Press blocks of the finger's bench between the points of the default sweep, and let the calibration's surface
-    tell their moduli."""
-    rows = []
-    for modulus in _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA):
-        for force in _between(DEFAULT_FORCES, CHECKED_FORCE_N):
-            touched = reduced.bench.specimen(modulus)
-            linear = fem.press(reduced, touched, force=force, fidelity="contact", friction=friction)
-            found = corrected(reduced, touched, linear)
-            rows.append((force, modulus, calibration.invert(found.sd, force).modulus_MPa))
-    return Recovery(*np.array(rows).T)
+    tell their moduli; presses that leave what the model covers are left out."""
+    moduli, forces = _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA), _between(DEFAULT_FORCES, CHECKED_FORCE_N)
+    pressed = sweep(reduced, moduli, forces, reduced.bench.specimen, friction=friction)
+    force, modulus, sd = (
+        part[pressed.valid] for part in (pressed.force_N, pressed.modulus_MPa, pressed.sd_microstrain)
+    )
+    return Recovery(force, modulus, np.asarray(calibration.invert(sd, force).modulus_MPa))
 
 
 def _between(grid: tuple[float, ...], limits: tuple[float, float]) -> list[float]:

@@ -18,23 +18,27 @@ FREE = 0.03
 @pytest.fixture
 def made(monkeypatch, tmp_path, truth):
     """The job with presses from closed forms: the mesh of variant v reads v / 1000 more. Notes what it is asked."""
-    asked = {"prepared": [], "swept": [], "positions": [], "truth": [], "laws": "laws stable over the strains reached"}
+    asked = {
+        "prepared": [],
+        "swept": [],
+        "checked": [],
+        "positions": [],
+        "truth": [],
+        "laws": "laws stable over the strains reached",
+    }
 
     def prepare(finger, *, size_mm, variant=0, progress):
         progress("meshing, 3 s")
         asked["prepared"].append((finger, variant, size_mm))
         return SimpleNamespace(variant=variant, bench=finger.bench, to_arrays=lambda: {"variant": np.array(variant)})
 
-    def sweep(reduced, moduli, forces, specimen, progress, friction):
+    def sweep(reduced, moduli, forces, specimen, progress=None, friction=None):
         asked["thickness"] = specimen(0.1).thickness
-        asked["swept"].append((reduced.variant, len(moduli), len(forces), friction))
+        swept = (reduced.variant, len(moduli), len(forces), friction)
+        asked["checked" if swept[:3] == (0, 10, 10) else "swept"].append(swept)
         size = (1 + reduced.variant / 1000) * (1 if friction else 1 + FREE)
         name = f"mesh {reduced.variant}"
         return truth.sweep(moduli, forces, change=lambda *_: size, mesh_sha256=name, friction=friction)
-
-    def press(reduced, specimen, *, force, fidelity, friction):
-        assert (reduced.variant, specimen.thickness, fidelity) == (0, asked["thickness"], "contact")
-        return SimpleNamespace(sd=float(truth.sd(force, specimen.modulus)))
 
     def press_truth(finger, size_mm, friction, say):
         asked["truth"].append((size_mm, friction))
@@ -49,13 +53,11 @@ def made(monkeypatch, tmp_path, truth):
     sweep.__module__ = "papilla.calibrate.press_table"
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     monkeypatch.setattr(job.fem, "prepare", prepare)
-    monkeypatch.setattr(job.fem, "press", press)
     monkeypatch.setattr(job, "sweep", sweep)
     monkeypatch.setattr(job, "with_positions", with_positions)
     monkeypatch.setattr(job, "press_truth", press_truth)
     monkeypatch.setattr(job, "begin_large_strain", lambda *_, **__: lambda: "")
     monkeypatch.setattr(job, "large_strain_error", lambda reduced, friction: 0.001)
-    monkeypatch.setattr(job, "corrected", lambda reduced, specimen, found: found)
     monkeypatch.setattr(job, "tables_of", lambda reduced, stuck: ())
     monkeypatch.setattr(job, "published_depths", lambda finger, reduced: [])
     return asked

@@ -24,8 +24,8 @@ def pressed(monkeypatch):
     """The calls that a sweep makes; a press on less than 0.1 MPa by more than 0.5 N leaves the patch."""
     calls = []
 
-    def press(reduced, specimen, *, force, fidelity, start, friction):
-        calls.append((specimen, force, fidelity, start))
+    def press(reduced, specimen, *, force, fidelity, friction):
+        calls.append((specimen, force, fidelity))
         assert friction in (0, "stick")
         if specimen.modulus < 0.1 and force > 0.5:
             raise ContactRangeError("the contact reaches the rim of its patch")
@@ -59,10 +59,10 @@ def test_every_press_is_a_row_and_a_failed_one_says_why(pressed):
     assert table.specimen == "Block(thickness=10.0, nu=0.495, bonded=True)"
 
 
-def test_presses_are_on_one_rung_and_start_from_the_lighter_one(pressed):
-    sweep(REDUCED, [0.2, 0.5], [0.1, 0.3], specimen=HalfSpace)
-    assert {fidelity for _, _, fidelity, _ in pressed} == {"contact"}
-    assert [None if start is None else start.tolist() for *_, start in pressed] == [None, [0.1], None, [0.1]]
+def test_presses_are_on_one_rung_and_begin_with_the_hardest(pressed):
+    table = sweep(REDUCED, [0.2, 0.5], [0.1, 0.3], specimen=HalfSpace)
+    assert {fidelity for _, _, fidelity in pressed} == {"contact"}
+    assert [force for _, force, _ in pressed] == [0.3, 0.1] * 2 and table.force_N.tolist() == [0.1, 0.3] * 2
     assert all(isinstance(specimen, HalfSpace) for specimen, *_ in pressed)
 
 

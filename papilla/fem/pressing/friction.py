@@ -101,12 +101,12 @@ class StuckPath(ContactPath):
 
     def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
         """As `ContactPath.at`; raises `SolverError` where a step of the other path does not settle."""
-        if self._rough is None:
-            try:
-                return super().at(force=force, indentation=indentation)
-            except LeavingError:
+        try:
+            return super().at(force=force, indentation=indentation)
+        except LeavingError:
+            if self._rough is None:
                 self._rough = FrictionPath(self.problem, ROUGH)
-        return self._rough.at(force=force, indentation=indentation)
+            return self._rough.at(force=force, indentation=indentation)
 
 
 class FrictionPath:
