@@ -17,8 +17,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
-from papilla.errors import FileAccessError
+from papilla.errors import FileAccessError, FileFormatError
 
 _HOST = f"{zlib.crc32(socket.gethostname().encode()):08x}"
 _TEMPORARY = re.compile(r"\.?.*papilla-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.tmp")
@@ -86,6 +87,37 @@ def write_text(path: str | PathLike, text: str) -> None:
     """Write `text` (UTF-8) atomically; raises `FileAccessError`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def read_text(path: str | PathLike, what: str = "") -> str:
+    """The text of a file in UTF-8; `what` it is, in words, for the message.
+
+    Raises `FileAccessError` where it cannot be read, `FileFormatError` where it is not UTF-8.
+    """
+    try:
+        return read_bytes(path, what).decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise FileFormatError(f"{path} is not a text file in UTF-8") from error
+
+
+def read_bytes(path: str | PathLike, what: str = "") -> bytes:
+    """The content of a file; raises `FileAccessError` where it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot read {what}{' ' * bool(what)}{_shown(path)}: {reason(error)}") from error
+
+
+def read_toml(path: str | PathLike, what: str = "") -> dict[str, Any]:
+    """The tables of a TOML file; raises as `read_text`, and `FileFormatError` where it is not TOML."""
+    import tomllib
+
+    try:
+        return tomllib.loads(read_text(path, what))
+    except tomllib.TOMLDecodeError as error:
+        raise FileFormatError(f"{path} is not valid TOML: {error}") from error
+    except RecursionError as error:
+        raise FileFormatError(f"{path} is not valid TOML: its brackets are nested too deeply") from error
 
 
 def check_writable(folder: str | PathLike) -> None:

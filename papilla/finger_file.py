@@ -4,16 +4,15 @@ import json
 import os
 import re
 import reprlib
-import tomllib
 from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.files import reason, write_text
+from papilla.files import read_toml, write_text
 from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.identified import Identified
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
@@ -108,22 +107,12 @@ def read_design(path: Path) -> Finger:
 
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not TOML, unknown key, wrong type or value).
     """
+    design = read_toml(path, "finger file")
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FileFormatError(f"{path} is not a text file in UTF-8") from error
-    except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot read finger file {path}: {reason(error)}") from error
-    try:
-        design = tomllib.loads(text)
         finger = _DESIGN.validate_python(design)
         if isinstance(finger.shape, Surfaces):
             beside = Surfaces(*(str(path.parent / name) for name in astuple(finger.shape)))
             finger = replace(finger, shape=beside)
-    except tomllib.TOMLDecodeError as error:
-        raise FileFormatError(f"{path} is not valid TOML: {error}") from error
-    except RecursionError as error:
-        raise FileFormatError(f"{path} is not valid TOML: its brackets are nested too deeply") from error
     except ValidationError as error:
         problem = first_of(error)
         form = _right_form(design, problem["loc"], problem["type"])

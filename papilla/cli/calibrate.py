@@ -20,6 +20,7 @@ from papilla.cli.options import (
     PROCESSES,
     FingerOption,
     FrictionOption,
+    JsonOption,
     SizeOption,
     about,
     keep_inputs,
@@ -47,7 +48,7 @@ def calibrate(
     check: CheckOption = None,
     export_c: ExportOption = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Calibrate the finger: mesh, model, sweep, fit.
 

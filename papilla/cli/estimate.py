@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from papilla.cli.options import keep_inputs
+from papilla.cli.options import JsonOption, keep_inputs
 from papilla.cli.output import Progress, print_json, progress, say
 from papilla.errors import InputError
 
@@ -60,7 +60,7 @@ def estimate(
     friction_memory: Annotated[
         float | None, typer.Option(help="Slid path (mm) that friction is averaged over; without it 0.1 s of sliding.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
     from papilla import checks

@@ -8,27 +8,17 @@ import typer
 
 from papilla.cli.identify_compare import CompareOption, compare_with
 from papilla.cli.identify_rate import RelaxationOption, loops_of, print_relaxation, read_and_tell, relaxation_of
-from papilla.cli.identify_suggest import (
-    CriterionOption,
-    ModuliOption,
-    PlacesOption,
-    SuggestOption,
-    after,
-    print_protocol,
-    print_suggestion,
-    read_moduli,
-    read_places,
-    refuse_unfit,
-)
+from papilla.cli.identify_suggest import SuggestOptions, print_suggestion
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
     FrictionOption,
-    SpecimenKind,
+    JsonOption,
+    SpecimenOptions,
     about,
     describe,
     keep_inputs,
-    make_specimen,
+    number,
     read_friction,
     surface_files,
 )
@@ -40,6 +30,8 @@ if TYPE_CHECKING:
 
 
 def identify(
+    specimen: SpecimenOptions,
+    further: SuggestOptions,
     log: Annotated[
         Path | None, typer.Argument(help="Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv")
     ] = None,
@@ -49,22 +41,13 @@ def identify(
     fix: Annotated[
         list[str] | None, typer.Option(help="Hold a parameter, such as lever_mm=0 or gain.g1=1.", metavar="NAME=VALUE")
     ] = None,
-    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what was pressed.")] = "block",
-    thickness: Annotated[
-        float | None, typer.Option(help="Thickness of a block, mm.  [default: the bench's of the finger, else 10]")
-    ] = None,
-    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
     friction: FrictionOption = None,
     noise: Annotated[float, typer.Option(help="Noise of a reading, microstrain.")] = 5.0,
     force_error: Annotated[float, typer.Option(help="Relative error of a force.")] = 0.01,
     report: Annotated[Path | None, typer.Option(help="Page to write on the fit (HTML).")] = None,
-    suggest: SuggestOption = None,
-    moduli: ModuliOption = None,
-    places: PlacesOption = None,
-    criterion: CriterionOption = "I",
     relaxation: RelaxationOption = None,
     compare: CompareOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
 
@@ -74,9 +57,9 @@ def identify(
     watch = Stopwatch()
     given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
     if compare is not None:
-        return compare_with(compare, log, as_json, finger=finger, suggest=suggest, **given)
-    rubbing, held, there, spots = read_friction(friction), _held(fix or []), read_moduli(moduli), read_places(places)
-    refuse_unfit(log, suggest, moduli, places, **given)
+        return compare_with(compare, log, as_json, finger=finger, suggest=further.suggest, **given)
+    rubbing, held = read_friction(friction), _held(fix or [])
+    further.check(log, **given)
     from papilla.calibrate.identification import Noise, confess, record
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
@@ -86,11 +69,12 @@ def identify(
     outputs = [path for path in (out, report) if path is not None]
     keep_inputs([log, finger], outputs)
     design = Finger.load(finger) if finger else Finger.default()
-    touched = make_specimen(specimen, 1.0, thickness, radius, design)
+    touched = specimen.of(1.0, design)
     keep_inputs(surface_files(design), outputs)
     stated = Noise(readings_microstrain=noise, force=force_error)
     if log is None:
-        return print_protocol(design, suggest or 1, there, spots, touched, stated, criterion, as_json)
+        protocol = further.protocol(design, touched, stated)
+        return print_json(protocol) if as_json else print_suggestion(protocol)
     presses = read_and_tell(log, relaxation, touched)
     for path in outputs:
         check_writable(path.parent)
@@ -104,7 +88,7 @@ def identify(
         pressed = [shape.specimen for shape in found.problem.shapes]
         of_what = " and ".join(one.words for one in pressed)
         identified = found.with_record(replace(record(found, told, of_what), **kept))
-        besides = loops_of(presses) | silicone | after(found, suggest, there, spots, criterion)
+        besides = loops_of(presses) | silicone | further.after(found)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])
@@ -122,10 +106,7 @@ def _held(fix: list[str]) -> dict[str, float]:
         name, sign, value = text.partition("=")
         if not sign:
             raise InputError(f"--fix takes NAME=VALUE, got {text!r}")
-        try:
-            found[name.strip()] = float(value)
-        except ValueError as error:
-            raise InputError(f"--fix {name.strip()} must be a number, got {value!r}") from error
+        found[name.strip()] = number(f"--fix {name.strip()} must be a number", value)
     return found
 
 

@@ -1,12 +1,14 @@
 """`papilla identify --suggest`: what to press next, after a log or for a finger of which nothing is known."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from papilla.checks import positive
-from papilla.cli.output import print_json, print_table, progress, tell
+from papilla.cli.options import number
+from papilla.cli.output import print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,102 +17,84 @@ if TYPE_CHECKING:
     from papilla.finger import Finger
     from papilla.specimen import Specimen
 
-SuggestOption = Annotated[
-    int | None, typer.Option(help="Suggest the next N presses; without a log, all of them.", metavar="N")
-]
-ModuliOption = Annotated[
-    str | None,
-    typer.Option(help="Moduli of the specimens that are there, MPa.  [default: those of the log]", metavar="E,E,..."),
-]
-PlacesOption = Annotated[
-    str | None,
-    typer.Option(
-        help="Where presses may be suggested: pairs x,y in mm, such as '0,0 3,0 0,3'.  [default: the apex]",
-        metavar="'X,Y X,Y ...'",
-    ),
-]
-CriterionOption = Annotated[
-    Literal["I", "D"], typer.Option(help="Suggest for the least variance of E (I) or of the parameters (D).")
-]
 
+@dataclass(frozen=True)
+class SuggestOptions:
+    """What to press next, and what there is to press."""
 
-def read_moduli(text: str | None) -> list[float]:
-    """The moduli (MPa) of the option's text, none where it is not given; raises `InputError`."""
-    found = []
-    for part in (text or "").split(",") if text is not None else []:
-        try:
-            found.append(positive("--moduli (MPa)", float(part)))
-        except ValueError as error:
-            said = str(error) if isinstance(error, InputError) else f"--moduli must be numbers in MPa, got {part!r}"
-            raise InputError(said) from error
-    return found
+    suggest: Annotated[
+        int | None, typer.Option(help="Suggest the next N presses; without a log, all of them.", metavar="N")
+    ] = None
+    moduli: Annotated[
+        str | None,
+        typer.Option(
+            help="Moduli of the specimens that are there, MPa.  [default: those of the log]", metavar="E,E,..."
+        ),
+    ] = None
+    places: Annotated[
+        str | None,
+        typer.Option(
+            help="Where presses may be suggested: pairs x,y in mm, such as '0,0 3,0 0,3'.  [default: the apex]",
+            metavar="'X,Y X,Y ...'",
+        ),
+    ] = None
+    criterion: Annotated[
+        Literal["I", "D"], typer.Option(help="Suggest for the least variance of E (I) or of the parameters (D).")
+    ] = "I"
 
+    def check(self, log: Path | None, **fit: object) -> None:
+        """Refuse what cannot be read, and what does not go together: options `fit` of a fit without a log, and a fit of
+        which nothing is kept; raises `InputError`."""
+        self.read_moduli(), self.read_places()
+        if log is None and self.suggest is None:
+            raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol from nothing, needs none")
+        if log is None and (asked := [name for name, value in fit.items() if value is not None]):
+            raise InputError(f"--{asked[0]} needs a log of presses: a protocol from nothing fits nothing")
+        if self.suggest is not None:
+            if self.suggest < 1:
+                raise InputError(f"--suggest must be at least 1, got {self.suggest}")
+            return
+        if fit["out"] is None:
+            raise InputError("Missing option '--out': the design file of the identified finger")
+        for name in ("moduli", "places"):
+            if getattr(self, name) is not None:
+                raise InputError(f"--{name} goes with --suggest")
 
-def read_places(text: str | None) -> list[tuple[float, float]]:
-    """The places (x, y in mm) of the option's text, the apex where it is not given; raises `InputError`."""
-    found = []
-    for part in (text if text is not None else "0,0").split():
-        try:
-            x, y = map(float, part.split(","))
-        except ValueError as error:
-            raise InputError(f"--places must be pairs x,y in mm with spaces between, got {part!r}") from error
-        found.append((x, y))
-    return found
+    def read_moduli(self) -> list[float]:
+        """The moduli (MPa), none where they are not given; raises `InputError`."""
+        texts = [] if self.moduli is None else self.moduli.split(",")
+        return [positive("--moduli (MPa)", number("--moduli must be numbers in MPa", text)) for text in texts]
 
+    def read_places(self) -> list[tuple[float, float]]:
+        """The places (x, y in mm), the apex where they are not given; raises `InputError`."""
+        what, found = "--places must be pairs x,y in mm with spaces between", []
+        for text in ("0,0" if self.places is None else self.places).split():
+            x, comma, y = text.partition(",")
+            if not comma:
+                raise InputError(f"{what}, got {text!r}")
+            found.append((number(what, x), number(what, y)))
+        return found
 
-def refuse_unfit(
-    log: Path | None, suggest: int | None, moduli: str | None, places: str | None, **given: object
-) -> None:
-    """Refuse options that do not go together: those of a fit without a log, a fit of which nothing is kept."""
-    if log is None and suggest is None:
-        raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol from nothing, needs none")
-    if log is None and (asked := [name for name, value in given.items() if value is not None]):
-        raise InputError(f"--{asked[0]} needs a log of presses: a protocol from nothing fits nothing")
-    if suggest is not None and suggest < 1:
-        raise InputError(f"--suggest must be at least 1, got {suggest}")
-    if suggest is None and given["out"] is None:
-        raise InputError("Missing option '--out': the design file of the identified finger")
-    for name, text in (("moduli", moduli), ("places", places)):
-        if suggest is None and text is not None:
-            raise InputError(f"--{name} goes with --suggest")
+    def protocol(self, design: "Finger", specimen: "Specimen", noise: "Noise") -> dict:
+        """The presses to begin with, for a finger of which nothing is known but its design, as plain values."""
+        moduli = self.read_moduli()
+        if not moduli:
+            raise InputError("a protocol from nothing needs --moduli: those of the specimens that are there, in MPa")
+        with progress() as shown:
+            shown.line("what each press would tell")
+            return {"finger": design.name, **self._found(design, moduli, specimen=specimen, noise=noise)}
 
+    def after(self, found: "Identification") -> dict:
+        """The presses that tell most after those of an identification, on its specimens unless others are there, as
+        plain values; nothing where none are asked for."""
+        moduli = self.read_moduli() or sorted({float(one) for one in found.problem.log.modulus_MPa})
+        return {} if self.suggest is None else self._found(found, moduli)
 
-def print_protocol(
-    design: "Finger",
-    count: int,
-    moduli: list[float],
-    places: list[tuple[float, float]],
-    specimen: "Specimen",
-    noise: "Noise",
-    criterion,
-    as_json: bool,
-) -> None:
-    """Suggest presses for a finger of which nothing is known but its design."""
-    from papilla.calibrate.suggest import suggest
+    def _found(self, known: "Finger | Identification", moduli: list[float], **bench: Any) -> dict:
+        from papilla.calibrate.suggest import suggest
 
-    if not moduli:
-        raise InputError("a protocol from nothing needs --moduli: those of the specimens that are there, in MPa")
-    with progress() as shown:
-        shown.line("what each press would tell")
-        found = suggest(design, count, moduli, places=places, specimen=specimen, criterion=criterion, noise=noise)
-    summary = {"finger": design.name, **suggested(found)}
-    if as_json:
-        print_json(summary)
-    else:
-        print_suggestion(summary)
-
-
-def after(
-    found: "Identification", count: int | None, moduli: list[float], places: list[tuple[float, float]], criterion
-) -> dict:
-    """The presses that tell most after those of an identification, on its specimens unless others are there, as plain
-    values; nothing where none are asked for."""
-    from papilla.calibrate.suggest import suggest
-
-    if count is None:
-        return {}
-    there = moduli or sorted({float(one) for one in found.problem.log.modulus_MPa})
-    return suggested(suggest(found, count, there, places=places, criterion=criterion))
+        places: Any = self.read_places()
+        return suggested(suggest(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench))
 
 
 def suggested(found: "Suggestion") -> dict:

@@ -4,6 +4,7 @@ import os
 import sys
 import traceback
 import warnings
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -14,17 +15,19 @@ from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.identify import identify
-from papilla.cli.output import plain
+from papilla.cli.options import grouped
+from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
 from papilla.cli.slide import slide
-from papilla.cli.telepresence_timing import telepresence
-from papilla.cli.texture import texture
+from papilla.cli.telepresence import simulate
+from papilla.cli.telepresence_ends import display, sensor
+from papilla.cli.telepresence_timing import timing
+from papilla.cli.texture import classify, train
 from papilla.cli.verify import verify
 from papilla.cli.view import view
 from papilla.errors import InputError, PapillaError
 
-BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 TRACEBACK = "PAPILLA_TRACEBACK"
 """The variable that, set to anything, adds the traceback to the line of an internal error."""
 
@@ -35,10 +38,22 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (calibrate, identify, press, slide, estimate, view, verify, bench, reproduce):
-    app.command()(command)
-app.add_typer(texture, name="texture")
-app.add_typer(telepresence, name="telepresence")
+COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
+    "": (calibrate, identify, press, slide, estimate, view, verify, bench, reproduce),
+    "texture": (train, classify),
+    "telepresence": (simulate, sensor, display, timing),
+}
+HELP = {
+    "texture": "Tell textures apart: train on logs of known ones, classify others.",
+    "telepresence": "Remote touch over a delayed link: what a texture is travels, not its signal; the display makes "
+    "touch of it.",
+}
+for _name, _commands in COMMANDS.items():
+    _group = typer.Typer(help=HELP[_name], no_args_is_help=True) if _name else app
+    for _command in _commands:
+        _group.command()(grouped(_command))
+    if _name:
+        app.add_typer(_group, name=_name)
 
 
 def _show_version(wanted: bool) -> None:

@@ -1,10 +1,17 @@
-"""What options of several commands mean: specimens, friction, and files that are read and must stay what they are."""
+"""Options that commands share, alone and in groups, and what they mean.
+
+A group is a frozen dataclass whose fields are options and whose methods make what they describe. A command under
+`grouped` takes groups as parameters, so an option and its default stand in one place, whichever commands have it.
+"""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
@@ -31,6 +38,8 @@ SizeOption = Annotated[
     typer.Option(help="Element size at the contact, mm: 0.7 unless told, as of the meshes that ship."),
 ]
 
+PlaceOption = Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")]
+
 FrictionOption = Annotated[
     str | None,
     typer.Option(
@@ -40,18 +49,97 @@ FrictionOption = Annotated[
 ]
 
 
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """The command as typer needs it: each field of a parameter that is a dataclass is a parameter of its own."""
+    hints, parameters = get_type_hints(command, include_extras=True), []
+    groups: dict[str, Any] = {}
+    for name, parameter in signature(command).parameters.items():
+        kind = hints[name]
+        if not is_dataclass(kind):
+            parameters.append(parameter.replace(annotation=kind, kind=Parameter.KEYWORD_ONLY))
+            continue
+        own, groups[name] = get_type_hints(kind, include_extras=True), kind
+        for field in fields(kind):
+            default = Parameter.empty if field.default is MISSING else field.default
+            parameters.append(
+                Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=own[field.name])
+            )
+
+    @wraps(command)
+    def called(**values: Any) -> None:
+        filled = {
+            name: kind(**{field.name: values.pop(field.name) for field in fields(kind)})
+            for name, kind in groups.items()
+        }
+        command(**values, **filled)
+
+    called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return called
+
+
+def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
+    """Take the values of a scene file as the defaults of the options."""
+    if path is None:
+        return None
+    from papilla.files import read_toml
+
+    found = read_toml(path, "scene file")
+    names = {option.opts[0].lstrip("-").replace("-", "_"): option.name for option in context.command.params}
+    if unknown := [key for key in found if key not in names or names[key] == "scene"]:
+        raise InputError(f"{path}: `papilla {context.command.name}` has no option {unknown[0]!r}")
+    # As text, so that a value is read and refused as on the command line
+    context.default_map = {
+        names[key]: [str(one) for one in value] if isinstance(value, list) else str(value)
+        for key, value in found.items()
+    }
+    return path
+
+
+SceneOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.toml",
+        help="Values of the options below: keys are their long names with _ for -. An option that is given overrides "
+        "its key.",
+        callback=_read_scene,
+        is_eager=True,
+    ),
+]
+
+
+def given(context: typer.Context, names: Iterable[str]) -> list[str]:
+    """Those of these options that the command line or the scene file states, as they are written."""
+    stated = ("COMMANDLINE", "DEFAULT_MAP")
+    return [
+        f"--{name.replace('_', '-')}"
+        for name in names
+        if str(context.get_parameter_source(name)).rpartition(".")[2] in stated
+    ]
+
+
 def read_friction(text: str | None) -> "Friction | None":
     """The friction of an option's text, None where it is not given; raises `InputError`."""
-    from papilla.specimen import friction_coefficient
+    from papilla.specimen import STICK, friction_coefficient
 
     if text is None:
         return None
-    try:
-        friction: Friction = float(text)
-    except ValueError:
-        friction = text
+    friction: Friction = (
+        text if text == STICK else number(f'friction must be a number of at least 0 or "{STICK}"', text)
+    )
     friction_coefficient(friction)
     return friction
+
+
+def number(rule: str, text: str) -> float:
+    """The number of a text; raises `InputError` with the rule that it breaks."""
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InputError(f"{rule}, got {text!r}") from error
 
 
 def mesh_size(size_mm: float | None) -> float:
@@ -61,24 +149,33 @@ def mesh_size(size_mm: float | None) -> float:
     return DEFAULT_SIZE_MM if size_mm is None else positive("--size-mm", size_mm)
 
 
-def make_specimen(
-    kind: SpecimenKind, modulus: float, thickness: float | None, radius: float | None, design: "Finger"
-) -> "Specimen":
-    """The specimen of the options, a block as thick as those of the design's bench unless told; refuses an option that
-    its shape would ignore."""
-    from papilla.specimen import Block, HalfSpace, Sphere
+@dataclass(frozen=True)
+class SpecimenOptions:
+    """What is touched."""
 
-    if thickness is not None and kind != "block":
-        raise InputError(f"--thickness is for a block, not for a {kind}")
-    if radius is not None and kind != "sphere":
-        raise InputError(f"--radius is for a sphere, not for a {kind}")
-    if kind == "half-space":
-        return HalfSpace(modulus)
-    if kind == "block":
-        return design.bench.specimen(modulus) if thickness is None else Block(modulus, thickness)
-    if radius is None:
-        raise InputError("a sphere needs --radius (mm)")
-    return Sphere(modulus, radius)
+    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what is touched.")] = "block"
+    thickness: Annotated[
+        float | None, typer.Option(help="Thickness of a block, mm.  [default: the bench's of the finger, else 10]")
+    ] = None
+    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None
+
+    def of(self, modulus: float, design: "Finger") -> "Specimen":
+        """The specimen, a block as thick as those of the design's bench unless stated; raises `InputError` for an
+        option that its shape would ignore."""
+        from papilla.specimen import Block, HalfSpace, Sphere
+
+        kind, thickness, radius = self.specimen, self.thickness, self.radius
+        if thickness is not None and kind != "block":
+            raise InputError(f"--thickness is for a block, not for a {kind}")
+        if radius is not None and kind != "sphere":
+            raise InputError(f"--radius is for a sphere, not for a {kind}")
+        if kind == "half-space":
+            return HalfSpace(modulus)
+        if kind == "block":
+            return design.bench.specimen(modulus) if thickness is None else Block(modulus, thickness)
+        if radius is None:
+            raise InputError("a sphere needs --radius (mm)")
+        return Sphere(modulus, radius)
 
 
 def describe(specimen: "Specimen") -> dict:

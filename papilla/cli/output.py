@@ -5,9 +5,12 @@ import math
 import re
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+
+BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
+"""Exit codes beside 0 (done) and 1 (a check failed)."""
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
@@ -66,6 +69,18 @@ def show_table(table: "Table") -> None:
             column.min_width = max(cells)
     needed = Measurement.get(console, options, table).minimum
     Console(width=max(console.width, needed)).print(table)
+
+
+def show_rows(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
+    """A table on stdout: the first column holds names, the others numbers."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold")
+    for number, head in enumerate(heads):
+        table.add_column(head, justify="right" if number else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    show_table(table)
 
 
 REPEAT_S = 5.0

@@ -8,9 +8,10 @@ from papilla.checks import place, positive
 from papilla.cli.options import (
     FingerOption,
     FrictionOption,
+    JsonOption,
+    PlaceOption,
     SizeOption,
-    SpecimenKind,
-    make_specimen,
+    SpecimenOptions,
     mesh_size,
     read_friction,
     scene_of,
@@ -26,19 +27,17 @@ Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
 def press(
     modulus: Annotated[float, typer.Option(help="Young's modulus of the specimen, MPa.")],
+    specimen: SpecimenOptions,
     force: Annotated[float | None, typer.Option(help="Pressing force, N.")] = None,
     indentation: Annotated[float | None, typer.Option(help="Approach of finger and specimen, mm.")] = None,
-    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what is touched.")] = "block",
-    thickness: Annotated[float | None, typer.Option(help="Thickness of a block, mm.  [default: 10]")] = None,
-    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
-    at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
+    at: PlaceOption = (0.0, 0.0),
     fidelity: Annotated[
         Fidelity, typer.Option(help="auto: the cheaper of hertz and contact within 2 %; finite: large strain, seconds.")
     ] = "auto",
     friction: FrictionOption = None,
     finger: FingerOption = None,
     size_mm: SizeOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Press a specimen on the finger: indentation, contact, gauge readings.
 
@@ -62,7 +61,7 @@ def press(
     from papilla.specimen import STICK
 
     design, size = Finger.load(finger or "default"), mesh_size(size_mm)
-    touched = make_specimen(specimen, modulus, thickness, radius, design)
+    touched = specimen.of(modulus, design)
     with progress() as shown:
         if fidelity == "finite":
             mesh = build(design, size, progress=shown.line)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from papilla.cli.options import FingerOption, keep_inputs, scene_of, surface_files
+from papilla.cli.options import FingerOption, JsonOption, SceneOption, keep_inputs, scene_of, surface_files
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -46,8 +46,9 @@ def slide(
     seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
     ridges: Annotated[bool, typer.Option(help="Whether the finger's ridges stand on its skin.")] = True,
     finger: FingerOption = None,
+    scene: SceneOption = None,
     movie: Annotated[Path | None, typer.Option(help="Moving picture of the section to write as well (GIF).")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Slide the finger over a grating or a measured profile: gauge signals as `papilla estimate` reads them.
 
@@ -59,7 +60,7 @@ def slide(
 
     truth = out.with_name(f"{out.stem}.truth.json")
     design = _design(finger, ridges)
-    keep_inputs([profile, motion, finger, *surface_files(design)], [out, truth, *([movie] if movie else [])])
+    keep_inputs([scene, profile, motion, finger, *surface_files(design)], [out, truth, *([movie] if movie else [])])
     if movie is not None and movie.suffix.lower() != ".gif":
         raise InputError(f"--movie {movie}: a moving picture is written as .gif")
     texture = _texture(groove, ridge, depth, form, flank, profile)

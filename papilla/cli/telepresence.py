@@ -1,38 +1,25 @@
-"""`papilla telepresence simulate | sensor | display`: remote touch over a delayed link."""
+"""`papilla telepresence simulate`: remote touch over a simulated link with delay and loss."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from papilla.cli.options import about, keep_inputs
+from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs
 from papilla.cli.output import print_json, print_table, progress, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
-    TOLD,
-    TOLD_COLUMNS,
-    ActuatorOption,
-    AmplitudeOption,
-    CalibrationOption,
-    ComponentsOption,
-    CurveOption,
-    ForceOption,
-    FrictionOption,
-    JsonOption,
-    ModulusOption,
-    NoiseOption,
+    QUANTITIES,
+    QUANTITY_COLUMNS,
+    DisplayOptions,
+    GratingOptions,
+    HandOptions,
+    OutOption,
     RateOption,
-    RuleOption,
-    SpeedOption,
-    StrokeOption,
-    StrokesOption,
-    SweepOption,
-    ThicknessOption,
-    WavelengthOption,
-    make_model,
-    make_soft,
+    SoftOptions,
+    quantity_row,
     refuse_with_log,
-    told_row,
     word,
 )
 from papilla.errors import InputError
@@ -40,67 +27,67 @@ from papilla.errors import InputError
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel
     from papilla.telepresence.local_model import LocalModel
-    from papilla.telepresence.loop import Record
+    from papilla.telepresence.loop import Motion, Record
     from papilla.telepresence.texture import Texture
     from papilla.telepresence.touch import Soft
 
-telepresence = typer.Typer(
-    help="Remote touch over a delayed link: what a texture is travels, not its signal; the display makes touch of it.",
-    no_args_is_help=True,
-)
-LogOption = Annotated[
-    Path | None, typer.Option(help="Recorded texture instead: a time log with g1 and position_mm or velocity_mm_s.")
-]
-SecondOption = Annotated[
-    float | None, typer.Option(help="Wavelength (mm) of a second grating beside it, which the hand comes onto.")
-]
-RoundTripOption = Annotated[float, typer.Option(help="Mean delay hand - sensor - display.")]
-SdOption = Annotated[float, typer.Option(help="Its standard deviation, drawn anew five times a second.")]
-ShareOption = Annotated[
-    float, typer.Option(help="Share of the delay on the way to the sensor; the paper has all on the way back.")
-]
-JitterOption = Annotated[float, typer.Option(help="What each datagram waits besides, one way.")]
-LossOption = Annotated[float, typer.Option(help="Share of datagrams that are lost, each way (0 to 1).")]
-ReorderingOption = Annotated[float, typer.Option(help="Share that may be overtaken, each way.")]
-DuplicationOption = Annotated[float, typer.Option(help="Share that arrive twice, each way.")]
-BandwidthOption = Annotated[
-    float | None, typer.Option(help="Bytes a second, headers included, that fit each way; unlimited by default.")
-]
+BOTH = ("local", "direct")
+"""The displays that are simulated: the local model, and direct feedback."""
 
 
-@telepresence.command()
+@dataclass(frozen=True)
+class LinkOptions:
+    """The link."""
+
+    round_trip_ms: Annotated[float, typer.Option(help="Mean delay hand - sensor - display.")] = 120.0
+    round_trip_sd_ms: Annotated[float, typer.Option(help="Its standard deviation, drawn anew five times a second.")] = (
+        40.0
+    )
+    uplink_share: Annotated[
+        float, typer.Option(help="Share of the delay on the way to the sensor; the paper has all on the way back.")
+    ] = 0.0
+    jitter_ms: Annotated[float, typer.Option(help="What each datagram waits besides, one way.")] = 0.0
+    loss: Annotated[float, typer.Option(help="Share of datagrams that are lost, each way (0 to 1).")] = 0.0
+    reordering: Annotated[float, typer.Option(help="Share that may be overtaken, each way.")] = 0.0
+    duplication: Annotated[float, typer.Option(help="Share that arrive twice, each way.")] = 0.0
+    bandwidth: Annotated[
+        float | None, typer.Option(help="Bytes a second, headers included, that fit each way; unlimited by default.")
+    ] = None
+
+    def ways(self) -> "tuple[LinkModel, LinkModel]":
+        """Both ways of the link, up and down, each with its share of the round trip; raises `InputError`."""
+        from papilla import checks
+        from papilla.telepresence.link import LinkModel
+
+        up = checks.within("--uplink-share", self.uplink_share, 0, 1)
+        mean = checks.within("--round-trip-ms", self.round_trip_ms, 0, 10_000)
+        sd = checks.within("--round-trip-sd-ms", self.round_trip_sd_ms, 0, 10_000)
+        more = {name: getattr(self, name) for name in ("jitter_ms", "loss", "reordering", "duplication")}
+        if self.bandwidth is not None:
+            more["bandwidth_bytes_s"] = checks.positive("--bandwidth", self.bandwidth)
+        there, back = (LinkModel(share * mean, share**0.5 * sd, **more) for share in (up, 1 - up))
+        return there, back
+
+
 def simulate(
     context: typer.Context,
-    wavelength: WavelengthOption = 1.2,
-    second_wavelength: SecondOption = None,
-    log: LogOption = None,
-    amplitude: AmplitudeOption = 50.0,
-    noise: NoiseOption = 3.5,
-    round_trip_ms: RoundTripOption = 120.0,
-    round_trip_sd_ms: SdOption = 40.0,
-    uplink_share: ShareOption = 0.0,
-    jitter_ms: JitterOption = 0.0,
-    loss: LossOption = 0.0,
-    reordering: ReorderingOption = 0.0,
-    duplication: DuplicationOption = 0.0,
-    bandwidth: BandwidthOption = None,
-    speed: SpeedOption = 197.0,
-    strokes: StrokesOption = 1.07,
-    force: ForceOption = 0.5,
+    grating: GratingOptions,
+    link: LinkOptions,
+    hand: HandOptions,
+    display: DisplayOptions,
+    specimen: SoftOptions,
+    second_wavelength: Annotated[
+        float | None, typer.Option(help="Wavelength (mm) of a second grating beside it, which the hand comes onto.")
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(help="Recorded texture instead: a time log with g1 and position_mm or velocity_mm_s."),
+    ] = None,
     seconds: Annotated[float, typer.Option(help="How long to simulate.")] = 8.0,
-    components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
     seed: Annotated[int, typer.Option(help="Of noise and links.", min=0)] = 0,
-    actuator: ActuatorOption = "piezo",
-    stroke_um: StrokeOption = None,
-    rule: RuleOption = "measured",
-    curve: CurveOption = None,
-    calibration: CalibrationOption = None,
-    sweep: SweepOption = None,
-    modulus: ModulusOption = None,
-    friction: FrictionOption = None,
-    thickness: ThicknessOption = None,
-    out: Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")] = None,
+    scene: SceneOption = None,
+    out: OutOption = None,
     html: Annotated[Path | None, typer.Option(help="Page to play with: finger, grating, sliders (HTML).")] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -120,28 +107,27 @@ def simulate(
     and contact area travel too, each with its standard deviation and status.
     """
     from papilla.telepresence.direct import DirectFeedback
-    from papilla.telepresence.loop import Motion, Set, run
+    from papilla.telepresence.loop import Set, run
 
-    _check_files([log, curve, calibration, sweep], [path for path in (out, html) if path is not None])
-    disturbed = {"jitter_ms": jitter_ms, "loss": loss, "reordering": reordering, "duplication": duplication}
-    up, down = _ways(uplink_share, round_trip_ms, round_trip_sd_ms, bandwidth, disturbed)
+    inputs = [scene, log, display.curve, specimen.calibration, specimen.sweep]
+    _check_files(inputs, [path for path in (out, html) if path is not None])
     refuse_with_log(context, log, *GRATING, "calibration")
-    motion = Motion(speed, strokes, press_N=force)
-    model, shown_by = make_model(components, actuator, stroke_um, rule, curve)
-    soft = make_soft(calibration, sweep, modulus, friction, thickness)
-    _check_soft(soft, force)
-    texture, start = _texture(wavelength, second_wavelength, amplitude, log, motion, seconds)
-    own = noise if log is None else 0.0
-    scene = Set(texture, motion, seconds, up, down, own, components, parameters_rate, seed, start, soft)
+    (up, down), motion, soft, (model, described) = link.ways(), hand.motion(), specimen.soft(), display.model()
+    _check_force(soft, hand.force)
+    texture, start = _texture(grating, second_wavelength, log, motion, seconds)
+    noise = grating.noise if log is None else 0.0
+    simulated = Set(
+        texture, motion, seconds, up, down, noise, display.components, parameters_rate, seed, start, soft
+    )  # fmt: skip
     with progress() as bar:
         bar.line("simulating")
-        record = run(scene, model, DirectFeedback(model.actuator), progress=bar.steps)
-    found = _summary(record, scene) | {"display": shown_by}
+        record = run(simulated, model, DirectFeedback(model.actuator), progress=bar.steps)
+    found = _summary(record, simulated) | {"display": described}
     if out is not None:
         _write(out, record)
         found["table"] = str(out)
     if html is not None:
-        _write_page(html, scene, record, model, round_trip_ms)
+        _write_page(html, simulated, record, model, link.round_trip_ms)
         found["page"] = str(html)
     print_json(found) if as_json else _print(found)
 
@@ -156,7 +142,7 @@ def _check_files(inputs: list[Path | None], outputs: list[Path]) -> None:
         check_writable(path.parent)
 
 
-def _check_soft(soft: "Soft | None", force: float) -> None:
+def _check_force(soft: "Soft | None", force: float) -> None:
     from papilla.telepresence.loop import PRESS_SWING
 
     if soft is None:
@@ -166,132 +152,101 @@ def _check_soft(soft: "Soft | None", force: float) -> None:
         raise InputError(f"--force must be at most {most:.3g}, as it swings within the calibration, got {force:g}")
 
 
-def _ways(
-    uplink_share: float, round_trip_ms: float, round_trip_sd_ms: float, bandwidth: float | None, disturbed: dict
-) -> "tuple[LinkModel, LinkModel]":
-    """Both ways of the link, up and down, each with its share of the round trip."""
-    from papilla import checks
-    from papilla.telepresence.link import LinkModel
-
-    checks.within("--uplink-share", uplink_share, 0, 1)
-    mean = checks.within("--round-trip-ms", round_trip_ms, 0, 10_000)
-    sd = checks.within("--round-trip-sd-ms", round_trip_sd_ms, 0, 10_000)
-    cap = float("inf") if bandwidth is None else checks.positive("--bandwidth", bandwidth)
-    up, down = (
-        LinkModel(one_way_ms=share * mean, one_way_sd_ms=share**0.5 * sd, bandwidth_bytes_s=cap, **disturbed)
-        for share in (uplink_share, 1 - uplink_share)
-    )
-    return up, down
-
-
-def _texture(wavelength, second, amplitude, log, motion, seconds) -> "tuple[Texture, float]":
-    """The texture of the options, and the place on it where the hand begins."""
+def _texture(
+    grating: GratingOptions, second: float | None, log: Path | None, motion: "Motion", seconds: float
+) -> "tuple[Texture, float]":
+    """The texture of the options, and the place (mm) on it where the hand begins."""
     from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM
     from papilla.telepresence.texture import GratingTexture, RecordedTexture, SideBySide
 
+    needed = motion.length_mm if motion.strokes_Hz else motion.peak_mm_s * seconds
     if log is not None:
         from papilla.logs import read_time_log
 
         with about(log):
             texture = RecordedTexture.of_log(read_time_log(log))
         low, high = texture.reach_mm
-        needed = motion.length_mm if motion.strokes_Hz else motion.peak_mm_s * seconds
         if needed > high - low:
             raise InputError(
                 f"the hand needs {needed:.3g} mm of texture, {log} has {high - low:.3g} mm: lower --speed or "
                 "--seconds, or raise --strokes"
             )
         return texture, low + 0.5 * (high - low - needed)
-    first = GratingTexture(wavelength, amplitude)
-    other = None if second is None else GratingTexture(second, amplitude)
-    for one in (wavelength, second):
-        if one is not None and not DEFAULT_RANGE_MM[0] <= one <= DEFAULT_RANGE_MM[1]:
-            say(
-                f"a wavelength of {one:g} mm is not looked for: estimators look from {DEFAULT_RANGE_MM[0]:g} to "
-                f"{DEFAULT_RANGE_MM[1]:g} mm"
-            )
-    if other is None:
-        return first, 0.0
+    first = GratingTexture(grating.wavelength, grating.amplitude)
+    other = None if second is None else GratingTexture(second, grating.amplitude)
+    low, high = DEFAULT_RANGE_MM
+    for one in (grating.wavelength, second):
+        if one is not None and not low <= one <= high:
+            say(f"a wavelength of {one:g} mm is not looked for: estimators look from {low:g} to {high:g} mm")
     # The border lies where the hand passes it in the middle of a stroke, or of the time.
-    border = 0.5 * (motion.length_mm if motion.strokes_Hz else motion.peak_mm_s * seconds)
-    return SideBySide(first, other, border), 0.0
+    return (first if other is None else SideBySide(first, other, 0.5 * needed)), 0.0
 
 
 def _summary(record: "Record", scene) -> dict:
-    """What is told of a run; times in ms, errors as fractions."""
-    both = ("local", "direct")
-    felt = {name: record.felt(name) for name in both}
+    """Plain values of a run; times in ms, errors as fractions."""
+    felt = {name: record.felt(name) for name in BOTH}
     return {
-        "lag_ms": {**{name: record.lag_ms(name) for name in both}, "round_trip": record.late_ms},
+        "lag_ms": {**{name: record.lag_ms(name) for name in BOTH}, "round_trip": record.late_ms},
         "bytes_per_s": record.bytes_per_s,
         "bytes_per_s_with_headers": record.with_headers,
         "wavelength_error": {name: own.error for name, own in felt.items()},
         "silent": {name: own.silent for name, own in felt.items()},
-        "change_ms": {name: record.change_ms(name) for name in both},
-        "stale_ms": {name: record.stale_ms(name) for name in both},
+        "change_ms": {name: record.change_ms(name) for name in BOTH},
+        "stale_ms": {name: record.stale_ms(name) for name in BOTH},
         "lost": record.lost,
-        "status": {name: record.statuses(name) for name in both},
-        "told": _told(record, scene),
+        "status": {name: record.statuses(name) for name in BOTH},
+        "told": _last_message(record, scene),
         "seconds": scene.seconds,
         "seed": scene.seed,
     }
 
 
-def _told(record: "Record", scene) -> dict[str, dict]:
+def _last_message(record: "Record", scene) -> dict[str, dict]:
     """The last message that arrived: of each quantity value, sigma, status, and what is true."""
     message, soft = record.told[-1], scene.soft
     if message is None:
         return {}
-    truths = {}
+    truths: dict[str, Any] = {}
     if soft is not None:
         truths = {"modulus": soft.modulus_MPa, "mu_kinetic": soft.friction, "mu_static": soft.friction}
         if soft.area is not None and message.force is not None and message.force.value is not None:
             truths["area"] = soft.area(message.force.value, soft.modulus_MPa)[0]
-    found = {
-        names[0]: {"value": one.value, "sigma": one.sigma, "status": word(one), "true": truths.get(name)}
-        for name, names in TOLD.items()
-        if (one := getattr(message, name)) is not None
-    }
+    quantities = [(names[0], getattr(message, name), truths.get(name)) for name, names in QUANTITIES.items()]
     if message.lines:
-        line = message.lines[0].wavelength
-        truth = float(record.truth_mm[-1])
-        found["wavelength_mm"] = {"value": line.value, "sigma": line.sigma, "status": word(line), "true": truth}
-    return found
+        quantities.append(("wavelength_mm", message.lines[0].wavelength, float(record.truth_mm[-1])))
+    return {
+        name: {"value": one.value, "sigma": one.sigma, "status": word(one), "true": truth}
+        for name, one, truth in quantities
+        if one is not None
+    }
+
+
+ROWS = (
+    ("lag_ms", "lag behind the hand", 1, ".1f", "ms", "not known at a steady speed"),
+    ("wavelength_error", "wavelength error", 100, ".2f", "%", "nothing is displayed"),
+    ("silent", "silent", 100, ".1f", "%", ""),
+    ("bytes_per_s", "sent down", 1, ".0f", "bytes/s", ""),
+    ("stale_ms", "old texture stays", 1, ".0f", "ms", ""),
+    ("change_ms", "new texture after", 1, ".0f", "ms", ""),
+)
+"""Of the printed table: key, name, factor, format, unit, and the words for NaN; without words there is no row then."""
 
 
 def _print(found: dict) -> None:
-    lag, error = found["lag_ms"], found["wavelength_error"]
-    steady = "not told at a steady speed"
-    print_table(
-        [
-            ("round trip", f"{lag['round_trip']:.1f}", "ms"),
-            *(
-                (
-                    f"lag behind the hand, {name}",
-                    *((f"{lag[name]:.1f}", "ms") if lag[name] == lag[name] else (steady, "")),
-                )
-                for name in ("local", "direct")
-            ),
-            *((f"wavelength error, {name}", f"{100 * error[name]:.2f}", "%") for name in ("local", "direct")),
-            *((f"silent, {name}", f"{100 * found['silent'][name]:.1f}", "%") for name in ("local", "direct")),
-            *((f"sent down, {name}", f"{found['bytes_per_s'][name]:.0f}", "bytes/s") for name in ("local", "direct")),
-            *(
-                (f"{what}, {name}", f"{value:.0f}", "ms")
-                for key, what in (("stale_ms", "old texture stays"), ("change_ms", "new texture after"))
-                for name, value in found[key].items()
-                if value == value
-            ),
-            *(
-                (
-                    name,
-                    f"{one['value']:.4g} ± {one['sigma'] or float('nan'):.2g} ({one['status']})",
-                    _truth(one["true"]),
-                )
-                for name, one in found["told"].items()
-                if one["value"] is not None
-            ),
-        ]
-    )
+    rows = [("round trip", f"{found['lag_ms']['round_trip']:.1f}", "ms")]
+    for key, what, factor, form, unit, unknown in ROWS:
+        for name in BOTH:
+            value = found[key][name]
+            if value == value:
+                rows.append((f"{what}, {name}", f"{factor * value:{form}}", unit))
+            elif unknown:
+                rows.append((f"{what}, {name}", unknown, ""))
+    for name, one in found["told"].items():
+        if one["value"] is not None:
+            value = f"{one['value']:.4g} ± {one['sigma'] or float('nan'):.2g} ({one['status']})"
+            truth = one["true"]
+            rows.append((name, value, "" if truth is None or truth != truth else f"true {truth:.4g}"))
+    print_table(rows)
     for name, shares in found["status"].items():
         for sentence, share in shares.items():
             if sentence != "ok":
@@ -299,10 +254,6 @@ def _print(found: dict) -> None:
     for kind in ("table", "page"):
         if kind in found:
             tell(f"Wrote {found[kind]}")
-
-
-def _truth(value: float | None) -> str:
-    return "" if value is None or value != value else f"true {value:.4g}"
 
 
 def _write(path: Path, record: "Record") -> None:
@@ -314,8 +265,8 @@ def _write(path: Path, record: "Record") -> None:
     )  # fmt: skip
     columns = [record.time_s, record.hand_mm, record.local_um, record.direct_um, record.wavelength_mm]
     columns += [record.direct_mm, record.truth_mm, record.round_trip_ms]
-    with table_writer(path, (*names, *TOLD_COLUMNS)) as write:
-        write([*columns, *zip(*map(told_row, record.told), strict=True)])
+    with table_writer(path, (*names, *QUANTITY_COLUMNS)) as write:
+        write([*columns, *zip(*map(quantity_row, record.told), strict=True)])
 
 
 def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_trip_ms: float) -> None:
@@ -328,9 +279,9 @@ def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_
         raise InputError("the recorded texture has no significant line, so there is no grating for --html")
     displayed = (
         model.rule(one.wavelength_mm, one.amplitude_microstrain)
-        for told in reversed(record.told)
-        if told is not None
-        for one in told.components[:1]
+        for message in reversed(record.told)
+        if message is not None
+        for one in message.components[:1]
     )
     amplitude = next((value for value in displayed if value == value), None)
     if amplitude is None:

@@ -4,41 +4,27 @@ import gc
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from papilla.cli.options import about, keep_inputs
-from papilla.cli.output import print_json, say, tell
-from papilla.cli.telepresence import telepresence
+from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs
+from papilla.cli.output import INTERRUPTED, print_json, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
-    SPECIMEN,
-    TOLD_COLUMNS,
-    ActuatorOption,
-    AmplitudeOption,
-    CalibrationOption,
+    QUANTITY_COLUMNS,
     ComponentsOption,
-    CurveOption,
-    ForceOption,
-    FrictionOption,
-    JsonOption,
-    ModulusOption,
-    NoiseOption,
+    DisplayOptions,
+    GratingOptions,
+    HandOptions,
+    OutOption,
     RateOption,
-    RuleOption,
-    SpeedOption,
-    StrokeOption,
-    StrokesOption,
-    SweepOption,
-    ThicknessOption,
-    WavelengthOption,
-    make_model,
-    make_soft,
+    SoftOptions,
+    quantity_row,
     refuse_with_log,
-    told_row,
 )
 from papilla.errors import InputError
 
@@ -54,34 +40,53 @@ ROWS = 100
 AWAY_S = 5.0
 """Between two live lines of one state where nobody sits at a terminal."""
 
+SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time; without it, at Ctrl-C.")]
 ListenOption = Annotated[str, typer.Option(help="Address at which this end is heard.", metavar="HOST:PORT")]
 PeerOption = Annotated[str, typer.Option(help="The other end: the only address that is heard.", metavar="HOST:PORT")]
-KeyOption = Annotated[
-    Path | None, typer.Option(help="File with a secret of 16 bytes or more that both ends share (HMAC).")
-]
-LogOption = Annotated[Path | None, typer.Option(help="Time log to play again, in place of the grating.")]
-SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time; without it, at Ctrl-C.")]
 
 
-@telepresence.command()
+@dataclass(frozen=True)
+class SensorAddress:
+    """Where the sensor's end is heard, and by whom."""
+
+    listen: ListenOption = "127.0.0.1:47001"
+    peer: PeerOption = "127.0.0.1:47002"
+    key_file: Annotated[
+        Path | None, typer.Option(help="File with a secret of 16 bytes or more that both ends share (HMAC).")
+    ] = None
+
+    def endpoint(self) -> "Endpoint":
+        """The endpoint; raises `InputError` and `FileAccessError`."""
+        from papilla.files import read_bytes
+        from papilla.telepresence.udp import Address, Endpoint
+
+        key = None if self.key_file is None else read_bytes(self.key_file).strip()
+        own, other = Address.of(self.listen, "--listen"), Address.of(self.peer, "--peer")
+        if own == other:
+            raise InputError(f"--listen and --peer must differ, got {own} twice")
+        with about(self.key_file or Path()):
+            return Endpoint(own, other, key)
+
+
+@dataclass(frozen=True)
+class DisplayAddress(SensorAddress):
+    """The same of the display's end."""
+
+    listen: ListenOption = "127.0.0.1:47002"
+    peer: PeerOption = "127.0.0.1:47001"
+
+
 def sensor(
     context: typer.Context,
-    listen: ListenOption = "127.0.0.1:47001",
-    peer: PeerOption = "127.0.0.1:47002",
-    key_file: KeyOption = None,
-    wavelength: WavelengthOption = 1.2,
-    amplitude: AmplitudeOption = 50.0,
-    noise: NoiseOption = 3.5,
-    log: LogOption = None,
-    calibration: CalibrationOption = None,
-    sweep: SweepOption = None,
-    modulus: ModulusOption = None,
-    friction: FrictionOption = None,
-    thickness: ThicknessOption = None,
+    address: SensorAddress,
+    grating: GratingOptions,
+    specimen: SoftOptions,
+    log: Annotated[Path | None, typer.Option(help="Time log to play again, in place of the grating.")] = None,
     components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
     seconds: SecondsOption = None,
     seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
+    scene: SceneOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Follow a remote hand over a simulated grating, estimate its wavelength at 1 kHz, and send that.
@@ -103,45 +108,27 @@ def sensor(
     from papilla.telepresence.touch import Touch
 
     checks.within("--parameters-rate", parameters_rate, 1, 1000)
-    refuse_with_log(context, log, *GRATING, "seed", *SPECIMEN)
+    refuse_with_log(context, log, *GRATING, "seed", "modulus", "friction")
     if log is not None:
-        source, sensing = _of_log(log, calibration, sweep, thickness, components)
+        source, sensing = _of_log(log, specimen, components)
     else:
-        soft = make_soft(calibration, sweep, modulus, friction, thickness)
-        touch = Touch(GratingTexture(wavelength, amplitude), noise, soft)
+        touch = Touch(GratingTexture(grating.wavelength, grating.amplitude), grating.noise, specimen.soft())
         source, sensing = TouchSource(touch, seed), touch.sensing(components)
-    with _endpoint(listen, peer, key_file) as endpoint, _live() as report:
+    with address.endpoint() as endpoint, _live() as report:
+        how: Any = {"seconds": _time(seconds), "report": report, "parameters_Hz": parameters_rate}
         stopped = _until_stopped(
-            lambda period: run_sensor(
-                endpoint,
-                source,
-                sensing,
-                parameters_Hz=parameters_rate,
-                seconds=_time(seconds),
-                report=report,
-                period=period,
-            ),
-            endpoint,
-            as_json,
+            lambda period: run_sensor(endpoint, source, sensing, period=period, **how), endpoint, as_json
         )
     raise typer.Exit(stopped)
 
 
-@telepresence.command()
 def display(
-    listen: ListenOption = "127.0.0.1:47002",
-    peer: PeerOption = "127.0.0.1:47001",
-    key_file: KeyOption = None,
-    speed: SpeedOption = 197.0,
-    strokes: StrokesOption = 1.07,
-    force: ForceOption = 0.5,
-    components: ComponentsOption = 1,
-    actuator: ActuatorOption = "piezo",
-    stroke_um: StrokeOption = None,
-    rule: RuleOption = "measured",
-    curve: CurveOption = None,
+    address: DisplayAddress,
+    hand: HandOptions,
+    shown_by: DisplayOptions,
     seconds: SecondsOption = None,
-    out: Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")] = None,
+    scene: SceneOption = None,
+    out: OutOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Move a simulated hand, send where it is, and display the texture under it from what the sensor sends back.
@@ -150,47 +137,45 @@ def display(
     silent for 0.5 s the output decays to zero within 0.3 s; it comes back within 0.1 s. examples/own_ends.py
     has the few lines with an encoder and an actuator.
     """
-    from contextlib import ExitStack
-
-    from papilla.files import check_writable
-    from papilla.tables import table_writer
-    from papilla.telepresence.loop import Motion
     from papilla.telepresence.processes import run_display
 
-    keep_inputs([key_file, curve], [out] if out else [])
-    motion, rows = Motion(speed, strokes, press_N=force), []
-    model, _ = make_model(components, actuator, stroke_um, rule, curve)
+    keep_inputs([scene, address.key_file, shown_by.curve], [out] if out else [])
+    motion, (model, _) = hand.motion(), shown_by.model()
     with ExitStack() as stack:
-        endpoint = stack.enter_context(_endpoint(listen, peer, key_file))
-        keep = {}
+        endpoint = stack.enter_context(address.endpoint())
+        how: Any = {"seconds": _time(seconds)}
         if out is not None:
-            check_writable(out.parent)
-            names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain", *TOLD_COLUMNS)
-            write = stack.enter_context(table_writer(out, names))
-
-            def kept(now, place, shown, told):
-                rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *told_row(told)))
-                if len(rows) >= ROWS:
-                    write(zip(*rows, strict=True))
-                    rows.clear()
-
-            keep = {"keep": kept}
-        report = stack.enter_context(_live())
+            how["keep"] = stack.enter_context(_table_of_rows(out))
+        how["report"] = stack.enter_context(_live())
         stopped = _until_stopped(
-            lambda period: run_display(
-                endpoint, model, motion, seconds=_time(seconds), report=report, period=period, **keep
-            ),
-            endpoint,
-            as_json,
+            lambda period: run_display(endpoint, model, motion, period=period, **how), endpoint, as_json
         )
-        if rows:
-            write(zip(*rows, strict=True))
     raise typer.Exit(stopped)
 
 
-def _of_log(
-    log: Path, calibration: Path | None, sweep: Path | None, thickness: float | None, components: int
-) -> "tuple[Source, Sensing]":
+@contextmanager
+def _table_of_rows(out: Path) -> Iterator[Callable[..., None]]:
+    """Gives what keeps a row of the table, which is written some rows at a time."""
+    from papilla.files import check_writable
+    from papilla.tables import table_writer
+
+    check_writable(out.parent)
+    names = ("t_s", "position_mm", "displacement_um", "drive_V", "wavelength_mm", "gain", *QUANTITY_COLUMNS)
+    rows: list[tuple] = []
+    with table_writer(out, names) as write:
+
+        def keep(now, place, shown, message) -> None:
+            rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *quantity_row(message)))
+            if len(rows) >= ROWS:
+                write(zip(*rows, strict=True))
+                rows.clear()
+
+        yield keep
+        if rows:
+            write(zip(*rows, strict=True))
+
+
+def _of_log(log: Path, specimen: SoftOptions, components: int) -> "tuple[Source, Sensing]":
     """A log that is played again, and the estimators for it, with modulus and contact area where they can be."""
     from papilla.calibration import Calibration
     from papilla.estimators import Doubts, Pipeline
@@ -199,6 +184,7 @@ def _of_log(
     from papilla.telepresence.sensing import Sensing
     from papilla.telepresence.sources import LogSource
 
+    calibration, sweep, thickness = specimen.calibration, specimen.sweep, specimen.thickness
     if calibration is None and (sweep or thickness is not None):
         raise InputError("--sweep and --thickness need --calibration: they are of a force and a modulus")
     source = LogSource(read_time_log(log))
@@ -217,24 +203,6 @@ def _time(seconds: float | None) -> float:
     from papilla import checks
 
     return float("inf") if seconds is None else checks.positive("--seconds", seconds)
-
-
-def _endpoint(listen: str, peer: str, key_file: Path | None) -> "Endpoint":
-    """The endpoint of the options; raises `InputError` and `FileAccessError`."""
-    from papilla.errors import FileAccessError
-    from papilla.telepresence.udp import Address, Endpoint
-
-    key = None
-    if key_file is not None:
-        try:
-            key = key_file.read_bytes().strip()
-        except OSError as error:
-            raise FileAccessError(f"cannot read {key_file}: {error.strerror or error}") from error
-    own, other = Address.of(listen, "--listen"), Address.of(peer, "--peer")
-    if own == other:
-        raise InputError(f"--listen and --peer must differ, got {own} twice")
-    with about(key_file or Path()):
-        return Endpoint(own, other, key)
 
 
 @contextmanager
@@ -267,7 +235,7 @@ def _width() -> int:
     return get_terminal_size().columns - 1
 
 
-def _told_ms(times: "Spread") -> dict[str, float]:
+def _quantiles_ms(times: "Spread") -> dict[str, float]:
     return {"p50": 1e3 * times.quantile_s(0.5), "p99.9": 1e3 * times.quantile_s(0.999)}
 
 
@@ -276,9 +244,6 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
 
     Both signals are heard also where a script that started this in the background has them ignored.
     """
-    from dataclasses import asdict
-
-    from papilla.cli.main import INTERRUPTED
     from papilla.telepresence.period import Period
 
     period, code = Period(), 0
@@ -298,8 +263,8 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
     found = {
         "periods": period.ticked,
         "missed": period.missed,
-        "work_ms": _told_ms(period.work),
-        "busy_ms": _told_ms(period.busy),
+        "work_ms": _quantiles_ms(period.work),
+        "busy_ms": _quantiles_ms(period.busy),
         "sent": endpoint.sent,
         "bytes_sent": endpoint.bytes_sent,
         "received": asdict(counts),

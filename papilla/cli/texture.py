@@ -5,18 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.options import keep_inputs
+from papilla.cli.options import JsonOption, keep_inputs
 from papilla.cli.output import print_json, print_table, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
 
-texture = typer.Typer(help="Tell textures apart: train on logs of known ones, classify others.", no_args_is_help=True)
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
-
-@texture.command()
 def train(
     logs: Annotated[list[str], typer.Argument(metavar="LABEL=LOG.csv ...", help="Logs and what they are of.")],
     out: Annotated[Path, typer.Option(help="Model file to write (JSON).")],
@@ -46,7 +42,6 @@ def train(
     tell(f"Wrote {out}")
 
 
-@texture.command()
 def classify(
     log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="Log with velocity or position.")],
     model: Annotated[Path, typer.Option(help="Model file of `papilla texture train`.")],

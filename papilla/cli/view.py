@@ -7,10 +7,11 @@ import typer
 
 from papilla.cli.options import (
     FingerOption,
+    JsonOption,
+    PlaceOption,
     SizeOption,
-    SpecimenKind,
+    SpecimenOptions,
     keep_inputs,
-    make_specimen,
     mesh_size,
     scene_of,
     surface_files,
@@ -25,6 +26,7 @@ SHOWN_MODULUS_MPA, SHOWN_FORCE_N = 0.51, 0.588
 
 
 def view(
+    specimen: SpecimenOptions,
     what: Annotated[
         What,
         typer.Argument(help="strain field of a press, contact pressure of a press, or receptive field of a gauge."),
@@ -34,18 +36,15 @@ def view(
     ] = None,
     modulus: Annotated[float | None, typer.Option(help="Modulus of the specimen, MPa.  [default: 0.51]")] = None,
     force: Annotated[float | None, typer.Option(help="Pressing force, N.  [default: 0.588]")] = None,
-    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what is touched.")] = "block",
-    thickness: Annotated[float | None, typer.Option(help="Thickness of a block, mm.  [default: 10]")] = None,
-    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None,
-    at: Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")] = (0.0, 0.0),
+    at: PlaceOption = (0.0, 0.0),
     gauge: Annotated[str | None, typer.Option(help="Gauge of a receptive field.  [default: the middle one]")] = None,
     finger: FingerOption = None,
     size_mm: SizeOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Draw the strain field of a press, its contact pressure, or the receptive field of a gauge."""
     watch = Stopwatch()
-    if what == "receptive" and (modulus, force, thickness, radius) != (None, None, None, None):
+    if what == "receptive" and (modulus, force, specimen.thickness, specimen.radius) != (None, None, None, None):
         raise InputError("a receptive field has no press: leave out --modulus, --force, --thickness and --radius")
     if what != "receptive" and gauge is not None:
         raise InputError(f"--gauge goes with a receptive field, not with {what}")
@@ -60,7 +59,7 @@ def view(
     kind_of(target)
     keep_inputs([finger], [target])
     design, size = Finger.load(finger or "default"), mesh_size(size_mm)
-    touched = make_specimen(specimen, SHOWN_MODULUS_MPA if modulus is None else modulus, thickness, radius, design)
+    touched = specimen.of(SHOWN_MODULUS_MPA if modulus is None else modulus, design)
     keep_inputs(surface_files(design), [target])
     check_writable(target.parent)
     facts = {"finger": design.name, "picture": what}
