@@ -21,12 +21,13 @@ _lines: Any = None
 
 
 @contextmanager
-def workers(processes: int, say: Say | None = None) -> Iterator[Start]:
+def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> Iterator[Start]:
     """What starts functions in up to `processes` other processes; below 2 in this one, when the result is asked for.
 
     Functions are those of modules, their arguments can be pickled, and the last is called with lines of progress, which
     `say` gets. The program must be one that can be imported anew: the command line, or a module with an
-    `if __name__ == "__main__"`. Raises what a function raises where its result is asked for.
+    `if __name__ == "__main__"`. With `fresh` each call has a new process, whose memory is freed at its end.
+    Raises what a function raises where its result is asked for.
     """
     if processes < 2:
         yield lambda function, *arguments: partial(function, *arguments, say or _nothing)
@@ -41,7 +42,7 @@ def workers(processes: int, say: Say | None = None) -> Iterator[Start]:
     lines = context.SimpleQueue()
     listener = Thread(target=_listen, args=(lines, say or _nothing), daemon=True)
     listener.start()
-    pool = ProcessPoolExecutor(processes, context, _begin, (lines,))
+    pool = ProcessPoolExecutor(processes, context, _begin, (lines,), max_tasks_per_child=1 if fresh else None)
     try:
         yield lambda function, *arguments: pool.submit(_call, function, arguments).result
     finally:

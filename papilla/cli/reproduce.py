@@ -28,12 +28,13 @@ def reproduce(
     """
     from papilla.files import check_writable
     from papilla.studies.reproduce.runner import results, summary
+    from papilla.studies.runner import fitting_processes
 
     watch = Stopwatch()
     if out is not None:
         check_writable(out)
     with progress() as shown:
-        found = results(only, progress=shown.stage)
+        found = results(only, processes=fitting_processes(), progress=shown.stage)
     if out is not None:
         from papilla.studies.reproduce.page import write_page
 
@@ -55,7 +56,7 @@ def _print(found: "list[Result]") -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from papilla.studies.reproduce.words import accepted, number, published
+    from papilla.studies.reproduce.claim import accepted, number, published
 
     colors = {"reproduced": "green", "not reproduced": "bold red", "not testable here": "dim"}
     answers = [answer for result in found for answer in result.answers]

@@ -1,6 +1,6 @@
 """`papilla verify`: papilla against exact answers, second methods and hard cases."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,22 +20,32 @@ def verify(
 
     Each case has a bound; exit code 1 says that one misses its own.
     """
-    from papilla.studies import verify as study
+    from papilla.studies.runner import fitting_processes
+    from papilla.studies.verify import verify as run_families
 
     skipped: list[str] = []
     with progress() as shown:
-        cases = study.verify(
-            only or (), progress=lambda case, *done: shown.stage(case.name.split(":")[0], *done), skipped=skipped.append
+        cases = run_families(
+            only or (),
+            processes=fitting_processes(),
+            progress=lambda line, *done: shown.stage(line.split(":")[0], *done),
+            skipped=skipped.append,
         )
     for sentence in skipped:
         say(sentence)
     passed = all(case.passed for case in cases)
     if as_json:
-        print_json({"passed": passed, "cases": [case.to_json() for case in cases], "skipped": skipped})
+        print_json({"passed": passed, "cases": [_plain(case) for case in cases], "skipped": skipped})
     else:
         _print(cases)
     if not passed:
         raise typer.Exit(CHECK_FAILED)
+
+
+def _plain(case: "Case") -> dict[str, Any]:
+    """The documented keys."""
+    plain = {"name": case.what, "measure": case.cause, "error": case.value, "bound": case.bound}
+    return plain | {"passed": case.passed, "seconds": case.seconds}
 
 
 def _print(cases: "list[Case]") -> None:
@@ -50,7 +60,7 @@ def _print(cases: "list[Case]") -> None:
     table.add_column("s", justify="right", no_wrap=True)
     for case in cases:
         verdict = "ok" if case.passed else "[bold red]MISSED[/]"
-        table.add_row(case.name, case.measure, f"{case.error:.1e}", f"{case.bound:.0e}", verdict, f"{case.seconds:.1f}")
+        table.add_row(case.what, case.cause, f"{case.value:.1e}", f"{case.bound:.0e}", verdict, f"{case.seconds:.1f}")
     show_table(table)
     missed = sum(not case.passed for case in cases)
     seconds = sum(case.seconds for case in cases)

@@ -4,7 +4,8 @@
 >>> print(answers[0].measured, answers[0].verdict)
 """
 
-from papilla.studies.reproduce.claim import Answer, Claim, Experiment, Found, Series, Verdict
+from papilla.studies.case import Verdict
+from papilla.studies.reproduce.claim import Answer, Claim, Experiment, Found, Series
 from papilla.studies.reproduce.runner import CLAIMS, EXPERIMENTS, reproduce
 
 __all__ = ["CLAIMS", "EXPERIMENTS", "Answer", "Claim", "Experiment", "Found", "Series", "Verdict", "reproduce"]

@@ -1,86 +1,88 @@
-"""A claim of a paper, the experiment that answers it, and the verdict, which is the tolerance's alone."""
+"""Claims of papers (data, `claims/*.toml`, a file a paper), the experiments that test them, and the answers."""
 
+import inspect
 import math
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
-from importlib.util import find_spec
+from importlib.resources import files
 from typing import Any, NamedTuple
 
-Interval = tuple[float, float]
+from papilla.studies.case import Case, Interval, Verdict
 
+PAPERS = ("2006", "2007", "2011_okamoto", "2011_oddo", "textiles", "purpose")
+"""Files of claims, in the order of the table."""
 
-class Verdict(StrEnum):
-    """What became of a claim."""
+VERDICTS = {
+    Verdict.WITHIN: "reproduced",
+    Verdict.OUTSIDE: "not reproduced",
+    Verdict.UNTESTED: "not testable here",
+}
+"""What a verdict is called for a published claim."""
 
-    REPRODUCED = "reproduced"
-    NOT_REPRODUCED = "not reproduced"
-    NOT_TESTABLE = "not testable here"
-
-
-def near(value: float, *, percent: float = 0.0, by: float = 0.0) -> Interval:
-    """Values within a share of `value`, in percent, and `by` its unit; a little more for rounding."""
-    half = abs(value) * percent / 100 + by + 1e-9 * (1 + abs(value))
-    return value - half, value + half
-
-
-def above(value: float) -> Interval:
-    """Values of at least `value`."""
-    return value, math.inf
-
-
-def below(value: float) -> Interval:
-    """Values of at most `value`."""
-    return -math.inf, value
-
-
-TRUE: Interval = (1.0, 1.0)
-"""What is to be 1: a share of agreements, or a thing that is so."""
+ROUNDING = 1e-9
+"""Share of a value, and of one, by which it may miss the ends of a tolerance around it."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim.
+    """One claim; the fields are those of its table in `claims/`.
 
     Parameters
     ----------
     key : short and unique, such as "A14": its paper (A 2006, B 2007, C Okamoto 2011, D Oddo 2011, E textiles, F what
         papilla is for) and its place there; X marks what is wrong or inconsistent in print.
+    experiment : name of the experiment that tests it.
     source : paper and section, equation or figure. claim : in our words.
     published : the figure, an interval, or what is said where there is no figure.
-    accepted : the interval of measured values that reproduce it.
-    unit : of published, accepted and measured. value : name of the finding of the experiment that is measured.
-    call : the command or call that gives it.
-    note : what to know beside it; {names} of findings are filled in.
-    needs : a module of papilla that it waits for; cannot : why it cannot be tested here at all.
+    accepted : the interval of measured values that reproduce it. In the file: `percent` or `by` its unit around `near`
+        (the published figure where that is left out), or `least` and `most`; without any, exactly the published
+        figure, and 1 (a share of agreements, or a thing that is so) where words are published.
+    unit : of published, accepted and measured.
+    finding : name of the experiment's value that is compared. call : the command or call that gives it.
+    note : what to know beside it; {names} of findings are filled in, and {simulated} by the experiment's.
+    cannot : why it cannot be tested here at all.
     """
 
     key: str
+    experiment: str
     source: str
     claim: str
     published: float | Interval | str
-    accepted: Interval = TRUE
+    accepted: Interval
     unit: str = ""
-    value: str = ""
+    finding: str = ""
     call: str = ""
     note: str = ""
-    needs: str = ""
     cannot: str = ""
 
-    @property
-    def obstacle(self) -> str:
-        """Why it cannot be tested now; empty where it can."""
-        if self.cannot:
-            return self.cannot
-        return f"waits for {self.needs}" if self.needs and not exists(self.needs) else ""
+    @classmethod
+    def from_table(cls, key: str, table: Mapping[str, Any]) -> "Claim":
+        """The claim of a table of a file."""
+        published = table["published"]
+        published = tuple(published) if isinstance(published, list) else published
+        return cls(
+            key, **{**table, "published": published, "accepted": _accepted(published, **table.get("accepted", {}))}
+        )
 
 
-def exists(module: str) -> bool:
-    """Whether a module is there, without importing more than its parents."""
-    try:
-        return find_spec(module) is not None
-    except ModuleNotFoundError:
-        return False
+def read_claims() -> tuple[Claim, ...]:
+    """Every claim, paper by paper."""
+    folder = files("papilla.studies.reproduce") / "claims"
+    tables: dict[str, Any] = {}
+    for paper in PAPERS:
+        tables |= tomllib.loads((folder / f"{paper}.toml").read_text(encoding="utf-8"))
+    return tuple(Claim.from_table(key, table) for key, table in tables.items())
+
+
+def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, most=math.inf) -> Interval:
+    """The interval that the keys of `accepted` stand for."""
+    if math.isfinite(least) or math.isfinite(most):
+        return least, most
+    if near is None:
+        near = published if isinstance(published, float) else 1.0
+    half = abs(near) * percent / 100 + by + ROUNDING * (1 + abs(near))
+    return near - half, near + half
 
 
 class Series(NamedTuple):
@@ -96,7 +98,7 @@ class Series(NamedTuple):
 class Found:
     """What an experiment found: `values` by name, and its picture as `series` over the axes' labels.
 
-    A value that is to be measured may be a sentence: why it could not be.
+    A value that is to be compared may be a sentence: why it could not be measured.
 
     title : what the picture shows, in a sentence. log : which axes are logarithmic, of "x", "y" and "xy".
     """
@@ -111,64 +113,97 @@ class Found:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A computation that answers several claims; `run` takes a function that is told what is done now.
+    """A computation that answers several claims; `run` takes a function for lines of progress.
 
-    words : what is done, for a reader who knows the papers. simulated : what stands for hardware or people, by name.
+    The docstring of `run` is its description: a heading, and how it is done, as a paper's section on methods.
+    simulated : what stands for hardware or people, by name.
     """
 
     name: str
-    words: str
-    claims: tuple[Claim, ...]
     run: Callable[[Callable[[str], None]], Found] = field(repr=False)
     simulated: str = ""
+
+    @property
+    def words(self) -> str:
+        """What is done, in a line."""
+        return inspect.cleandoc(self.run.__doc__ or self.name).split("\n")[0].rstrip(".")
+
+    @property
+    def methods(self) -> str:
+        """How it is done."""
+        return " ".join(inspect.cleandoc(self.run.__doc__ or "").split("\n")[1:]).strip()
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A claim with what was measured; None where it could not be."""
+    """A claim with its case: the measured value, the accepted interval, a note and the verdict."""
 
     claim: Claim
     experiment: str
-    measured: float | None
-    verdict: Verdict
-    note: str
+    case: Case
 
     @classmethod
     def untested(cls, claim: Claim, experiment: str, why: str) -> "Answer":
         """The answer to a claim that could not be tested, and why."""
         note = f"{why}; {claim.note}" if claim.note and "{" not in claim.note else why
-        return cls(claim, experiment, None, Verdict.NOT_TESTABLE, note)
+        return cls(claim, experiment, Case(claim.claim, note, None, claim.accepted))
 
     @classmethod
-    def of(cls, claim: Claim, experiment: str, values: Mapping[str, Any]) -> "Answer":
-        """The answer from the findings of its experiment: within the accepted interval, or not."""
-        found = values[claim.value]
+    def of(cls, claim: Claim, experiment: Experiment, values: Mapping[str, Any]) -> "Answer":
+        """The answer from the findings of its experiment."""
+        found = claim.cannot or values[claim.finding]
         if isinstance(found, str):
-            return cls.untested(claim, experiment, found)
-        measured = float(found)
-        low, high = claim.accepted
-        verdict = Verdict.REPRODUCED if low <= measured <= high else Verdict.NOT_REPRODUCED
-        return cls(claim, experiment, measured, verdict, claim.note.format(**values))
+            return cls.untested(claim, experiment.name, found)
+        note = claim.note.format(**{"simulated": experiment.simulated, **values})
+        return cls(claim, experiment.name, Case(claim.claim, note, float(found), claim.accepted))
+
+    @property
+    def measured(self) -> float | None:
+        """What papilla finds; None where it could not be tested."""
+        return self.case.value
+
+    @property
+    def verdict(self) -> str:
+        """One of `VERDICTS`."""
+        return VERDICTS[self.case.verdict]
+
+    @property
+    def note(self) -> str:
+        """What to know beside the row."""
+        return self.case.cause
 
     def to_json(self) -> dict[str, Any]:
         """The documented keys and what else is known, as plain values; an end that is open is None."""
-        one = self.claim
-        return {
-            "key": one.key,
-            "source": one.source,
-            "claim": one.claim,
-            "published": _plain(one.published),
-            "measured": self.measured,
-            "unit": one.unit,
-            "verdict": str(self.verdict),
-            "note": self.note,
-            "accepted": _plain(one.accepted),
-            "call": one.call,
-            "experiment": self.experiment,
-        }
+        shown = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
+        shown |= {"published": _plain(self.claim.published), "measured": self.measured, "unit": self.claim.unit}
+        shown |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
+        return shown | {"call": self.claim.call, "experiment": self.experiment}
 
 
 def _plain(value: float | Interval | str) -> Any:
     if isinstance(value, tuple):
         return [end if math.isfinite(end) else None for end in value]
     return value
+
+
+def number(value: float | None) -> str:
+    """Four significant digits, without zeros behind; a dash where there is none."""
+    return "–" if value is None or math.isnan(value) else f"{value:.4g}".replace("-", "−")
+
+
+def published(answer: Answer) -> str:
+    """What was published, a figure or an interval or words."""
+    value = answer.claim.published
+    if isinstance(value, str):
+        return value
+    return "–".join(map(number, value)) if isinstance(value, tuple) else number(value)
+
+
+def accepted(answer: Answer) -> str:
+    """The interval that reproduces a claim, in words."""
+    low, high = answer.claim.accepted
+    if low == -math.inf:
+        return f"≤ {number(high)}"
+    if high == math.inf:
+        return f"≥ {number(low)}"
+    return number(low) if high - low < 1e-6 * abs(high) else f"{number(low)} to {number(high)}"

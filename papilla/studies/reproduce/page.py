@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 
 from papilla import __version__, view
 from papilla.files import write_text
-from papilla.studies.reproduce.claim import Found
+from papilla.studies.reproduce.claim import Found, accepted, number, published
 from papilla.studies.reproduce.runner import Result, summary
-from papilla.studies.reproduce.words import accepted, number, published
 from papilla.view.page import data_uri, environment
 from papilla.view.style import ACCENTS, MUTED, literal, styled, titled
 

@@ -1,15 +1,16 @@
-"""The experiments in the order of the table, and how they are run: once each, whatever number of claims it answers."""
+"""How published claims are tested: each experiment runs once, whatever number of claims it answers."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from papilla.errors import InputError, MissingExtraError, PapillaError
-from papilla.studies.reproduce.claim import Answer, Claim, Experiment, Found, Verdict
+from papilla.errors import InputError, PapillaError
+from papilla.studies.reproduce.claim import VERDICTS, Answer, Claim, Experiment, Found, read_claims
 from papilla.studies.reproduce.experiments import EXPERIMENTS
+from papilla.studies.runner import Progress, no_progress, run_jobs
 
-CLAIMS: tuple[Claim, ...] = tuple(claim for experiment in EXPERIMENTS for claim in experiment.claims)
-"""Every claim, in the order of the table."""
+CLAIMS: tuple[Claim, ...] = read_claims()
+"""Every claim, paper by paper."""
 
 
 @dataclass(frozen=True)
@@ -21,75 +22,53 @@ class Result:
     found: Found | None
 
 
-def reproduce(
-    only: str = "",
-    *,
-    progress: Callable[[str, int, int], None] = lambda line, done, total: None,
-    experiments: Sequence[Experiment] = EXPERIMENTS,
-) -> list[Answer]:
-    """Answer all claims, or those whose key, experiment, source or words hold the text `only`.
-
-    `progress` is called with what is done now, how many experiments are done, and how many there are. Raises
-    `InputError` for a text that no claim holds.
-    """
-    return [answer for result in results(only, progress=progress, experiments=experiments) for answer in result.answers]
+def reproduce(only: str = "", **how) -> list[Answer]:
+    """The answers of `results`, one after the other."""
+    return [answer for result in results(only, **how) for answer in result.answers]
 
 
 def results(
     only: str = "",
     *,
-    progress: Callable[[str, int, int], None] = lambda line, done, total: None,
+    processes: int = 1,
+    progress: Progress = no_progress,
     experiments: Sequence[Experiment] = EXPERIMENTS,
+    claims: Sequence[Claim] = CLAIMS,
 ) -> list[Result]:
-    """`reproduce`, experiment by experiment, with what each found."""
-    chosen = [(one, claims) for one in experiments if (claims := _chosen(one, only))]
-    if not chosen:
+    """Answer all claims, or those whose key, experiment, source or words hold the text `only`, by experiment.
+
+    `processes` experiments run at once; `progress` is called with what is done now, how many experiments are done, and
+    how many there are. Raises `InputError` for a text that no claim holds.
+    """
+    chosen = _chosen(only.strip().lower(), experiments, claims)
+    jobs = {one.name: (one, own) for one in experiments if (own := [c for c in chosen if c.experiment == one.name])}
+    if not jobs:
         names = ", ".join(one.name for one in experiments)
         raise InputError(f"no claim holds {only!r}: give a key such as A14, words of a claim, or one of {names}")
-    found = []
-    for done, (experiment, claims) in enumerate(chosen):
-
-        def tell(line: str, name: str = experiment.name, done: int = done) -> None:
-            progress(f"{name}: {line}" if line else name, done, len(chosen))
-
-        tell("")
-        found.append(_run(experiment, claims, tell))
-    return found
+    return [result for _, result in run_jobs(_run, jobs, processes=processes, progress=progress)]
 
 
 def summary(answers: Sequence[Answer]) -> dict[str, int]:
     """How many answers have each verdict."""
     counted = Counter(answer.verdict for answer in answers)
-    return {str(verdict): counted[verdict] for verdict in Verdict}
+    return {verdict: counted[verdict] for verdict in VERDICTS.values()}
 
 
-def _chosen(experiment: Experiment, only: str) -> tuple[Claim, ...]:
-    text = only.strip().lower()
-    if any(text == one.name for one in EXPERIMENTS):
-        return experiment.claims if experiment.name == text else ()
-    if text in (claim.key.lower() for claim in experiment.claims):
-        return tuple(claim for claim in experiment.claims if claim.key.lower() == text)
-    if any(text == claim.key.lower() for claim in CLAIMS):
-        return ()
-    return tuple(
-        claim for claim in experiment.claims if text in " ".join((experiment.name, claim.source, claim.claim)).lower()
-    )
+def _chosen(text: str, experiments: Sequence[Experiment], claims: Sequence[Claim]) -> list[Claim]:
+    """Claims of the experiment, with the key, or with the words that the text is."""
+    if any(text == one.name for one in experiments):
+        return [claim for claim in claims if claim.experiment == text]
+    by_key = [claim for claim in claims if claim.key.lower() == text]
+    return by_key or [c for c in claims if text in " ".join((c.experiment, c.source, c.claim)).lower()]
 
 
-def _run(experiment: Experiment, claims: tuple[Claim, ...], tell: Callable[[str], None]) -> Result:
-    """Run an experiment if any of the claims can be tested; an error of papilla's own is why it could not."""
-    name = experiment.name
-    if all(claim.obstacle for claim in claims):
-        return Result(experiment, tuple(Answer.untested(claim, name, claim.obstacle) for claim in claims), None)
+def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], None]) -> Result:
+    """Run an experiment if any of its claims can be tested; an error of papilla's own is why one could not."""
+    if all(claim.cannot for claim in claims):
+        return Result(experiment, tuple(Answer.of(claim, experiment, {}) for claim in claims), None)
     try:
-        found = experiment.run(tell)
-    except MissingExtraError as error:
-        return Result(experiment, tuple(Answer.untested(claim, name, str(error)) for claim in claims), None)
+        found = experiment.run(lambda line: say(f"{experiment.name}: {line}"))
     except PapillaError as error:
-        message = f"the experiment ended in an error: {' '.join(str(error).split())}"
-        return Result(experiment, tuple(Answer.untested(claim, name, message) for claim in claims), None)
-    answers = tuple(
-        Answer.untested(claim, name, claim.obstacle) if claim.obstacle else Answer.of(claim, name, found.values)
-        for claim in claims
-    )
-    return Result(experiment, answers, found)
+        why = f"the experiment ended in an error: {' '.join(str(error).split())}"
+        return Result(experiment, tuple(Answer.untested(claim, experiment.name, why) for claim in claims), None)
+    return Result(experiment, tuple(Answer.of(claim, experiment, found.values) for claim in claims), found)

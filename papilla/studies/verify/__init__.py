@@ -4,7 +4,7 @@
 >>> all(case.passed for case in cases)
 """
 
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.studies.verify.runner import FAMILIES, verify
 
 __all__ = ["FAMILIES", "Case", "verify"]

@@ -7,8 +7,8 @@ import numpy as np
 from papilla.fem.pressing.adhesion import adhesive_press
 from papilla.fem.pressing.fidelity import press
 from papilla.finger import Layer
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, half_space, off
-from papilla.studies.verify.case import Case
 
 MODULUS, NU = 1.0, 0.3
 

@@ -9,7 +9,7 @@ from papilla.fem.reduction.compliance import quadrature
 from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
 from papilla.specimen import Sphere
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder, growing
 

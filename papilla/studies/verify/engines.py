@@ -6,7 +6,7 @@ import numpy as np
 
 from papilla.fem.discrete.solver import factorise
 from papilla.finger import Layer
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder
 

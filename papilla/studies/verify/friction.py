@@ -11,8 +11,8 @@ from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
 from papilla.finger import Layer
 from papilla.references import dundurs_beta, frictional_punch
 from papilla.specimen import Block, Friction, friction_coefficient
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer, half_space, off
-from papilla.studies.verify.case import Case
 
 MODULUS, NU = 1.0, 0.3
 

@@ -16,8 +16,8 @@ from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, coated, compared, off
-from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import (
     BLOCK,
     contact_residuals,

@@ -14,6 +14,7 @@ from papilla.references import (
     hertz_sphere_at,
 )
 from papilla.specimen import HalfSpace
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import (
     BALL,
     BALL_RADIUS,
@@ -25,7 +26,6 @@ from papilla.studies.verify.bodies import (
     half_space,
     surface_pressure,
 )
-from papilla.studies.verify.case import Case
 from papilla.studies.verify.flat import with_gap
 from papilla.studies.verify.spectral import stack_sphere
 

@@ -13,7 +13,7 @@ from papilla.fem.pressing.response import Response, response
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import STICK, Block
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.units import MICROSTRAIN
 
 SIZE_MM = 2.8

@@ -9,8 +9,8 @@ import scipy.sparse as sp
 from papilla.fem import FingerModel, press
 from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, at_unit_contact, bonded_layer, compared
-from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import default_model, pressed_by
 
 POISSONS = (0.49, 0.499, 0.4999, 0.49999, 0.499999, 0.5)

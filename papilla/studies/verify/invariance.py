@@ -14,8 +14,8 @@ from papilla.fem.pressing.fidelity import on_nodes
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
-from papilla.studies.verify.case import Case
 from papilla.studies.verify.finger import (
     BLOCK,
     contact_residuals,

@@ -14,7 +14,7 @@ import numpy as np
 from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
 from papilla.mesh.layered import LayeredMesh
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube, shell
 

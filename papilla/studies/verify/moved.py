@@ -14,8 +14,8 @@ from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import build
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import THICKNESS_MM, Block
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import off
-from papilla.studies.verify.case import Case
 from papilla.units import gf_to_newton
 
 MODULUS_MPA, FORCES_GF = 0.15, (10.0, 30.0)

@@ -12,7 +12,7 @@ from papilla.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.layered import INNER, OUTER
 from papilla.mesh.surfaces import surfaces_of
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube
 

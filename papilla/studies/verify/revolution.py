@@ -7,12 +7,12 @@ import numpy as np
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
 from papilla.mesh import LayeredMesh, build
 from papilla.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.studies.case import Case
 from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Shape
 from papilla.studies.verify.axisymmetric.law import Rubber
 from papilla.studies.verify.axisymmetric.path import press_path
 from papilla.studies.verify.axisymmetric.rings import Rings
 from papilla.studies.verify.bodies import off
-from papilla.studies.verify.case import Case
 from papilla.units import gf_to_newton
 
 MODULI = (0.05, 0.51, 100.0)

@@ -5,8 +5,9 @@ from dataclasses import replace
 from time import perf_counter
 
 from papilla.errors import InputError, MissingExtraError, PapillaError
+from papilla.studies.case import Case
+from papilla.studies.runner import Progress, no_progress, run_jobs
 from papilla.studies.verify.adhesion import adhesion
-from papilla.studies.verify.case import Case, Family
 from papilla.studies.verify.creep import creep
 from papilla.studies.verify.engines import engines
 from papilla.studies.verify.friction import friction
@@ -21,6 +22,9 @@ from papilla.studies.verify.patch_test import patch_test
 from papilla.studies.verify.revolution import revolution
 from papilla.studies.verify.scatter import scatter
 from papilla.studies.verify.sliding import sliding
+
+Family = Callable[[], Iterator[Case]]
+"""A family of cases: a generator of those that share what is expensive."""
 
 FAMILIES: dict[str, Family] = {
     "patch": patch_test,
@@ -50,37 +54,44 @@ FAMILIES: dict[str, Family] = {
 def verify(
     only: Sequence[str] = (),
     *,
-    progress: Callable[[Case, int, int], None] = lambda case, done, total: None,
+    processes: int = 1,
+    progress: Progress = no_progress,
     skipped: Callable[[str], None] = lambda sentence: None,
     families: Mapping[str, Family] = FAMILIES,
 ) -> list[Case]:
-    """Run all families of cases, or those named in `only`; a case's name starts with its family's.
+    """Run all families of cases, or those named in `only`; what a case is called starts with its family's name.
 
-    `progress` is called after each case with the case, how many families are done, and how many there are. A family
-    that ends in an error of papilla leaves a case that failed and says so; one that needs a package that is absent is
-    left out, and `skipped` is called with a sentence. Raises `InputError` for an unknown name.
+    processes : families that run at once, each in a new process, which frees its memory at its end; 1 runs them here.
+    `progress` is called with the case that is done, how many families are done, and how many there are. A family that
+    ends in an error of papilla leaves a case that failed and says so; one that needs a package that is absent is left
+    out, and `skipped` is called with a sentence. Raises `InputError` for an unknown name.
     """
     unknown = [name for name in only if name not in families]
     if unknown:
         raise InputError(f"no family of cases is called {unknown[0]!r}: expected {', '.join(families)}")
-    wanted = [name for name in families if not only or name in only]
+    jobs = {name: (name, families[name]) for name in families if not only or name in only}
     cases = []
-    for done, name in enumerate(wanted):
-        for case in _run(name, families[name], skipped):
-            cases.append(case)
-            progress(case, done, len(wanted))
+    for name, found in run_jobs(_run, jobs, processes=processes, fresh=True, progress=progress):
+        if isinstance(found, str):
+            skipped(f"{name}: skipped, {found}")
+        else:
+            cases += found
     return cases
 
 
-def _run(name: str, family: Family, skipped: Callable[[str], None]) -> Iterator[Case]:
+def _run(name: str, family: Family, say: Callable[[str], None]) -> list[Case] | str:
+    """The cases of a family, or which package it lacks."""
+    cases: list[Case] = []
     began = perf_counter()
     try:
         for case in family():
             now = perf_counter()
-            yield replace(case, name=f"{name}: {case.name}", seconds=now - began)
+            cases.append(replace(case, what=f"{name}: {case.what}", seconds=now - began))
+            say(cases[-1].what)
             began = now
     except MissingExtraError as error:
-        skipped(f"{name}: skipped, {error}")
+        return str(error)
     except PapillaError as error:
-        message = " ".join(str(error).split())
-        yield Case(f"{name}: stopped", f"no error expected, got: {message}", float("inf"), 0.0, perf_counter() - began)
+        cause = f"no error expected, got: {' '.join(str(error).split())}"
+        cases.append(Case(f"{name}: stopped", cause, float("inf"), 0.0, perf_counter() - began))
+    return cases

@@ -8,7 +8,7 @@ from papilla.fem import FingerModel
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.references import VARIANTS
-from papilla.studies.verify.case import Case
+from papilla.studies.case import Case
 from papilla.studies.verify.finger import FORCES_GF, pressed_by
 
 SD_BOUNDS = {5: 0.005, 10: 0.005, 30: 0.003, 60: 0.003, 100: 0.003}

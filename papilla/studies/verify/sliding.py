@@ -9,8 +9,8 @@ from papilla.fem.sliding.coulomb import OPEN, Laws, relax, rub
 from papilla.fem.sliding.reduced_section import ReducedSection
 from papilla.finger import Finger
 from papilla.specimen import Grating
+from papilla.studies.case import Case
 from papilla.studies.verify.bodies import off
-from papilla.studies.verify.case import Case
 
 COARSE_MM, LENGTH_MM, FORCE_N = 0.3, 5.0, 0.1
 SHRINKING_MM = (1.0, 0.5, 0.25)

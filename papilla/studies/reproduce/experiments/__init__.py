@@ -7,29 +7,19 @@ from papilla.studies.reproduce.experiments import (
     gratings,
     impulses,
     presses,
-    remote,
     softness,
     specimens,
     spectra,
+    telepresence,
     textiles,
     toolkit,
     wavelets,
 )
 
+_MODULES = (
+    presses, softness, specimens, fitted, impulses, counts, gratings, spectra, wavelets, textiles, telepresence, toolkit
+)  # fmt: skip
+
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
-    module.EXPERIMENT
-    for module in (
-        presses,
-        softness,
-        specimens,
-        fitted,
-        impulses,
-        counts,
-        gratings,
-        spectra,
-        wavelets,
-        textiles,
-        remote,
-        toolkit,
-    )
+    Experiment(module.__name__.rpartition(".")[2], module.run, module.SIMULATED) for module in _MODULES
 )

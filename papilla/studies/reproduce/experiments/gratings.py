@@ -11,75 +11,26 @@ from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
 from papilla.fem.sliding.slide import Slide, slide
 from papilla.finger import Finger
 from papilla.specimen import Grating
-from papilla.studies.reproduce.claim import TRUE, Claim, Experiment, Found, Series, above, near
+from papilla.studies.reproduce.claim import Found, Series
 from papilla.studies.reproduce.signals import FIVE_MM
 from papilla.telepresence import read_curve
 from papilla.textures import MeasuredProfile
 
-SLIDE = "papilla slide --groove G --ridge R --speed V --seconds S --press-depth D --out LOG.csv"
 GROOVE_MM = 0.5
 DEPTHS_MM = (0.2, 0.5, 0.8)
 LENGTH_MM = 7.0
 """Along y: it turns forces of the section into newtons, and no reading depends on it."""
-NOISE = 1.0
-"""Noise of a gauge in microstrain, to which its signal is compared."""
 FRICTION = 0.3
-MODEL = "a plane section with ridges and inertia, rigid gratings; gauges read strain"
-
-CLAIMS = (
-    Claim("A3", "2006 II", "The skin is covered with small lumps, as ridges of the finger", 1.2, near(1.2, by=1e-6),
-          "mm pitch", "pitch", SLIDE, "0.3 mm high; pitch and height are assumptions"),
-    Claim("C13", "2011 Okamoto 3.2.2", "Ridges 0.6 mm wide", 0.6, near(0.6), "mm", "ridge_width", "Finger.ridges"),
-    Claim("A17", "2006 fig. 3", "Roughness samples with groove and ridge widths", 5.0, near(5.0),
-          "gratings that slid", "slid", SLIDE, "status of each: {statuses}"),
-    Claim("B9", "2007 fig. 4", "Samples with groove = ridge", 1.0, near(1.0, by=1e-9), "groove over ridge",
-          "groove_ridge", SLIDE),
-    Claim("C17", "2011 Okamoto fig. 8", "Gratings of a trapezoidal section", 1.0, near(1.0), "scene", "trapezoid",
-          SLIDE, "flanks of 0.1 mm"),
-    Claim("A16b", "2006 fig. 2", "Grooves and ridges of 1.5 mm at 60 mm/s give 20 Hz: 3.0 mm", 3.0,
-          near(3.0, percent=2), "mm", "fem_line", "fem.slide, estimators.find_lines", "the strongest line of the "
-          "finite-element signal is {fem_line:.3f} mm, its fundamental told as {fem_fundamental:.3f} mm"),
-    Claim("A19b", "2006 fig. 5", "Five gratings give five levels at 100 mm/s", "5 levels", TRUE,
-          "share of neighbours apart", "fem_levels", "fem.slide, ImpulseDensity()", "finite-element signal of the "
-          "middle gauge, no noise: {fem_levels_mm} as printed for 3.0, 2.4, 1.8, 1.2, 0.6; {MODEL}"),
-    Claim("X11", "2006 fig. 5", "The same by the path's spectrum", "5 levels", TRUE, "share within 2 %",
-          "lines_right", "fem.slide, estimators.find_lines", "fundamentals told: {lines_mm} mm; {MODEL}"),
-    Claim("A20", "2006 fig. 6", "3.0 and 0.6 mm stay apart for depths of 0.20-0.80 mm", "apart", above(1.25),
-          "least ratio of the two answers", "depths_apart", "fem.slide(depth=), ImpulseDensity()",
-          "{depths_mm}; {MODEL}"),
-    Claim("B8", "2007 3.1", "Five gauges sense the vibration in any state of contact", NOISE, above(NOISE),
-          "microstrain rms, weakest gauge", "weakest", "fem.slide", "rms of each scene's least gauge, 0.2-0.8 mm "
-          "deep, 3.0 and 0.6 mm: {weakest_each}; beside a noise of 1 microstrain; a foil may read a thousandth of "
-          "that"),
-    Claim("C1", "2011 Okamoto eq. (1)", "The signal is a function of the sensor's place", 0.0, (0.0, 0.05),
-          "change from period to period over rms", "repeats", "fem.slide(dynamics='quasi-static')",
-          "1.8 mm, 20 mm/s"),
-    Claim("C23", "2011 Okamoto eq. (8)", "Power is a quartic of the wavelength over 0.8-2.0 mm, R2 0.94", 0.94,
-          near(0.94, by=0.05), "R2", "r_squared", "telepresence.read_curve().as_printed",
-          "fitted to sliding scenes; the printed coefficients are lost but one"),
-    Claim("C24", "2011 Okamoto fig. 10", "Power hardly depends on the speed", 1.0, near(1.0, by=0.5),
-          "power, 160 over 40 mm/s", "speed_ratio", "fem.slide",
-          "1.2 mm, inertia as the scene needs it: {speed_dynamics}"),
-    Claim("C25", "2011 Okamoto fig. 11", "Power has a local maximum where the groove is as wide as a ridge", 1.2,
-          near(1.2, by=0.15), "mm", "curve_peak", "telepresence.read_curve()",
-          "local maxima of the shipped scenes at {peaks} mm"),
-    Claim("C26", "2011 Okamoto 4.2.2", "Stick and slip change the spectrum", "changes", above(0.1),
-          "relative change of the spectrum", "stick_slip", "fem.slide(friction=)",
-          "1.8 mm, friction 0.3 against none"),
-    Claim("C27", "2011 Okamoto 4.2", "Deformation grows with the wavelength", "grows", above(1.0),
-          "rms, 3.0 over 1.8 mm", "grows", "fem.slide",
-          "smooth skin, middle gauge, 20 mm/s; that it falls with speed by viscosity is not in the model"),
-    Claim("D29", "2011 Oddo V.B", "Sandpaper, which has no period, is left for later", "future work", near(0.0),
-          "lines claimed", "rough_lines", "papilla slide --profile FILE.csv", "a made-up rough profile of 20 mm, "
-          "0.02 mm rms, slides ({rough_uE:.0f} microstrain at the middle gauge); lines found at {rough_mm} mm, of "
-          "which those of the finger's own ridges do not count"),
-    Claim("C42b", "2011 Okamoto 5.3", "The sensor hears down to 0.2 mm", NOISE, above(NOISE),
-          "microstrain, best gauge", "finest", "fem.slide", "groove = ridge = 0.1 mm; {MODEL}"),
-)  # fmt: skip
+SIMULATED = "a plane section with ridges and inertia, rigid gratings; gauges read strain"
 
 
 def run(tell) -> Found:
-    """Sliding scenes of the default finger."""
+    """Gratings under the finger by finite elements: what the gauges hear, and what the methods of 2006 tell.
+
+    The plane section of the default finger slides over gratings with groove = ridge, 0.5 mm deep, friction 0.3: five
+    wavelengths at 100 mm/s, two of them at three pressing depths, and single scenes for speed, friction, smooth skin, a
+    trapezoid, a rough profile and the finest grating. No noise is added.
+    """
     finger = Finger.default()
     tell("the section")
     ridged = prepare_section(finger)
@@ -94,7 +45,6 @@ def run(tell) -> Found:
     line = _slide(finger, 3.0, 60.0, 0.8, ridged, depth=0.5)
     lines = find_lines(line.motion.position_mm, line.readings[:, 2:3], wavelength_range_mm=(0.5, 8.0)).lines
     values = {
-        "MODEL": MODEL,
         "pitch": ridged.ridge_pitch,
         "ridge_width": finger.ridges.width,
         "slid": float(sum(np.isfinite(found.readings).all() for found in five.values())),
@@ -257,12 +207,3 @@ def _curve() -> dict:
         "curve_peak": nearest,
         "peaks": ", ".join(f"{place[k]:.1f}" for k in inside),
     }
-
-
-EXPERIMENT = Experiment(
-    "gratings",
-    "Gratings under the finger by finite elements: what the gauges hear, and what the methods of 2006 tell",
-    CLAIMS,
-    run,
-    MODEL,
-)

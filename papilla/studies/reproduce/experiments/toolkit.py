@@ -17,65 +17,24 @@ from papilla.fem.pressing.prices import known_prices
 from papilla.finger import Finger
 from papilla.logs import PressLog, read_time_log
 from papilla.specimen import STICK, Block
-from papilla.studies.reproduce.claim import Claim, Experiment, Found, Series, above, below, near
+from papilla.studies.reproduce.claim import Found, Series
 from papilla.studies.reproduce.experiments.softness import calibrated
 from papilla.studies.verify import verify
 from papilla.tables import write_table
 
-CALIBRATE, FRICTION = "papilla calibrate", "estimators.Friction().process(block)"
 TRUE_MU = (0.45, 0.60)
 """Kinetic and static friction of the simulated log."""
 LEVER_MM, OFFSET_N = 40.0, 0.03
 
-CLAIMS = (
-    Claim("A7", "2006 II, V", "Static and dynamic friction come from the force at the base", TRUE_MU[0],
-          near(TRUE_MU[0], by=0.02), "kinetic coefficient", "mu_kinetic", FRICTION,
-          "simulated: 0.45, 0.60 and an offset of 0.03 N that both directions take out; static {mu_static:.3f}"),
-    Claim("A7b", "2006 II, V", "The static coefficient from the breakaway", TRUE_MU[1], near(TRUE_MU[1], by=0.04),
-          "static coefficient", "mu_static", FRICTION, "simulated"),
-    Claim("A8", "2006 II", "The sensor at the base measures a torque", TRUE_MU[0], near(TRUE_MU[0], by=0.02),
-          "kinetic coefficient", "mu_torque", "papilla estimate LOG.csv --lever-mm 40 (column torque_Nmm)",
-          "the same log as a torque about a point 40 mm away"),
-    Claim("F1", "card", "Regenerate calibration coefficients", 5.0, near(5.0), "coefficients", "coefficients",
-          CALIBRATE, "{refit}, with their covariance and an exact inverse of four"),
-    Claim("F2", "card", "A tetrahedral mesh of the two-layer finger", 1000.0, above(1000.0), "tetrahedra", "tets",
-          "mesh.build", "made by pytetwild, snapped to the exact surfaces"),
-    Claim("F3", "card", "Solved with scikit-fem", 1.0, near(1.0), "basis of that library", "skfem", "fem.FingerModel",
-          "spaces, bases and quadrature are its own; assembly and solver papilla's"),
-    Claim("F4", "card", "Under Hertzian loads", 0.0, below(0.02), "relative error of S_d", "hertz",
-          "papilla press --fidelity hertz", "against contact at 0.1-0.9 N on 0.51 MPa"),
-    Claim("F5", "card", "Objects of varying Young's modulus", 43.0, above(10.0), "moduli in the table", "moduli",
-          CALIBRATE),
-    Claim("F6", "card", "Strain at the five gauge sites", 5.0, near(5.0), "gauges", "gauges", "papilla press --json"),
-    Claim("F7", "card", "Refits S_d(f, E) and its inverse", 0.0, below(1e-9),
-          "relative error of the inverse of the quadratic", "inverse_exact", "Calibration.inverse",
-          "of the quadratic's own S_d; on presses see A40"),
-    Claim("F9", "card", "Visualises strain fields", 1.0, near(1.0), "picture", "picture", "papilla view strain",
-          "{picture_bytes} bytes of PNG, cut open under 60 gf"),
-    Claim("F10", "card", "The recovered field can be taken into other tools", 1.0, near(1.0), "file", "exported",
-          "fem.field_files.save_field(field, path)", "VTU with displacement, strain and layer, read back by meshio"),
-    Claim("F11", "card", "The inverse modulus estimate is tested", 0.0, below(0.02), "largest error of E", "own_mesh",
-          "papilla calibrate: max_error",
-          "{own_count} presses between the table's points, 20-100 gf, 0.05-0.72 MPa, the same mesh"),
-    Claim("F12", "card", "A user can test his own calibration so", 1.0, near(1.0), "right and wrong told apart",
-          "checked", "papilla calibrate --check PRESSES.csv", "{passed} of {presses} right presses pass; with moduli "
-          "stated 1.5 x too high {wrong} of {presses} are named"),
-    Claim("F13", "card", "Reports speed against error", 3.0, above(3.0), "fidelity, quantity and mesh priced",
-          "prices", "papilla bench", "what ships of it: {priced}"),
-    Claim("F14", "card", "Tests numerical stability on hard cases", 1.0, near(1.0), "share within bounds", "hard",
-          "papilla verify", "of {hard_cases} cases of the families patch and slivers; papilla verify has all"),
-    Claim("F15", "card", "Models only what a scene needs", 0.25, near(0.25, by=0.1), "cells solved over cells",
-          "quarter", "fem.FingerModel", "two mirror planes leave a quarter; roughness scenes are a plane section"),
-    Claim("F16", "card", "The error of small strain is in the stated sigma", 1.0, near(1.0), "named part of sigma",
-          "strain_named", "Calibration.sigmas", "{sigmas}"),
-    Claim("F17", "card", "Packages for mesh, finite elements, calibration and estimators", 4.0, near(4.0), "packages",
-          "packages", "import papilla"),
-    Claim("F18", "card", "Notebooks", "two", cannot="the notebooks lie beside the package, whose tests execute them"),
-)  # fmt: skip
+SIMULATED = "the default finger; a simulated swipe for friction"
 
 
 def run(tell) -> Found:
-    """Checks of the main job on the default finger."""
+    """What papilla is for: calibration, pictures, prices, hard cases, friction.
+
+    The default finger is calibrated and its presses between the table's points are recovered; a strain field is drawn
+    and written; two families of `papilla verify` run. Friction comes from a simulated swipe to and fro with breakaways.
+    """
     finger = Finger.default()
     tell("calibration")
     reduced = fem.prepare(finger)
@@ -198,9 +157,3 @@ def _main_job(calibration: Calibration, reduced) -> dict:
         "strain_named": float("large strain" in calibration.sigmas),
         "sigmas": ", ".join(f"{name} {100 * value:.2f} %" for name, value in calibration.sigmas.items()),
     }
-
-
-EXPERIMENT = Experiment(
-    "toolkit", "What papilla is for: calibration, pictures, prices, hard cases, friction", CLAIMS, run,
-    "the default finger; a simulated swipe for friction",
-)  # fmt: skip
