@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from papilla.estimators.peaks import Peak
 from papilla.estimators.spectrum import Line, Spectrum
@@ -37,6 +37,12 @@ class Period(NamedTuple):
     wavenumber: float
     other: float
     loud: bool = False
+
+
+def no_multiples(lines: Sequence[Any], wavenumber: float, reach: float) -> list[Any]:
+    """Those of some lines that lie farther than `reach` from every multiple of a wavenumber."""
+    order = (max(round(line.wavenumber / wavenumber), 1) for line in lines)
+    return [line for n, line in zip(order, lines, strict=True) if abs(line.wavenumber - n * wavenumber) > reach]
 
 
 def fundamental_of(

@@ -8,7 +8,9 @@ A row weighs as much as the path it stands for, so that standing still adds noth
 the taper is over the coordinate: a path to and fro has its ends at every turn, and would leak there.
 """
 
+from collections.abc import Iterable
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +20,9 @@ from papilla.estimators.spread import Pieces
 
 POINTS = 2**20
 """Of a grid, above which gauges are transformed one by one: a long log then does not need them all at once."""
+FEWEST_ROWS, NEARLY = 8, 0.6
+"""Rows that a stroke must have more than; and the part of the longest stroke's extent that the others must have: the
+shortest one sets the resolution."""
 SPARE_TOPS = 8
 """Peaks beside those that are wanted: some are too near to drift to be told from it."""
 
@@ -35,6 +40,11 @@ class Strokes(NamedTuple):
     weight: np.ndarray
     begin: np.ndarray
     extent: float
+
+    @property
+    def rows(self) -> list[slice]:
+        """The rows of each stroke."""
+        return [slice(*ends) for ends in pairwise(self.begin.tolist())]
 
 
 class Line(NamedTuple):
@@ -97,12 +107,27 @@ class Spectrum(NamedTuple):
         return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
 
 
+def longest_strokes(place: np.ndarray, edges: Iterable[int], least: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """Rows (m,) of the strokes that are nearly as long as the longest, and where each begins in them (s + 1,); None
+    where the longest is shorter than `least`.
+
+    place (n,); edges : rows at which strokes begin, from 0, and n.
+    """
+    strokes = [np.arange(first, last) for first, last in pairwise(edges) if last - first > FEWEST_ROWS]
+    extents = [float(np.ptp(place[rows])) for rows in strokes]
+    longest = max(extents, default=0.0)
+    if longest < max(least, 1e-300):
+        return None
+    kept = [rows for rows, extent in zip(strokes, extents, strict=True) if extent >= NEARLY * longest]
+    return np.concatenate(kept), np.cumsum([0, *map(len, kept)])
+
+
 def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Pieces[Strokes]:
     """Strokes of rows at `place` (m,) with readings (m, g), NaN where missing; begin as in `Strokes`."""
     weight, flat, extents = np.empty(len(place)), np.empty_like(readings), []
     seen = np.isfinite(readings)
-    for first, last in zip(begin[:-1].tolist(), begin[1:].tolist(), strict=True):
-        rows = slice(first, last)
+    for ends in pairwise(begin.tolist()):
+        rows = slice(*ends)
         x = place[rows]
         extent = float(np.ptp(x))
         at = (x - x.min()) / extent
@@ -123,12 +148,12 @@ def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = No
 
     gauges, count = strokes.readings.shape[1], count or size // 2 + 1
     each, together = np.zeros((gauges, count)), max(POINTS // size, 1)
-    for first, last in zip(strokes.begin[:-1].tolist(), strokes.begin[1:].tolist(), strict=True):
-        place = strokes.place[first:last]
+    for rows in strokes.rows:
+        place = strokes.place[rows]
         at = (place - place.min()) / step
         cell = np.minimum(at.astype(int), size - 2)
         share = (at - cell)[:, None]
-        values = strokes.weight[first:last, None] * strokes.readings[first:last]
+        values = strokes.weight[rows, None] * strokes.readings[rows]
         for some in [slice(begin, begin + together) for begin in range(0, gauges, together)]:
             own, power = values[:, some], each[some]
             index = (cell[:, None] + size * np.arange(len(power))).ravel()

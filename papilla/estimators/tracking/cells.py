@@ -38,6 +38,10 @@ class Cells:
         """Rows of cells begin to end."""
         return self.rows[begin - self.first : end - self.first]
 
+    def place(self, number: int) -> float:
+        """Place of a cell along the path."""
+        return float(self.rows[number - self.first, 1])
+
     def fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
         """Add a sample to the open cell, or close that and begin another."""
         own = self.open_cell

@@ -7,7 +7,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.spread import Pieces
+from papilla.estimators.spread import Spread
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.chirp_memory import (
     FIRST_LIVELY,
@@ -33,7 +33,7 @@ from papilla.estimators.tracking.motion_fit import (
     solved,
 )  # fmt: skip
 
-PERIODS, LOOK_PERIODS = 4.5, 2.0
+PERIODS, SEARCH_PERIODS = 4.5, 2.0
 """Of the lowest frequency, in the window of the fit and in that of a look."""
 HOP_S, STRIDE = 0.008, 2
 """Between two steps of the fit; hops of a step while it catches up with the time that a look took."""
@@ -43,7 +43,7 @@ SAME_TURN = 0.25
 """Cycles by which the phase of a reading may differ from what it was before, and go on."""
 LIVELIER = 1.6
 """Residual over the noise from which the motion is livelier than was expected."""
-LOOK_S, LONGEST_LOOK = (0.1, 0.5), 400
+SEARCH_S, LONGEST_SEARCH = (0.1, 0.5), 400
 """Between two looks for a better fit than one in doubt, and than one that is sure; samples that one may take."""
 RIVAL = 20.0
 """Nats by which another fit must be better than the one that is followed."""
@@ -110,15 +110,14 @@ class ChirpTracker(Stream):
         self.lag_s = self._lag / rate
         self._limit = checks.positive("saturation", saturation)
         self._window = max(math.ceil(PERIODS / self._lowest * rate), 32)
-        self._kept = 2 * self._window + LONGEST_LOOK
+        self._kept = 2 * self._window + LONGEST_SEARCH
         self._hop = max(round(HOP_S * rate), 1)
         self._parts = math.ceil(2 * STEP_PARTS / self._hop)
         self._times = np.arange(1 - self._window, 1) / rate
         self._spacing = (self._window - 1) / rate / KNOTS
-        looked = round(LOOK_PERIODS * rate / self._lowest)
+        looked = round(SEARCH_PERIODS * rate / self._lowest)
         self._middle = (np.arange(looked) - 0.5 * (looked - 1)) / rate
         self._drift = np.vander(self._middle / self._middle[-1], 3)
-        self._looking: Pieces | None = None
         self.reset()
 
     def _fresh(self) -> ChirpMemory:
@@ -129,10 +128,6 @@ class ChirpTracker(Stream):
         if len(memory.readings) != 2 * self._kept or len(memory.speeds) != self._lag + 1:
             raise InputError("the state is not of this sampling rate, range of frequencies and lag")
         super()._remember(memory)
-        # A look that was under way is done again up to where it was.
-        self._looking = memory.look.run() if memory.look else None
-        for _ in range(memory.parts if self._looking else 0):
-            next(self._looking)  # type: ignore[arg-type]
 
     @property
     def other_Hz(self) -> float:
@@ -334,36 +329,35 @@ class ChirpTracker(Stream):
 
     def _search(self) -> None:
         """The next part of a look, or its beginning."""
-        memory = self._memory
-        if memory.look is None or self._looking is None:
-            memory.look, memory.parts = self._due(), 0
-            self._looking = memory.look.run() if memory.look else None
+        memory, search = self._memory, self._memory.search
+        if search is None:
+            due = self._due()
+            memory.search = Spread(due) if due else None
             return
-        memory.parts += 1
-        try:
-            next(self._looking)
-        except StopIteration as told:
-            look, memory.look = memory.look, None
-            if isinstance(look, FrequencySearch):
-                self._choose(*told.value)
-            elif told.value > 0:
-                # Where there was no sign before, a single one may be noise.
-                memory.other = told.value if memory.clean <= CLEAN else memory.other
-                memory.clean = 0
-            elif told.value == 0:
-                memory.clean += 1
-                memory.other = 0.0 if memory.clean > CLEAN else memory.other
-            else:
-                memory.asked += round(SOONER * LOOK_S[0] * self._rate)
+        result = search.advance()
+        if result is None:
+            return
+        memory.search = None
+        if isinstance(search.task, FrequencySearch):
+            self._choose(*result)
+        elif result > 0:
+            # Where there was no sign before, a single one may be noise.
+            memory.other = result if memory.clean <= CLEAN else memory.other
+            memory.clean = 0
+        elif result == 0:
+            memory.clean += 1
+            memory.other = 0.0 if memory.clean > CLEAN else memory.other
+        else:
+            memory.asked += round(SOONER * SEARCH_S[0] * self._rate)
 
     def _due(self) -> FrequencySearch | SubharmonicTest | None:
         """The look that it is time for."""
         memory, stroke = self._memory, self._memory.stroke
-        if stroke is not None and memory.followed > PROVED and memory.asked >= LOOK_S[0] * self._rate:
+        if stroke is not None and memory.followed > PROVED and memory.asked >= SEARCH_S[0] * self._rate:
             memory.asked = 0
             return self._periods(stroke)
         sure = stroke is not None and memory.doubt < LIVELIER
-        if memory.waited < LOOK_S[sure] * self._rate * (stroke is not None or memory.idle):
+        if memory.waited < SEARCH_S[sure] * self._rate * (stroke is not None or memory.idle):
             return None
         begun = self._latest()[-len(self._middle) :].copy()
         memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
@@ -400,7 +394,7 @@ class ChirpTracker(Stream):
     def _choose(self, best: MotionFit | None, price: float) -> None:
         """Follow the best fit of a look from now on, if it is better than what is followed."""
         memory, own = self._memory, self._memory.stroke
-        if best is None or memory.waited > LONGEST_LOOK:
+        if best is None or memory.waited > LONGEST_SEARCH:
             return
         if own is not None and own.proved and memory.doubt < LOST and price > memory.rival:
             return
@@ -413,7 +407,7 @@ class ChirpTracker(Stream):
         memory.wander = FIRST_WANDER
         memory.swing = float(best.motion[1]) ** 2
         # It is asked as soon as it was followed for long enough.
-        memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_LOOK, CLEAN, math.nan
+        memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN, math.nan
 
 
 def _checked_range(frequency_range_Hz, rate: float) -> tuple[float, float]:

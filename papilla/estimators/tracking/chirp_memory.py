@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest
+from papilla.estimators.spread import Spread
+from papilla.estimators.tracking.frequency_search import STIFFNESS
 from papilla.estimators.tracking.motion_fit import SHAPE, Design, MotionFit
 from papilla.status import Status
 
@@ -63,8 +64,8 @@ class ChirpMemory:
     readings as a look's. known (9, 9), about (9,) : information of the profile in units of the noise, and what it says;
     stiffness : mean and variance; lively, wander : noise of the motion and of the offset; swing : fading mean square of
     the frequency; quiet : whether nothing changes, absent : by as much as the wave that is followed.
-    step : the one under way. look : the one under way, parts : of it that are done; rival : what its best must cost
-    less than; waited : samples since one began; idle : whether none was begun, as the readings were noise.
+    step : the one under way. search : a `FrequencySearch` or `SubharmonicTest` under way; rival : what its best must
+    cost less than; waited : samples since one began; idle : whether none was begun, as the readings were noise.
     asked : samples since it was asked whether it is a harmonic, other : the frequency that it may be beside its own, 0
     for none, NaN before that was told; clean : how often there was none since. held : wavelength and sigma.
     """
@@ -89,8 +90,7 @@ class ChirpMemory:
     quiet: bool = False
     absent: bool = False
     step: Step | None = None
-    look: FrequencySearch | SubharmonicTest | None = None
-    parts: int = 0
+    search: Spread | None = None
     rival: float = math.inf
     waited: int = 0
     idle: bool = False

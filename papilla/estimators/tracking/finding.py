@@ -1,13 +1,13 @@
-"""What a look at the latest path finds."""
+"""What a search in the latest path finds."""
 
 from dataclasses import dataclass
 
 from papilla.estimators.tracking.answer import TrackingStatus
 
 
-@dataclass(frozen=True)
+@dataclass
 class Finding:
-    """status : of this look alone. wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path that it rests on.
+    """status : of this search alone. wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path it rests on.
 
     lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
     path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of

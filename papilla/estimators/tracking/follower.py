@@ -1,8 +1,13 @@
-"""The follower: cells of the path with what was read on them, looks at the latest of them, and what they add up to.
+"""The follower: the wavelength that searches in the latest path agree on, and how sure it is at every sample.
 
-Its memory is path: so many of the longest wavelengths, however slow the finger is. A look (`papilla.estimators.
-tracking.line_search`) finds the line; the follower asks whether two looks agree, whether the newest periods still show
-it, how late the path is, and how sure all of that is.
+Samples are averaged in cells of the path, lambda_min / 8 long, of which the newest 16 lambda_max are kept: the memory
+is path, not time, however slow the finger is. Every 24 cells a search (`tracking.line_search`) finds the line in them;
+one search may be wrong, so two must agree before an answer is "ok". A new surface shows in the newest periods long
+before it fills the window: every 8 cells a glance asks which share of the known line's amplitude they have, a(new) /
+a(known) < 1/2 by three sigmas means another surface, and the search begins anew on the newest path alone. Where the
+delay T of the path is unknown, x(t + T), one other T is tried after each search and the sharper line wins.
+
+It is behind by the two periods that a glance needs, and is wrong where two searches in a row make the same mistake.
 """
 
 import math
@@ -14,13 +19,14 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.spectrum import slope
-from papilla.estimators.spread import Pieces
+from papilla.estimators.spread import Pieces, Spread
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.cells import Cells
 from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.line_search import LOST, SURE, LineSearch, sharpness
 from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.time_lines import GRID, MAINS_HZ, Task
+from papilla.estimators.tracking.search_task import GRID, Task
+from papilla.estimators.tracking.time_lines import MAINS_HZ
 
 CELL = 0.125
 """Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
@@ -31,7 +37,7 @@ MOST_CELLS = 1024
 HOP, SOON, MARGIN = 24, 0.125, 256
 """Cells between two looks, or part of the longest wavelength at slow rates; and cells that are kept beside those of a
 look, while it is under way."""
-PARTS_HZ, LIGHT, MOST_PARTS = 1200.0, 1000, 2
+PIECES_HZ, LIGHT, MOST_PIECES = 1200.0, 1000, 2
 """Pieces of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
 and how many of those a sample takes at most."""
 STEADY, SPARE_S, SPARE = 4, 0.15, 0.25
@@ -87,17 +93,20 @@ def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz,
     return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
 
 
-class Looking(NamedTuple):
-    """A look at cells begin to end with these breaks, where path 0 is, and its parts that are done; or, where trial_s
-    is a number, how sharp its lines would be if the path were late by this, and how sharp they were (score)."""
+class Search(NamedTuple):
+    """A search in a task, the cells begin to end, with path 0 at origin; or, where trial_s is a number, the question
+    how sharp its lines would be if the path were late by this, and how sharp they were (score)."""
 
+    task: Task
     begin: int
     end: int
-    breaks: tuple[int, ...]
     origin: float
-    parts: int = 0
     trial_s: float = math.nan
     score: float = 0.0
+
+    def run(self) -> Pieces:
+        """The `Finding`, or how sharp the lines are."""
+        return LineSearch(self.task).run() if math.isnan(self.trial_s) else sharpness(self.task, self.trial_s)
 
 
 @dataclass(eq=False)
@@ -124,7 +133,7 @@ class Memory:
     looked: int = 0
     hop: int = HOP
     waited: int = 0
-    look: Looking | None = None
+    search: Spread | None = None
     finding: Finding = field(default_factory=Finding)
     known: tuple[float, float] = (0.0, 0.0)
     agreed: int = 0
@@ -156,8 +165,7 @@ class Follower:
         self._grid = options.low / GRID
         self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
         self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
-        self._parts = max(round(PARTS_HZ / options.rate_Hz), 1)
-        self._going: Pieces[Finding | float] | None = None
+        self._pieces = max(round(PIECES_HZ / options.rate_Hz), 1)
 
     def fresh(self) -> Memory:
         """What it remembers when it knows nothing."""
@@ -171,14 +179,10 @@ class Follower:
         )
 
     def remember(self, memory: Memory) -> None:
-        """Go on from this memory; a look that was under way is done again up to where it was."""
+        """Go on from this memory."""
         if memory.cells.rows.shape != (2 * (self._cells + MARGIN), 3 + self._gauges):
             raise InputError(f"the state is not of {self._gauges} gauges and this range of wavelengths")
-        self.memory, self._going = memory, None
-        if memory.look is not None:
-            self._going = self._parts_of(memory.look)
-            for _ in range(memory.look.parts):
-                next(self._going)
+        self.memory = memory
 
     def advance(self, time: float, place: float, readings: tuple[float, ...]) -> TrackingStatus:
         """Take one sample; the status of what `estimate` then tells."""
@@ -243,44 +247,31 @@ class Follower:
         memory.waited += 1
         if not memory.doubted and self._glance(end):
             if memory.doubted:
-                memory.look = self._going = None
-        elif memory.look is not None:
-            self._part(memory.look)
+                memory.search = None
+        elif memory.search is not None:
+            self._advance(memory.search)
         elif memory.doubted or (end - memory.looked >= memory.hop and not self._spare()):
             begin, memory.waited = self._window_begin(end), 0
             if end - begin < HOP:
                 memory.looked = end
                 return
-            origin = float(memory.cells.between(begin, end)[0, 1])
-            self._begin_look(Looking(begin, end, tuple(memory.cells.breaks), origin))
+            memory.search = Spread(Search(self._task(begin, end), begin, end, memory.cells.place(begin)))
 
     def _spare(self) -> bool:
         """Whether the next look can wait: many agreed, and glances would see another surface."""
         memory = self.memory
         return memory.glances and memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
 
-    def _begin_look(self, look: Looking) -> None:
-        self.memory.look, self._going = look, self._parts_of(look)
-
-    def _part(self, look: Looking) -> None:
-        """Do the next part of what is under way, or some of them at slow rates."""
-        memory, going = self.memory, self._going
-        size = self._gauges * (look.end - look.begin)
-        for _ in range(max(self._parts, min(LIGHT // size, MOST_PARTS))):
-            memory.look = look = look._replace(parts=look.parts + 1)
-            try:
-                next(going)  # type: ignore[arg-type]
-            except StopIteration as told:
-                memory.look, self._going = None, None
-                if look.trial_s == look.trial_s:
-                    self._weigh(told.value, look.score)
-                else:
-                    self._conclude(told.value, look)
-                return
-
-    def _parts_of(self, look: Looking) -> Pieces:
-        task = self._task(look.begin, look.end, look.breaks)
-        return LineSearch(task).run() if look.trial_s != look.trial_s else sharpness(task, look.trial_s)
+    def _advance(self, search: Spread) -> None:
+        """Do the next piece of what is under way, or some of them at slow rates."""
+        size = self._gauges * len(search.task.task.rows)
+        for _ in range(max(self._pieces, min(LIGHT // size, MOST_PIECES))):
+            result = search.advance()
+            if result is not None:
+                self.memory.search = None
+                if isinstance(result, Finding):
+                    return self._conclude(result, search.task)
+                return self._weigh(result, search.task.score)
 
     def _glances(self, found: Finding) -> bool:
         """Whether a glance tells: what a look takes out of the readings it would see, and where the line is not most of
@@ -321,25 +312,26 @@ class Follower:
         over = int(np.searchsorted(path, path[-1] - min(memory.limit, self._span))) if len(path) else 0
         return begin + over
 
-    def _task(self, begin: int, end: int, breaks: tuple[int, ...]) -> Task:
+    def _task(self, begin: int, end: int) -> Task:
         memory, options = self.memory, self.options
         rows = memory.cells.between(begin, end).copy()
         # Differences are all that counts: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
+        breaks = tuple(cell - begin for cell in memory.cells.breaks if begin < cell < end)
         return Task(
-            rows, tuple(b - begin for b in breaks if begin < b < end), options.low, options.high, self._grid,
+            rows, breaks, options.low, options.high, self._grid,
             self._size, memory.late_s, memory.late_variance, memory.known[0] if memory.agreed else 0.0,
             memory.proved, options.hums_Hz, memory.hums_Hz, options.rate_Hz, options.ridge_pitch_mm,
         )  # fmt: skip
 
-    def _conclude(self, found: Finding, look: Looking) -> None:
-        """What a look that is done adds."""
-        memory, end = self.memory, look.end
+    def _conclude(self, found: Finding, search: Search) -> None:
+        """What a search that is done adds."""
+        memory, end = self.memory, search.end
         memory.looked = end
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
             if found.score > 0:
-                self._begin_look(look._replace(parts=0, trial_s=self._trials[memory.trial], score=found.score))
+                memory.search = Spread(search._replace(trial_s=self._trials[memory.trial], score=found.score))
         if self._held(found):
             memory.doubted = False
             return
@@ -349,10 +341,10 @@ class Follower:
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
-        memory.hop = max(HOP, int(SPARE * (end - look.begin))) if tried and memory.glances else self._soon()
+        memory.hop = max(HOP, int(SPARE * (end - search.begin))) if tried and memory.glances else self._soon()
         good = found.status.good
         if good:
-            memory.origin = look.origin
+            memory.origin = search.origin
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
             # A surface that is found again, as where contact was lost, is known.
             again = memory.changed and abs(found.wavenumber / max(memory.proved, 1e-12) - 1) < AGREED
@@ -386,7 +378,7 @@ class Follower:
     def _soon(self) -> int:
         """Cells until the next look; at slow rates, where one takes few samples, a part of the longest wavelength."""
         along = SOON * self.options.high / max(self._cell, self.memory.step)
-        return HOP if self._parts == 1 else min(max(int(along), 2), HOP)
+        return HOP if self._pieces == 1 else min(max(int(along), 2), HOP)
 
     def _held(self, found: Finding) -> bool:
         """Whether a look sees the line that many agreed on, though its phases are too disturbed to sharpen it."""

@@ -1,36 +1,39 @@
-"""One look at the latest path: which lines it has, which of them belong to the surface, and the wavelength of the best.
+"""A search for the wavelength in the latest path: its lines, which of them the surface makes, and their period.
 
-A look is made of parts of some tens of microseconds, one a sample, so that none takes long. What is found:
+Readings y(x) over the path x hold the surface's lines, sum a_n exp(2 pi i n k x), with k the wavenumber that is wanted,
+lines over time (hum, resonances), drift and noise; the path itself may be late by some milliseconds. The highest peak
+of a spectrum is often wrong: it may be hum, a harmonic, or the mean of both. Hence, in this order:
 
-- lines over the path, against the background beside them, with the chance that noise makes them;
-- whether such a line is one over time instead (hum, resonance): of a line over the path and the lines over time, each
-  is credited with the energy that the others cannot explain. Where the speed hardly changed they are the same, and
-  only the frequency can tell;
-- the fundamental: a wavelength of which all others are harmonics, be it weak or out of the range;
-- the wavenumber from the phases of all harmonics, with the lateness of the path beside it.
+1. lines over the path, against the background beside each, with the chance that noise makes them;
+2. for each of them: path or time? Either is credited with the energy that the other cannot explain. Where the speed
+   hardly changed they are the same wave, and only the frequency can tell (status: constant speed);
+3. the fundamental: the k of which the chosen line and the others are harmonics, be it weak or out of the range;
+4. k from the phases of all harmonics along the path (`tracking.refine`), with the delay of the path beside it.
+
+A search is spread over some forty samples, tens of microseconds each. It fails where a surface has no period, and
+where the path is wrong by more than a fraction of the wavelength within a stroke.
 """
-
-from dataclasses import replace
 
 import numpy as np
 
-from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, Period, fundamental_of, hints, lone
+from papilla.estimators.fundamental import (
+    CONFIRMED,
+    FAINT,
+    SLACK,
+    SUBHARMONICS,
+    Period,
+    fundamental_of,
+    hints,
+    lone,
+    no_multiples,
+)  # fmt: skip
 from papilla.estimators.spectrum import Line, Strokes, middle, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.time_lines import (
-    GRID,
-    HARMONICS,
-    MAINS_HZ,
-    Task,
-    credits_of,
-    forward,
-    levelled,
-    silenced,
-    window_of,
-)
+from papilla.estimators.tracking.search_task import GRID, Task, window_of
+from papilla.estimators.tracking.time_lines import HARMONICS, MAINS_HZ, credits_of, forward, levelled, silenced
 
 BENT = 0.04
 """Periods (RMS, under the taper of a stroke) by which a path must leave the straight line over time for the two to be
@@ -62,7 +65,7 @@ BAND, SHOWN = 0.45, 0.4
 
 
 class LineSearch:
-    """A look at a task; `run` does it, and tells what was found."""
+    """A search in a task; `run` does it and returns what was found."""
 
     def __init__(self, task: Task):
         self._task, self.finding = task, Finding(late_s=task.late_s, late_variance=task.late_variance)
@@ -70,25 +73,26 @@ class LineSearch:
         self._strokes: Strokes
 
     def run(self) -> Pieces[Finding]:
-        """LineSearch."""
+        """Search."""
+        task, finding = self._task, self.finding
         found = yield from self._line()
         if found is None:
-            return self.finding
+            return finding
         chosen, status, refused = found
         fundamental, other, _ = yield from self._fundamental(chosen)
         bent = self._bend * chosen.wavenumber > BENT
-        if status == TrackingStatus.CONSTANT_SPEED and not bent and self._alone(fundamental):
+        if status == TrackingStatus.CONSTANT_SPEED and not bent and self._motor_like(fundamental):
             status = TrackingStatus.LONE
         self._hum = self._cleaned or refused
         if self._hum or not bent:
-            # What time does is as sharp at any lateness, and at a constant speed so is everything.
-            self.finding = replace(self.finding, score=0.0)
-        if fundamental * 1.02 < 1 / self._task.high:
+            # Lines over time are as sharp at any delay, and at a constant speed so are all lines.
+            finding.score = 0.0
+        if fundamental * 1.02 < 1 / task.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # What was known is nearer to what the phases will say than the place of a peak is.
-        near = abs(self._task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
-        self.finding = replace(self.finding, other=other)
-        self._wavenumber, self._late = self._task.before if near else fundamental, self._task.late_s
+        near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
+        finding.other = other
+        self._wavenumber, self._late = task.before if near else fundamental, task.late_s
         yield
         self._level = self._noise(fundamental)
         yield
@@ -110,14 +114,12 @@ class LineSearch:
             return None
         yield from self._over_time()
         mains = self._mains()
-        if mains and not (yield from self._cleared(mains)):
-            return None
-        return (yield from self._chosen())
+        return (yield from (self._chosen_without(mains) if mains else self._chosen()))
 
     def _guess(self, wavenumber: float, status: TrackingStatus) -> Finding:
-        """A wavenumber that is told, but not as one that may be used."""
-        sigma = 0.3 / self._strokes.extent
-        self.finding = replace(self.finding, status=status, wavenumber=wavenumber, sigma=sigma)
+        """The finding of a wavenumber that may not be used."""
+        self.finding.status, self.finding.wavenumber = status, wavenumber
+        self.finding.sigma = 0.3 / self._strokes.extent
         return self.finding
 
     def _gathered(self, late_s: float) -> Pieces[bool]:
@@ -135,7 +137,7 @@ class LineSearch:
 
     def _detected(self) -> Pieces[bool]:
         """Whether there are lines over the path, within reach of what the steps and the extent show."""
-        task = self._task
+        task, finding = self._task, self.finding
         self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.grid(self._place), task.size)
         if not np.isfinite(spectrum.own).any():
             return False
@@ -152,20 +154,16 @@ class LineSearch:
         ]
         self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_LINES]
         self._inside = [line for line in self._lines if 1 / task.high <= line.wavenumber <= highest]
-        self.finding = replace(
-            self.finding,
-            extent=self._strokes.extent,
-            lines=tuple((1 / line.wavenumber, line.ratio, line.chance) for line in self._inside),
-            score=max((line.ratio for line in found if line.wavenumber >= 1 / task.high), default=0.0),
-        )
+        finding.extent = self._strokes.extent
+        finding.lines = tuple((1 / line.wavenumber, line.ratio, line.chance) for line in self._inside)
+        finding.score = max((line.ratio for line in found if line.wavenumber >= 1 / task.high), default=0.0)
         if not self._inside:
             near = [line for line in found if 1 / task.high <= line.wavenumber <= highest]
             if near:
                 self._guess(max(near, key=lambda line: line.amplitude).wavenumber, TrackingStatus.SEARCHING)
             elif self._lines:
-                self.finding = replace(self.finding, status=TrackingStatus.OUT_OF_RANGE)
-            if self._cleaned:
-                self.finding = replace(self.finding, score=0.0)
+                finding.status = TrackingStatus.OUT_OF_RANGE
+            finding.score *= not self._cleaned
         return bool(self._inside)
 
     def _over_time(self) -> Pieces[None]:
@@ -174,13 +172,7 @@ class LineSearch:
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
         self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
         self._usual = float(np.average(self._speed, weights=self._strokes.weight))
-        bends = []
-        for first, last in zip(self._begin[:-1], self._begin[1:], strict=True):
-            t, x, weight = time[first:last], self._place[first:last], self._strokes.weight[first:last]
-            t, x = t - (weight @ t) / weight.sum(), x - (weight @ x) / weight.sum()
-            off = x - t * ((weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
-            bends.append(float(weight @ off**2 / weight.sum()) ** 0.5)
-        self._bend = max(bends)
+        self._bend = max(bend_of(time[r], self._place[r], self._strokes.weight[r]) for r in self._strokes.rows)
         fastest = share_of(self._speed, 0.95)
         step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
         self._time_lines = self._known_hums()
@@ -202,13 +194,11 @@ class LineSearch:
             origin = yield from self._origin(line)
             if origin == TrackingStatus.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
-                if (yield from self._cleared(self._time_lines)):
-                    return (yield from self._chosen())
-                return None
+                return (yield from self._chosen_without(self._time_lines))
             if origin != TrackingStatus.TIME_LOCKED and not self._hidden(line, hums):
                 return line, origin, bool(hums)
             hums.append(line)
-        self.finding = replace(self._guess(self._inside[0].wavenumber, TrackingStatus.TIME_LOCKED), score=0.0)
+        self._guess(self._inside[0].wavenumber, TrackingStatus.TIME_LOCKED).score = 0.0
         return None
 
     def _mains(self) -> list[Line]:
@@ -216,21 +206,18 @@ class LineSearch:
         lingers at their frequency; none where time and path are the same."""
         if self._cleaned or self._bend * self._inside[0].wavenumber < BENT:
             return []
-        exact = [(line, self._exact(line.wavenumber)) for line in self._time_lines]
-        return [
-            line._replace(wavenumber=hum)
-            for line, hum in exact
-            if hum in self._task.hums_Hz and line.chance < FALSE_ALARM and line.amplitude > self._inside[0].amplitude
-        ]
+        sure = [line for line in self._time_lines if line.chance < FALSE_ALARM]
+        loud = [line for line in sure if line.amplitude > self._inside[0].amplitude]
+        exact = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in loud]
+        return [line for line in exact if line.wavenumber in self._task.hums_Hz]
 
-    def _cleared(self, hums: list[Line]) -> Pieces[bool]:
-        """Whether there are lines over the path in what is left without lines over time."""
+    def _chosen_without(self, hums: list[Line]) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
+        """What `_chosen` returns of what is left of the readings without lines over time; None for no line."""
         self._cleaned = True
         self._strokes = yield from silenced(self._strokes, self._time, hums)
         most = max(hum.amplitude for hum in hums)
-        loud = tuple(hum.wavenumber for hum in hums if hum.amplitude > 0.2 * most)
-        self.finding = replace(self.finding, hums_Hz=loud)
-        return (yield from self._detected())
+        self.finding.hums_Hz = tuple(hum.wavenumber for hum in hums if hum.amplitude > 0.2 * most)
+        return (yield from self._chosen()) if (yield from self._detected()) else None
 
     def _ranked(self) -> list[Line]:
         """Lines in the range, strongest first; the one that is known comes first while nothing is much stronger."""
@@ -263,7 +250,7 @@ class LineSearch:
         frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), 1e-9)
         return any(abs(frequency - hum) < resolution for hum in self._task.hums_Hz if hum <= highest_Hz)
 
-    def _alone(self, wavenumber: float) -> bool:
+    def _motor_like(self, wavenumber: float) -> bool:
         """Whether a line may be a motor's or a mount's: at their frequencies, and without a sign of the harmonics that
         most surfaces have, though the sampling rate would show the second one."""
         frequency = wavenumber * self._usual
@@ -290,13 +277,7 @@ class LineSearch:
         # A harmonic of the mains is theirs only where they are.
         bent = self._bend * k > BENT
         humming = not bent and any(self._near_hum(line, max(MAINS_HZ)) for line in self._lines)
-        others = [
-            line
-            for line in self._lines
-            if line.amplitude > FAINT * chosen.amplitude
-            and abs(line.wavenumber - round(line.wavenumber / k) * k) > reach
-        ]
-
+        others = no_multiples([line for line in self._lines if line.amplitude > FAINT * chosen.amplitude], k, reach)
         own = set()
         for line in others:
             timed = humming and self._near_hum(line)
@@ -326,18 +307,11 @@ class LineSearch:
         """The strokes without lines of time, and without the lines over the path of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
-            known, near = (*self._task.known_hums_Hz, *self.finding.hums_Hz), 1 / max(np.ptp(self._time), 1e-9)
-            hums = [
-                line
-                for line in self._time_lines
-                if any(abs(line.wavenumber - hum) < 2 * near for hum in (*known, *self._task.hums_Hz))
-            ]
+            known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._task.hums_Hz))
+            near = 2 / max(np.ptp(self._time), 1e-9)
+            hums = [line for line in self._time_lines if (np.abs(line.wavenumber - known) < near).any()]
             strokes = yield from silenced(strokes, self._time, hums, wavenumber)
-        foreign = [
-            line
-            for line in self._lines
-            if abs(line.wavenumber - max(round(line.wavenumber / wavenumber), 1) * wavenumber) > 2 / strokes.extent
-        ]
+        foreign = no_multiples(self._lines, wavenumber, 2 / strokes.extent)
         strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
         below = self._spectrum.power[1 : int(1 / self._task.high / self._spectrum.step)].max(initial=0.0)
         # Where the speed changes, what is slow is mostly the force's, and a doubt.
@@ -398,29 +372,21 @@ class LineSearch:
         if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
             # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
             status = TrackingStatus.TIME_LOCKED if refused else TrackingStatus.INCOHERENT
-        kept, kept_sigma = yield from self._newest()
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
         power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
+        finding, estimated = self.finding, self._task.late_variance > 0
         # A velocity behind a low-pass is late too, and smaller: of strokes that swing at w by (w T)^2 / 2, two sigmas,
         # which no reading shows.
-        smaller = 0.25 * (np.pi * self._late / self._spans.max()) ** 2 * (self._task.late_variance > 0)
-        return replace(
-            self.finding,
-            status=status,
-            wavenumber=self._wavenumber,
-            sigma=float(np.hypot(fit.covariance[0, 0] ** 0.5, smaller * self._wavenumber)),
-            late_s=self._late,
-            late_variance=float(fit.covariance[1, 1]) if self._task.late_variance > 0 else 0.0,
-            phase=tuple(angle.tolist()),
-            phase_sigma=tuple(spread.tolist()),
-            amplitude=tuple(last.tolist()),
-            noise=tuple(self._level[0].tolist()),
-            kept=kept,
-            kept_sigma=kept_sigma,
-            mixed=refused,
-        )
+        smaller = 0.25 * (np.pi * self._late / self._spans.max()) ** 2 * estimated
+        finding.status, finding.wavenumber = status, self._wavenumber
+        finding.sigma = float(np.hypot(fit.covariance[0, 0] ** 0.5, smaller * self._wavenumber))
+        finding.late_s, finding.late_variance = self._late, float(fit.covariance[1, 1]) if estimated else 0.0
+        finding.phase, finding.phase_sigma = tuple(angle.tolist()), tuple(spread.tolist())
+        finding.amplitude, finding.noise = tuple(last.tolist()), tuple(self._level[0].tolist())
+        finding.kept, finding.kept_sigma, finding.mixed = *(yield from self._newest()), refused
+        return finding
 
     def _newest(self) -> Pieces[tuple[float, float]]:
         """Share of the amplitude that the newest whole periods have, and its sigma; of as many periods as it takes to
@@ -439,13 +405,20 @@ class LineSearch:
         return kept, sigma
 
 
+def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
+    """How far a stroke leaves the straight line over time: root mean square in mm, under its weights (m,)."""
+    total = float(weight.sum())
+    t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
+    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
+    return (float(weight @ off**2) / total) ** 0.5
+
+
 def sharpness(task: Task, late_s: float) -> Pieces[float]:
     """Power over the background of the sharpest line if the path were late by this, 0 where none can be told."""
     window = window_of(task, late_s)
     if window is None:
         return 0.0
-    _, place, _, _, begin, readings = window
-    strokes = yield from strokes_of(place, readings, begin)
-    spectrum = yield from spectrum_of(strokes, task.grid(place), task.size)
-    lines = yield from spectrum.lines(1 / task.high, task.highest(place), MOST_LINES)
+    strokes = yield from strokes_of(window.place, window.readings, window.begin)
+    spectrum = yield from spectrum_of(strokes, task.grid(window.place), task.size)
+    lines = yield from spectrum.lines(1 / task.high, task.highest(window.place), MOST_LINES)
     return max((line.ratio for line in lines), default=0.0)

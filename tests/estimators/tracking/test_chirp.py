@@ -93,7 +93,7 @@ def test_a_state_saved_while_it_searches_or_follows_goes_on_bit_for_bit():
     tracker, searched = ChirpTracker(), 0
     for number, row in enumerate(block.tolist()):
         tracker.update(row)
-        looking = tracker.state.look is not None
+        looking = tracker.state.search is not None
         if (looking and searched < 4 and number % 11 == 0) or number == 600:
             searched += looking
             other = ChirpTracker()

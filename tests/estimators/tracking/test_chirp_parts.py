@@ -300,15 +300,15 @@ def test_a_better_fit_is_looked_for_twice_a_second_or_sooner_in_doubt(doubt, wai
     own = tracker_of(stroke_of(), doubt=doubt, waited=waited, price=-70.0)
     own._search()
     memory = own._memory
-    assert (memory.look is not None) == begins
+    assert (memory.search is not None) == begins
     if begins:
         assert memory.rival == -90.0 and memory.waited == 0
-        np.testing.assert_array_equal(memory.look.readings, own._latest()[-len(own._middle) :])
+        np.testing.assert_array_equal(memory.search.task.readings, own._latest()[-len(own._middle) :])
     moving = np.random.default_rng(1).standard_normal(own._window) + 2 * np.sin(0.3 * np.arange(own._window))
     for readings, idle in ((None, True), (moving, False), (moving - 2 * np.linspace(-5, 5, own._window) ** 2, False)):
         own = tracker_of(None, readings, waited=0)
         own._search()
-        assert own._memory.idle == idle == (own._memory.look is None), "at once, but not in noise alone"
+        assert own._memory.idle == idle == (own._memory.search is None), "at once, but not in noise alone"
 
 
 @pytest.mark.parametrize(

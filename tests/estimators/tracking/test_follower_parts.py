@@ -1,5 +1,6 @@
 """The follower by itself: on each side of every limit, what it says, what it keeps, and what it begins anew."""
 
+import copy
 import math
 from dataclasses import replace
 
@@ -7,9 +8,11 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
+from papilla.estimators.spread import Spread
 from papilla.estimators.tracking import TrackingStatus as Status
 from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.follower import Follower, Looking, checked
+from papilla.estimators.tracking.follower import Follower, Search, checked
+from papilla.estimators.tracking.search_task import Task
 
 RATE, LOW, HIGH = 1000.0, 0.5, 4.0
 TRUE = 1 / 1.7
@@ -193,18 +196,21 @@ def test_a_task_is_of_differences_and_of_the_strokes_inside():
     own = made(latency_s=0.01)
     walked(own, 8.0, begin=1e6, time=3e4)
     knowing(own, known=(TRUE, 0.01), proved=0.6, hums_Hz=(50.0,))
-    task = own._task(10, 60, (3, 10, 25, 60, 70))
+    own.memory.cells.breaks = [3, 10, 25, 60, 70]
+    task = own._task(10, 60)
     assert task.breaks == (15,) and len(task.rows) == 50
     assert task.rows[0, :2] == pytest.approx([0, 0]) and task.rows[-1, :2] == pytest.approx([49 * 0.004, 49 * 0.08])
     np.testing.assert_array_equal(task.rows[:, 2:], own.memory.cells.between(10, 60)[:, 2:])
     assert (task.low, task.high, task.late_s, task.late_variance, task.proved) == (LOW, HIGH, 0.01, 0.0, 0.6)
     assert task.known_hums_Hz == (50.0,) and task.before == 0.0
     own.memory.agreed = 1
-    assert own._task(10, 60, ()).before == TRUE
+    assert own._task(10, 60).before == TRUE
 
 
-def looking(begin=0, end=200, **some):
-    return Looking(begin, end, (), 0.0, **some)
+def search_in(cells=200):
+    """A search in so many cells; what is in them does not matter."""
+    task = Task(np.zeros((cells, 4)), (), LOW, HIGH, LOW / 4, 64, 0.0, 0.0, 0.0, 0.0, (), (), RATE, 0.0)
+    return Search(task, 0, cells, 0.0)
 
 
 def found_of(wavenumber=TRUE, sigma=1e-4, status=Status.OK, **some):
@@ -214,7 +220,7 @@ def found_of(wavenumber=TRUE, sigma=1e-4, status=Status.OK, **some):
 def concluded(found, latency_s=0.0, **known):
     own = made(latency_s=latency_s)
     walked(own, 20.0)
-    knowing(own, **known)._conclude(found, looking())
+    knowing(own, **known)._conclude(found, search_in())
     return own.memory
 
 
@@ -288,7 +294,7 @@ def test_a_line_that_many_looks_agreed_on_is_held_while_its_phases_are_disturbed
     walked(own, 2.0)
     knowing(own, **({"agreed": 5, "proved": TRUE, "known": (TRUE, 1e-4), "doubted": True} | known))
     changed = replace(smeared, **found)
-    own._conclude(changed, looking(0, 20))
+    own._conclude(changed, search_in(20))
     assert (own.memory.known == (TRUE, 1e-4) and own.memory.agreed == (known or {"agreed": 5})["agreed"]) == held
     assert not own.memory.doubted and (own.memory.finding is changed) != held
 
@@ -349,7 +355,7 @@ def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
         own = made()
         for number in range(1, 1501):
             place = 0.02 * number
-            own.memory.look, own.memory.looked = None, max(own.memory.cells.end - 20, 0)
+            own.memory.search, own.memory.looked = None, max(own.memory.cells.end - 20, 0)
             own.advance(number / RATE, place, (math.cos(2 * math.pi * TRUE * place) * (place < stops),))
         known = {"finding": found_of(amplitude=(1.0 + 0j,), noise=(0.01,)), "agreed": 2, "glances": True}
         knowing(own, **known, looked=own.memory.cells.end - 20)
@@ -360,67 +366,64 @@ def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
         assert not own._glance(end), "less path than the look had"
 
 
-def endless(own):
-    """Looks that are never done: how many parts of them were asked for."""
+@pytest.fixture
+def endless(monkeypatch):
+    """Searches that are never done: how many pieces of them were asked for."""
     asked = []
 
-    def parts(look):
+    def pieces(search):
         while True:
-            asked.append(look)
+            asked.append(search)
             yield
 
-    own._parts_of = parts
+    monkeypatch.setattr(Search, "run", pieces)
     return asked
 
 
 @pytest.mark.parametrize(
-    "rate, gauges, cells, parts", [(1000.0, 1, 400, 2), (1000.0, 1, 600, 1), (1000.0, 2, 400, 1), (1000.0, 5, 400, 1),
+    "rate, gauges, cells, pieces", [(1000.0, 1, 400, 2), (1000.0, 1, 600, 1), (1000.0, 2, 400, 1), (1000.0, 5, 400, 1),
                                    (1000.0, 1, 90, 2), (100.0, 5, 400, 12), (400.0, 5, 400, 3), (5000.0, 5, 400, 1)]
 )  # fmt: skip
-def test_a_sample_does_so_much_of_a_look(rate, gauges, cells, parts):
-    """1200 parts a second at slow rates; two at a time where they are half as long."""
+def test_a_sample_does_so_much_of_a_search(rate, gauges, cells, pieces, endless):
+    """1200 pieces a second at slow rates; two at a time where they are half as long."""
     own = made(rate=rate, gauges=gauges)
-    endless(own)
-    own._begin_look(looking(0, cells))
-    own._part(own.memory.look)
-    assert own.memory.look.parts == parts
+    own.memory.search = Spread(search_in(cells))
+    own._advance(own.memory.search)
+    assert own.memory.search.done == pieces == len(endless)
 
 
-def test_looks_begin_every_24_cells_and_a_doubt_begins_one_at_once():
+def test_searches_begin_every_24_cells_and_a_doubt_begins_one_at_once(endless):
     own = made()
-    endless(own)
     walked(own, 23.5 * 0.08)
-    assert own.memory.cells.end == 23 and own.memory.look is None
+    assert own.memory.cells.end == 23 and own.memory.search is None
     walked(own, 0.16, begin=23.5 * 0.08, time=0.1)
-    look = own.memory.look
-    assert (look.begin, look.end) == (0, 24) and look.origin == pytest.approx(0.05)
+    search = own.memory.search.task
+    assert (search.begin, search.end) == (0, 24) and search.origin == pytest.approx(0.05)
     knowing(own, doubted=True, looked=own.memory.cells.end)
     own._go_on()
-    assert own.memory.look is not None and own.memory.look.parts == 0
+    assert own.memory.search is not None and own.memory.search.done == 0
     # Of less path than 24 cells there is no look.
     knowing(own, begin=own.memory.cells.end - 20, looked=0)
     own._go_on()
-    assert own.memory.look is None and own.memory.looked == own.memory.cells.end
+    assert own.memory.search is None and own.memory.looked == own.memory.cells.end
     knowing(own, looked=own.memory.cells.end - 23)
     own._go_on()
-    assert own.memory.look is None and own.memory.waited == 1
+    assert own.memory.search is None and own.memory.waited == 1
     knowing(own, looked=own.memory.cells.end - 24)
     own._go_on()
-    assert own.memory.look is not None and own.memory.waited == 0
+    assert own.memory.search is not None and own.memory.waited == 0
 
 
-def test_a_look_that_was_under_way_is_gone_on_with_where_it_was():
+def test_a_search_that_was_under_way_is_gone_on_with_where_it_was(endless):
     own = made()
-    asked = endless(own)
     walked(own, 3.0)
-    memory = own.memory
-    parts = memory.look.parts
-    assert parts > 3
-    asked.clear()
-    own.remember(memory)
-    assert len(asked) == parts
+    done = own.memory.search.done
+    assert done > 3
+    endless.clear()
+    own.remember(copy.deepcopy(own.memory))
+    assert len(endless) == done
     walked(own, 0.02, begin=3.0, time=0.2)
-    assert own.memory.look.parts == parts + 2 == len(asked)
+    assert own.memory.search.done == done + 2 == len(endless)
 
 
 def test_every_lateness_is_tried_in_turn_after_a_look_with_a_line():
@@ -429,15 +432,15 @@ def test_every_lateness_is_tried_in_turn_after_a_look_with_a_line():
     knowing(own)
     count = len(own._trials)
     for turn in range(1, count + 3):
-        own.memory.look = None
-        own._conclude(found_of(score=40.0, late_variance=1e-6), looking())
-        assert own.memory.trial == turn % count and own.memory.look.trial_s == own._trials[turn % count]
-        assert own.memory.look.score == 40.0 and own.memory.look.parts == 0
-    own.memory.look = None
-    own._conclude(found_of(score=0.0), looking())
-    assert own.memory.look is None, "of no line there is none that is sharper"
+        own.memory.search = None
+        own._conclude(found_of(score=40.0, late_variance=1e-6), search_in())
+        assert own.memory.trial == turn % count and own.memory.search.task.trial_s == own._trials[turn % count]
+        assert own.memory.search.task.score == 40.0 and own.memory.search.done == 0
+    own.memory.search = None
+    own._conclude(found_of(score=0.0), search_in())
+    assert own.memory.search is None, "of no line there is none that is sharper"
     stated = made(latency_s=0.0)
     walked(stated, 20.0)
-    stated.memory.look = None
-    stated._conclude(found_of(score=40.0), looking())
-    assert stated.memory.look is None and stated.memory.trial == 0
+    stated.memory.search = None
+    stated._conclude(found_of(score=40.0), search_in())
+    assert stated.memory.search is None and stated.memory.trial == 0

@@ -1,0 +1,82 @@
+"""What a search for lines is given: the latest rows of the path, and what is known of them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla.estimators.spectrum import longest_strokes, middle, share_of
+
+GRID = 4
+"""Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
+FEWEST_WAVES = 4.0
+"""Of the shortest wavelengths that the longest stroke must hold."""
+
+
+class Task(NamedTuple):
+    """rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
+
+    low, high : wavelengths in mm; step, size : the grid; late_s : delay of the path behind the readings, and its
+    variance (0: known); before : the wavenumber that was known, 0 for none; proved : the one that many searches agreed
+    on, 0 for none. hums_Hz : frequencies that a line over time may have, known_hums_Hz : those it had of late;
+    rate_Hz : of the samples. ridge_pitch_mm : of the finger's own ridges, 0 where there are none or it is unknown.
+    """
+
+    rows: np.ndarray
+    breaks: tuple[int, ...]
+    low: float
+    high: float
+    step: float
+    size: int
+    late_s: float
+    late_variance: float
+    before: float
+    proved: float
+    hums_Hz: tuple[float, ...]
+    known_hums_Hz: tuple[float, ...]
+    rate_Hz: float
+    ridge_pitch_mm: float
+
+    def highest(self, place: np.ndarray) -> float:
+        """The highest wavenumber of the range that the steps between these places show."""
+        return min(1 / self.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
+
+    def grid(self, place: np.ndarray) -> float:
+        """Step of the grid in mm: the path's own where that is longer. Images of a line, which even steps make, then
+        fall on the line itself, and not, folded, beside it as a line of another texture."""
+        return max(self.step, middle(np.abs(np.diff(place))))
+
+
+class Window(NamedTuple):
+    """time, place, samples (m,) and number of the stroke (m,) of each row; begin (s + 1,) : where strokes begin;
+    readings (m, g)."""
+
+    time: np.ndarray
+    place: np.ndarray
+    samples: np.ndarray
+    stroke: np.ndarray
+    begin: np.ndarray
+    readings: np.ndarray
+
+
+def window_of(task: Task, late_s: float) -> Window | None:
+    """The strokes of a task that are long enough; None where there are none.
+
+    The path is late: at a time t the finger is where the path says at t + late.
+    """
+    rows = task.rows
+    time, place = rows[:, 0], rows[:, 1]
+    breaks = np.array(task.breaks, int)
+    if late_s:
+        at = time + late_s
+        known = (at >= time[0]) & (at <= time[-1])
+        # Where the path turned at t + late, the finger did at t.
+        breaks = np.searchsorted(at, time[breaks]) - int(known.argmax())
+        rows, place, time = rows[known], np.interp(at[known], time, place), time[known]
+    found = longest_strokes(
+        place, [0, *(b for b in breaks.tolist() if 0 < b < len(rows)), len(rows)], FEWEST_WAVES * task.low
+    )
+    if found is None:
+        return None
+    index, begin = found
+    stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
+    return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, 3:])
