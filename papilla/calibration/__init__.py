@@ -1,30 +1,15 @@
 """The calibration record (NumPy; pydantic to load a file): `papilla.calibrate` makes it, estimators use it."""
 
-from papilla.calibration.readouts import (
-    IDENTIFIABLE,
-    LEVEL,
-    NORMAL_FACTOR,
-    GaugeSurface,
-    PositionTerms,
-    SdSurface,
-    SoftnessStatus,
-    Uncertainty,
-)
-from papilla.calibration.record import Calibration, Inversion, Quadratic, QuadraticInverse
-from papilla.calibration.surface import Surface
-
-__all__ = [
-    "IDENTIFIABLE",
-    "LEVEL",
-    "NORMAL_FACTOR",
-    "Calibration",
-    "GaugeSurface",
-    "Inversion",
-    "PositionTerms",
-    "Quadratic",
-    "QuadraticInverse",
-    "SdSurface",
-    "SoftnessStatus",
-    "Surface",
-    "Uncertainty",
-]
+from papilla.calibration.readouts import IDENTIFIABLE as IDENTIFIABLE
+from papilla.calibration.readouts import LEVEL as LEVEL
+from papilla.calibration.readouts import NORMAL_FACTOR as NORMAL_FACTOR
+from papilla.calibration.readouts import GaugeSurface as GaugeSurface
+from papilla.calibration.readouts import PositionTerms as PositionTerms
+from papilla.calibration.readouts import SdSurface as SdSurface
+from papilla.calibration.readouts import SoftnessStatus as SoftnessStatus
+from papilla.calibration.readouts import Uncertainty as Uncertainty
+from papilla.calibration.record import Calibration as Calibration
+from papilla.calibration.record import Inversion as Inversion
+from papilla.calibration.record import Quadratic as Quadratic
+from papilla.calibration.record import QuadraticInverse as QuadraticInverse
+from papilla.calibration.surface import Surface as Surface

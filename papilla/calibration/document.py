@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, TypeAdapter, ValidationError
-from pydantic_core import core_schema
+from pydantic import Field, PlainValidator, TypeAdapter, ValidationError
 
 from papilla.calibration.compact import TERMS as COMPACT_TERMS
 from papilla.calibration.compact import Compact
@@ -107,42 +106,34 @@ def _plain(value: Any) -> Any:
 # ---- What is accepted
 
 
-class _Numbers:
+def _numbers(*shape: int, gaps: bool = False, least: float = -math.inf) -> Any:
     """Nested lists of finite numbers as an array of a shape (any, where it is empty).
 
     gaps : null stands for NaN, which JSON has not; least : no number may be below it.
     """
 
-    def __init__(self, *shape: int, gaps: bool = False, least: float = -math.inf):
-        self._shape, self._gaps, self._least = shape, gaps, least
-
-    def __get_pydantic_core_schema__(self, _source, _handler):
-        return core_schema.no_info_plain_validator_function(self._array)
-
-    def _array(self, values) -> np.ndarray:
+    def array(values: Any) -> np.ndarray:
         found = np.array(values, dtype=object)
-        flat = [math.nan if value is None and self._gaps else value for value in found.ravel().tolist()]
+        flat = [math.nan if value is None and gaps else value for value in found.ravel().tolist()]
         if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
             raise InputError("must be a list of numbers, each row as long as the others")
         try:
             numbers = np.array(flat, dtype=float).reshape(found.shape)
         except OverflowError:
             numbers = np.array([math.inf])
-        if np.isinf(numbers).any() or (np.isnan(numbers).any() and not self._gaps):
+        if np.isinf(numbers).any() or (np.isnan(numbers).any() and not gaps):
             raise InputError("must hold finite numbers alone")
-        if (numbers < self._least).any():
+        if (numbers < least).any():
             raise InputError("must not be negative")
-        return _shaped("", numbers, self._shape or numbers.shape)
+        return _shaped("", numbers, shape or numbers.shape)
+
+    return Annotated[Any, PlainValidator(array)]
 
 
 def _shaped(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     if array.shape != shape:
         raise InputError(f"{name} must be a list of {' x '.join(map(str, shape))} finite numbers".strip())
     return array
-
-
-def _numbers(*shape: int, gaps: bool = False, least: float = -math.inf) -> Any:
-    return Annotated[np.ndarray, _Numbers(*shape, gaps=gaps, least=least)]
 
 
 def _surface(force_N, modulus_MPa, cells, coefficients) -> Surface:

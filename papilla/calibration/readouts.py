@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibration.surface import POWERS, Axis, PointSurface, Surface, inside, power_vector
+from papilla.calibration.surface import Axis, Spline, Surface, in_domain, inside
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
 from papilla.status import Status
@@ -17,9 +17,10 @@ LEVEL = 0.95
 NORMAL_FACTOR = 1.959963984540054
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
 
-
-BISECTIONS = 30
-"""Halvings that find the reach of an interval to nine digits."""
+ONE_SIDED_FACTOR = 1.6448536269514722
+"""The same of one end alone: 5 % of a normal distribution lie beyond it."""
+NEWTON_STEPS = 5
+"""Steps that find the reach of an interval between the two to rounding."""
 
 IDENTIFIABLE = 0.5
 """sigma_E / E above which a modulus is called not identifiable (the sensor cannot tell)."""
@@ -87,63 +88,53 @@ class Uncertainty:
         """One sigma of the value at a force and middling moduli, friction apart: fit, mesh, strain, and the rest."""
         known = self.identified or self.form
         middle = 0.0 if known is None else 0.5 * sum(map(math.log, known.modulus_MPa))
-        spread = self._spread_at(math.log(force_N), middle).values()
-        return math.hypot(self.fit_rms, self.mesh_sigma_at(force_N), self.strain, *spread)
-
-    def mesh_sigma_at(self, force_N: float) -> float:
-        """One sigma of the mesh at a force: its scatter, and what few meshes leave open of that."""
-        return self.scatter_at(force_N) * max(self.scatter_factor / NORMAL_FACTOR, 1.0)
+        sigmas = self.sigmas(math.log(force_N), middle)
+        return math.hypot(*(sigma for name, sigma in sigmas.items() if name != "friction"))
 
     def friction_at(self, ln_force: float, ln_modulus: float) -> float:
         """What the value changes without friction at a point of the domain (N, MPa); 0 where friction is known."""
-        return 0.0 if self._friction is None else self._friction.evaluate(ln_force, ln_modulus)[0]
+        return 0.0 if self.friction is None else _value(self.friction, ln_force, ln_modulus)
 
     def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
         """Standard deviation of the value at a point of the domain (N, MPa), by what it comes from.
 
-        Two sigmas of friction reach from what the surface says to what holds without it.
+        That of the mesh is its scatter, and what few meshes leave open of it. Two sigmas of friction reach from what
+        the surface says to what holds without it.
         """
+        more = {"identification": self.identified, "form": self.form}
         return {
             "fit": self.fit_rms,
-            "mesh": self.mesh_sigma_at(math.exp(ln_force)),
+            "mesh": self.scatter_at(math.exp(ln_force)) * max(self.scatter_factor / NORMAL_FACTOR, 1.0),
             "large strain": self.strain,
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
-            **self._spread_at(ln_force, ln_modulus),
+            **{name: max(_value(own, ln_force, ln_modulus), 0.0) for name, own in more.items() if own is not None},
         }
-
-    def _spread_at(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
-        """Those that have a surface of their own at a point of the domain (N, MPa)."""
-        return {name: max(one.evaluate(ln_force, ln_modulus)[0], 0.0) for name, one in self._spread.items()}
-
-    @cached_property
-    def _spread(self) -> dict[str, PointSurface]:
-        known = {"identification": self.identified, "form": self.form}
-        return {name: PointSurface(one) for name, one in known.items() if one is not None}
-
-    @cached_property
-    def _friction(self) -> PointSurface | None:
-        return None if self.friction is None else PointSurface(self.friction)
 
     @cached_property
     def _ln_force(self) -> np.ndarray:
         return np.log(self.scatter_force_N)
 
 
+def _value(surface: Surface, ln_force: float, ln_modulus: float) -> float:
+    return surface.spline.at(ln_force, ln_modulus).item(0)
+
+
 def two_ended(half: float, shift: float) -> float:
     """How far a 95 % interval reaches beyond both of two likely truths that lie `shift` apart, each known to `half`.
 
     Evenly likely, either is missed in 5 % of cases: less than `half` where they are far apart, and `half` where they
-    are one. What lies between them is inside.
+    are one. What lies between them is inside. In units of sigma the reach u solves Q(u) + Q(u + shift) = 5 %, Q the
+    share of a normal distribution above u; Q is convex, so Newton's method from the smallest u never oversteps.
     """
     if half == 0 or shift == 0:
         return half
     sigma = half / NORMAL_FACTOR
-    low, high = 0.0, NORMAL_FACTOR
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        outside = math.erfc(middle / math.sqrt(2)) + math.erfc((middle + abs(shift) / sigma) / math.sqrt(2))
-        low, high = (middle, high) if outside > 2 * (1 - LEVEL) else (low, middle)
-    return high * sigma
+    u, apart = ONE_SIDED_FACTOR, abs(shift) / sigma
+    for _ in range(NEWTON_STEPS):
+        beyond = 0.5 * (math.erfc(u / math.sqrt(2)) + math.erfc((u + apart) / math.sqrt(2)))
+        density = (math.exp(-0.5 * u**2) + math.exp(-0.5 * (u + apart) ** 2)) / math.sqrt(2 * math.pi)
+        u += (beyond - (1 - LEVEL)) / density
+    return u * sigma
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,26 +152,21 @@ class SdSurface:
     __repr__ = short_repr
 
     @cached_property
-    def point(self) -> PointSurface:
-        """The surface for one point at a time."""
-        return PointSurface(self.surface)
-
-    @cached_property
-    def _limits(self) -> tuple[tuple[int, int, float, float], ...]:
-        rows = zip(self.usable.tolist(), self.twofold.tolist(), strict=True)
-        return tuple((low, high, first, last) for (low, high), (first, last) in rows)
+    def _limits(self) -> list[list[float]]:
+        return np.column_stack([self.usable, self.twofold]).tolist()
 
     def usable_nodes(self, ln_force: float) -> tuple[int, int]:
         """First and last usable modulus node at a force of the domain (equal where there is none)."""
-        low, high, *_ = self._limits[self.point.force_cell(ln_force)]
-        return low, high
+        low, high, *_ = self._limits[self.surface.force_axis.cell(ln_force)]
+        return int(low), int(high)
 
     def ln_modulus(self, ln_force: float, ln_sd: float) -> tuple[float, SoftnessStatus]:
         """ln E at a force of the domain, and OK; or NaN and the side on which ln S_d leaves the usable range."""
-        low, high, first, last = self._limits[self.point.force_cell(ln_force)]
+        *_, first, last = self._limits[self.surface.force_axis.cell(ln_force)]
+        low, high = self.usable_nodes(ln_force)
         if low >= high or first <= ln_sd <= last:
             return math.nan, SoftnessStatus.NOT_IDENTIFIABLE
-        curve = self.point.curve(ln_force)
+        curve = self.surface.curve(ln_force)
         bottom, top = curve.values[low], curve.values[high]
         if not inside(ln_sd, bottom, top):
             return math.nan, SoftnessStatus.SOFTER if ln_sd < bottom else SoftnessStatus.HARDER
@@ -257,21 +243,16 @@ class PositionTerms:
         return 2 * self.reach_mm / self.cells[2]
 
     @cached_property
-    def polynomials(self) -> np.ndarray:
-        """(m, n, k, g, 4, 4, 4) powers of the places in a cell over force, modulus and x (0 to 1 each)."""
-        windows = np.lib.stride_tricks.sliding_window_view(self.coefficients, (4, 4, 4), axis=(1, 2, 3))
-        return np.einsum("pa,gijkpqr,qb,rc->ijkgabc", POWERS, windows, POWERS, POWERS)
+    def spline(self) -> Spline:
+        """The change over (ln force, ln modulus, x)."""
+        axes = self.force_axis, self.modulus_axis
+        starts, steps = [axis.start for axis in axes], [axis.step for axis in axes]
+        return Spline(self.coefficients, [*starts, -self.reach_mm], [*steps, self.step_mm])
 
     def change(self, force_N: ArrayLike, modulus_MPa: ArrayLike, position_mm: ArrayLike) -> np.ndarray:
         """(..., g) change in microstrain / N at forces, moduli and positions that broadcast; NaN outside the domain."""
-        force, modulus, position = np.broadcast_arrays(
-            *(np.asarray(value, float) for value in (force_N, modulus_MPa, position_mm))
-        )
-        inside_x = np.abs(position) <= self.reach_mm
-        place = (np.where(inside_x, position, 0.0) + self.reach_mm) / self.step_mm
-        cell = np.clip(place.astype(int), 0, self.cells[2] - 1)
-        i, t, inside_force = self.force_axis.locate(force)
-        j, u, inside_modulus = self.modulus_axis.locate(modulus)
-        powers = map(power_vector, (t, u, place - cell))
-        value = np.einsum("...gabc,...a,...b,...c->...g", self.polynomials[i, j, cell], *powers)
-        return np.where((inside_force & inside_modulus & inside_x)[..., None], value, np.nan)
+        inside, *point = in_domain(force_N, modulus_MPa, self.force_axis, self.modulus_axis)
+        position = np.asarray(position_mm, float)
+        there = np.abs(position) <= self.reach_mm
+        value = self.spline(*point, np.where(there, position, 0.0))
+        return np.where((inside & there)[..., None], value, np.nan)

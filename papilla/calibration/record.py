@@ -8,7 +8,7 @@ is kept for comparison, with its exact inverse.
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -260,6 +260,7 @@ class Calibration:
         *,
         sd_sigma: ArrayLike = 0.0,
         force_sigma: ArrayLike = 0.0,
+        interval: bool = True,
     ) -> Inversion:
         """The modulus behind S_d at a force; scalars, or arrays that broadcast.
 
@@ -269,20 +270,21 @@ class Calibration:
         sd_sigma, force_sigma : standard deviations of the two (microstrain, N); residual of the fit, mesh scatter and
             what is not known of large strain and friction are added: sigma_lnE = sigma_lnS / (d ln S_d / d ln E).
             Friction that is not known draws the interval to one side: that of a press without.
+        interval : whether the 95 % interval is wanted; it takes most of the time, and is NaN without.
 
         Never extrapolates: outside the domain there is no modulus, and the status says why. Raises `InputError` for
         a negative standard deviation.
         """
         arguments = (sd_microstrain, force_N, sd_sigma, force_sigma)
         if all(np.ndim(value) == 0 for value in arguments):
-            return self._invert_one(*map(float, cast(tuple[float, ...], arguments)))
-        rows = np.broadcast_arrays(*(np.asarray(value, float) for value in arguments))
-        answers = [self._invert_one(*row) for row in zip(*(row.ravel().tolist() for row in rows), strict=True)]
-        names = ("modulus_MPa", "sigma_MPa", "lower_MPa", "upper_MPa", "status", "dominant")
-        shape = rows[0].shape
-        return Inversion(*(np.array([getattr(one, name) for one in answers]).reshape(shape) for name in names))
+            return self._invert_one(*map(float, cast(tuple[float, ...], arguments)), interval=interval)
+        given = np.broadcast_arrays(*(np.asarray(value, float) for value in arguments))
+        rows = zip(*(values.ravel().tolist() for values in given), strict=True)
+        answers = [self._invert_one(*row, interval=interval) for row in rows]
+        columns = ([getattr(one, item.name) for one in answers] for item in fields(Inversion))
+        return Inversion(*(np.array(column).reshape(given[0].shape) for column in columns))
 
-    def _invert_one(self, sd: float, force: float, sd_sigma: float, force_sigma: float) -> Inversion:
+    def _invert_one(self, sd: float, force: float, sd_sigma: float, force_sigma: float, *, interval: bool) -> Inversion:
         if not (sd_sigma >= 0 and force_sigma >= 0):
             raise InputError(f"sd_sigma and force_sigma must not be negative, got {sd_sigma} and {force_sigma}")
         status = self.check_force(force) if 0 < sd < math.inf else SoftnessStatus.BAD_INPUT
@@ -292,13 +294,14 @@ class Calibration:
         ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd)
         # Beyond the usable range the force slope of its nearest end stands for the unknown one.
         at = ln_modulus if status is SoftnessStatus.OK else self._nearest_end(ln_force, status)
-        _, along_force, along_modulus = self.surface.point.evaluate(ln_force, at)
+        (_, along_modulus), (along_force, _) = self.surface.surface.spline.at(ln_force, at)[..., 0].tolist()
         known = self.surface.uncertainty
         sigmas = {"measurement": math.hypot(sd_sigma / sd, along_force * force_sigma / force)}
         sigmas |= known.sigmas(ln_force, at)
         factors = {"fit": known.fit_factor, "friction": 0.0}
         half = math.hypot(*(factors.get(name, NORMAL_FACTOR) * sigma for name, sigma in sigmas.items()))
-        lower, upper = self._end(ln_force, ln_sd, -half, at), self._end(ln_force, ln_sd, half, at)
+        ends = (-half, half) if interval else ()
+        lower, upper = [self._end(ln_force, ln_sd, end, at) for end in ends] or (math.nan, math.nan)
         if status is not SoftnessStatus.OK:
             return Inversion(math.nan, math.nan, lower, upper, status)
         relative = math.hypot(*sigmas.values()) / along_modulus if along_modulus > 0 else math.inf

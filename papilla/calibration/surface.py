@@ -1,12 +1,13 @@
-"""A smooth surface over (ln force, ln modulus): a bicubic spline on uniform cells, fast for one point or for many.
+"""Smooth functions on uniform cells: cubic splines over any number of axes, and surfaces over force and modulus.
 
 On uniform cells the cubic B-spline is the same polynomial everywhere: weights (1-t)^3/6, (3t^3-6t^2+4)/6,
 (-3t^3+3t^2+3t+1)/6, t^3/6 of four neighbouring coefficients (de Boor 1978, doi:10.1007/978-1-4612-6333-3). So the
-cell of a point is one division, and every cell is a plain polynomial of 4 x 4 powers, computed once.
+cell of a point is one division, and every cell is a plain polynomial of 4 x 4 x ... powers, computed once.
 """
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -19,8 +20,63 @@ from papilla.short_repr import short_repr
 POWERS = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]) / 6
 """POWERS[k, a]: coefficient of t^a in the weight of the k-th coefficient of a cell."""
 
-ROUNDING = 1e-9
-"""How far, in cells, rounding of a logarithm may carry a point of the domain's edge outside it."""
+ROUNDING = 4e-15
+"""Relative difference that rounding may leave between the end of a domain and what is inverted there."""
+
+NEWTON_STEPS = 60
+"""Newton's method on a rising cubic needs 3 to 6; bisection steps in between are counted too."""
+
+
+class Spline:
+    """c functions that share their cells, over n axes.
+
+    coefficients : (c, cells_1 + 3, ... cells_n + 3) of B-splines. starts, steps : first node and width of a cell of
+    each axis. Beyond an axis the polynomial of its last cell goes on.
+    """
+
+    def __init__(self, coefficients: np.ndarray, starts: Sequence[float], steps: Sequence[float]):
+        axes = coefficients.ndim - 1
+        windows = np.lib.stride_tricks.sliding_window_view(coefficients, (4,) * axes, axis=tuple(range(1, axes + 1)))
+        for axis in range(axes):
+            windows = np.moveaxis(np.tensordot(windows, POWERS, (1 + axes + axis, 0)), -1, 1 + axes + axis)
+        # (cells ..., powers ..., c): a cell's polynomials lie together.
+        self.polynomials = np.ascontiguousarray(np.moveaxis(windows, 0, -1))
+        self._last = [count - 1 for count in self.polynomials.shape[:axes]]
+        self._starts, self._rates = tuple(starts), tuple(1 / step for step in steps)
+
+    def __call__(self, *points: ArrayLike, along: int | None = None) -> np.ndarray:
+        """(..., c) values at coordinates that broadcast, one array an axis; or slopes along one of the axes."""
+        cells, powers = [], []
+        for axis, (value, start, rate, last) in enumerate(
+            zip(points, self._starts, self._rates, self._last, strict=True)
+        ):
+            place = (np.asarray(value) - start) * rate
+            cells.append(np.minimum(np.maximum(place.astype(int), 0), last))
+            powers.append(power_vector(place - cells[-1], axis == along) * (rate if axis == along else 1.0))
+        found = self.polynomials[tuple(cells)]
+        lead, size = found.shape[: -1 - len(cells)], math.prod(self.polynomials.shape[len(cells) :])
+        for power in powers:
+            size //= 4
+            found = np.einsum("...a,...ab->...b", power, found.reshape(*lead, 4, size))
+        return found
+
+    def at(self, *point: float) -> np.ndarray:
+        """(2, ... 2, c): value [0, ... 0] and slope [.. 1 ..] along each axis, at one point, in plain floats: NumPy
+        costs a microsecond for every operation on one number."""
+        places: list[int] = []
+        powers: list[float] = []
+        for value, start, rate, last in zip(point, self._starts, self._rates, self._last, strict=True):
+            t = (value - start) * rate
+            cell = int(t)
+            cell = 0 if cell < 0 else last if cell > last else cell
+            t -= cell
+            places.append(cell)
+            powers += (1.0, t, t * t, t * t * t, 0.0, rate, 2 * rate * t, 3 * rate * t * t)
+        found, lead = self.polynomials[tuple(places)], 1
+        for two in np.array(powers).reshape(-1, 2, 4):
+            found = np.matmul(two, found.reshape(lead, 4, -1))
+            lead *= 2
+        return found.reshape(*(2,) * len(places), -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,26 +120,37 @@ class Surface:
         return Axis.between(*self.modulus_MPa, self.cells[1])
 
     @cached_property
+    def spline(self) -> Spline:
+        """The surface over (ln force, ln modulus)."""
+        return spline_of([self])
+
+    @property
     def polynomials(self) -> np.ndarray:
         """(m, n, 4, 4) power coefficients of each cell: value = sum_ab P[i, j, a, b] t^a u^b, t and u from 0 to 1."""
-        windows = np.lib.stride_tricks.sliding_window_view(self.coefficients, (4, 4))
-        return np.einsum("ka,ijkl,lb->ijab", POWERS, windows, POWERS)
+        return self.spline.polynomials[..., 0]
 
     def __call__(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """Value at forces (N) and moduli (MPa) that broadcast; NaN outside the domain."""
-        return self._evaluate(force_N, modulus_MPa, 0, 0)
+        return self._evaluate(force_N, modulus_MPa, None)
 
     def slopes(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """(d/d ln force, d/d ln modulus) at points that broadcast; NaN outside the domain."""
-        return self._evaluate(force_N, modulus_MPa, 1, 0), self._evaluate(force_N, modulus_MPa, 0, 1)
+        return self._evaluate(force_N, modulus_MPa, 0), self._evaluate(force_N, modulus_MPa, 1)
 
-    def _evaluate(self, force_N: ArrayLike, modulus_MPa: ArrayLike, along_force: int, along_modulus: int) -> np.ndarray:
-        i, t, inside_force = self.force_axis.locate(np.asarray(force_N, float))
-        j, u, inside_modulus = self.modulus_axis.locate(np.asarray(modulus_MPa, float))
-        left = power_vector(t, along_force) / self.force_axis.step**along_force
-        right = power_vector(u, along_modulus) / self.modulus_axis.step**along_modulus
-        value = np.einsum("...ab,...a,...b->...", self.polynomials[i, j], left, right)
-        return np.where(inside_force & inside_modulus, value, np.nan)[()]
+    def _evaluate(self, force_N: ArrayLike, modulus_MPa: ArrayLike, along: int | None) -> np.ndarray:
+        inside, *point = in_domain(force_N, modulus_MPa, self.force_axis, self.modulus_axis)
+        return np.where(inside, self.spline(*point, along=along)[..., 0], np.nan)[()]
+
+    def curve(self, ln_force: float) -> "Curve":
+        """The surface along one force of the domain, over ln modulus."""
+        return _curve(self, ln_force)
+
+
+def spline_of(surfaces: Sequence[Surface]) -> Spline:
+    """Surfaces that share their cells as one spline over (ln force, ln modulus)."""
+    axes = surfaces[0].force_axis, surfaces[0].modulus_axis
+    table = np.array([surface.coefficients for surface in surfaces])
+    return Spline(table, [axis.start for axis in axes], [axis.step for axis in axes])
 
 
 @dataclass(frozen=True)
@@ -113,6 +180,10 @@ class Axis:
         cell = np.clip(place.astype(int), 0, self.cells - 1)
         return cell, np.clip(place - cell, 0.0, 1.0), inside
 
+    def cell(self, ln_value: float) -> int:
+        """Number of the cell of a logarithm, the nearest for one beyond the axis."""
+        return min(max(int((ln_value - self.start) / self.step), 0), self.cells - 1)
+
     def basis(self, value: np.ndarray) -> np.ndarray:
         """(len(value), cells + 3) weights of the coefficients at each value; raises `InputError` outside the axis."""
         cell, place, inside = self.locate(value)
@@ -124,80 +195,31 @@ class Axis:
         return weights
 
 
-def power_vector(t: np.ndarray, derivative: int = 0) -> np.ndarray:
+def in_domain(force_N: ArrayLike, modulus_MPa: ArrayLike, forces: Axis, moduli: Axis) -> tuple[np.ndarray, ...]:
+    """Whether points that broadcast lie in a domain, and ln force and ln modulus, of the domain's corner where not."""
+    force, modulus = np.broadcast_arrays(np.asarray(force_N, float), np.asarray(modulus_MPa, float))
+    inside = (force >= forces.low) & (force <= forces.high) & (modulus >= moduli.low) & (modulus <= moduli.high)
+    return inside, np.log(np.where(inside, force, forces.low)), np.log(np.where(inside, modulus, moduli.low))
+
+
+def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:
     """(..., 4): 1, t, t^2, t^3, or their derivatives."""
-    one, zero = np.ones_like(t), np.zeros_like(t)
-    if derivative == 0:
-        return np.stack([one, t, t * t, t**3], axis=-1)
-    return np.stack([zero, one, 2 * t, 3 * t * t], axis=-1)
+    power = np.empty((*np.shape(t), 4))
+    power[..., 0], power[..., 1] = (0.0, 1.0) if derivative else (1.0, t)
+    power[..., 2], power[..., 3] = (2 * t, 3 * t * t) if derivative else (t * t, t * t * t)
+    return power
 
 
 # ---- One point at a time, in plain floats: NumPy costs a microsecond for every operation on one number
 
-NEWTON_STEPS = 60
-"""Newton's method on a monotone cubic needs 3 to 6; bisection steps in between are counted too."""
-
-
-@dataclass(frozen=True, eq=False)
-class PointSurface:
-    """Evaluates a surface at single points, in logarithms of force (N) and modulus (MPa)."""
-
-    surface: Surface
-
-    @cached_property
-    def _tables(self) -> tuple:
-        surface = self.surface
-        force, modulus = surface.force_axis, surface.modulus_axis
-        cells = tuple(tuple(map(tuple, row)) for row in surface.polynomials.reshape(*surface.cells, 16).tolist())
-        return cells, force.start, 1 / force.step, force.cells, modulus.start, 1 / modulus.step, modulus.cells
-
-    def evaluate(self, ln_force: float, ln_modulus: float) -> tuple[float, float, float]:
-        """Value, d/d ln force and d/d ln modulus at a point of the domain (a point outside is not checked)."""
-        cells, _, per_x, _, y0, per_y, n = self._tables
-        i, t = self._place(ln_force)
-        u = (ln_modulus - y0) * per_y
-        j = min(max(int(u), 0), n - 1)
-        u -= j
-        _, _, _, _, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cells[i][j]
-        p, q, r, s = _cubic(cells[i][j], t)
-        along_t = (b0 + u * (b1 + u * (b2 + u * b3))) + t * (
-            2 * (c0 + u * (c1 + u * (c2 + u * c3))) + 3 * t * (d0 + u * (d1 + u * (d2 + u * d3)))
-        )
-        return p + u * (q + u * (r + u * s)), along_t * per_x, (q + u * (2 * r + 3 * u * s)) * per_y
-
-    def force_cell(self, ln_force: float) -> int:
-        """Number of the force cell of a point of the domain."""
-        return self._place(ln_force)[0]
-
-    def curve(self, ln_force: float) -> "Curve":
-        """The surface along one force, over ln modulus."""
-        return _curve(self, ln_force)
-
-    def _place(self, ln_force: float) -> tuple[int, float]:
-        """Number of the force cell, and the place in it (0 to 1)."""
-        _, x0, per_x, m, *_ = self._tables
-        t = (ln_force - x0) * per_x
-        i = min(max(int(t), 0), m - 1)
-        return i, t - i
-
 
 @lru_cache(maxsize=16)
-def _curve(point: PointSurface, ln_force: float) -> "Curve":
-    cells, *_, y0, per_y, _ = point._tables
-    i, t = point._place(ln_force)
-    cubics = tuple(_cubic(cell, t) for cell in cells[i])
-    return Curve(cubics, (*(cubic[0] for cubic in cubics), sum(cubics[-1])), y0, per_y)
-
-
-def _cubic(cell: tuple[float, ...], t: float) -> tuple[float, float, float, float]:
-    """The cubic over the modulus of a cell of 4 x 4 powers, at a place t over the force."""
-    a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3, d0, d1, d2, d3 = cell
-    return (
-        a0 + t * (b0 + t * (c0 + t * d0)),
-        a1 + t * (b1 + t * (c1 + t * d1)),
-        a2 + t * (b2 + t * (c2 + t * d2)),
-        a3 + t * (b3 + t * (c3 + t * d3)),
-    )
+def _curve(surface: Surface, ln_force: float) -> "Curve":
+    axis, moduli = surface.force_axis, surface.modulus_axis
+    cell = axis.cell(ln_force)
+    cubics = power_vector(np.asarray((ln_force - axis.start) / axis.step - cell)) @ surface.polynomials[cell]
+    values = (*cubics[:, 0].tolist(), float(cubics[-1].sum()))
+    return Curve(tuple(map(tuple, cubics.tolist())), values, moduli.start, 1 / moduli.step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,14 +231,6 @@ class Curve:
     start: float
     per_step: float
 
-    def evaluate(self, ln_modulus: float) -> tuple[float, float]:
-        """Value and slope at ln modulus."""
-        u = (ln_modulus - self.start) * self.per_step
-        j = min(max(int(u), 0), len(self.cubics) - 1)
-        u -= j
-        p, q, r, s = self.cubics[j]
-        return p + u * (q + u * (r + u * s)), (q + u * (2 * r + 3 * u * s)) * self.per_step
-
     def solve(self, value: float, low: int, high: int) -> tuple[float, float]:
         """ln modulus of a value between those of nodes `low` and `high`, and the slope there."""
         j = bisect_right(self.values, value, low, high + 1) - 1
@@ -227,30 +241,21 @@ class Curve:
         return self.start + (j + u) / self.per_step, (q + u * (2 * r + 3 * u * s)) * self.per_step
 
 
-def solve_cubic(cubic: tuple[float, ...], value: float) -> float:
+def solve_cubic(cubic: Sequence[float], value: float) -> float:
     """u in [0, 1] where p + q u + r u^2 + s u^3 = value, for a cubic that rises there: safeguarded Newton to rounding.
 
     A value beyond an end (by rounding, as at the edge of a domain) gives that end.
     """
     p, q, r, s = cubic
-    p -= value
-    below, above = 0.0, 1.0
-    rise = q + r + s
-    u = -p / rise if rise > 0 else 0.5
-    u = 0.0 if u < 0.0 else 1.0 if u > 1.0 else u
+    below, above, rise = 0.0, 1.0, q + r + s
+    u = min(max((value - p) / rise, 0.0), 1.0) if rise > 0 else 0.5
     for _ in range(NEWTON_STEPS):
-        error = p + u * (q + u * (r + u * s))
-        if error == 0.0:
-            break
-        if error < 0:
-            below = u
-        else:
-            above = u
-        slope = q + u * (2 * r + 3 * u * s)
+        error, slope = p - value + u * (q + u * (r + u * s)), q + u * (2 * r + 3 * u * s)
+        below, above = (u, above) if error < 0 else (below, u)
         following = u - error / slope if slope > 0 else -1.0
         if not below <= following <= above:
             following = 0.5 * (below + above)
-        if abs(following - u) <= 1e-16 + 2e-16 * u:
+        if error == 0.0 or abs(following - u) <= 1e-16 + 2e-16 * u:
             break
         u = following
     return u
@@ -258,5 +263,5 @@ def solve_cubic(cubic: tuple[float, ...], value: float) -> float:
 
 def inside(value: float, low: float, high: float) -> bool:
     """Whether a value lies between two node values, up to the rounding that forward and inverse may leave."""
-    slack = ROUNDING * ROUNDING + 4e-15 * max(abs(low), abs(high), 1.0)
-    return low - slack <= value <= high + slack and not math.isnan(value)
+    slack = ROUNDING * max(abs(low), abs(high), 1.0)
+    return low - slack <= value <= high + slack

@@ -7,9 +7,8 @@ import pytest
 from scipy.interpolate import BSpline
 
 from papilla.calibration import PositionTerms, SdSurface, SoftnessStatus, Uncertainty
-from papilla.calibration.readouts import inside
 from papilla.calibration.record import Quadratic, invert_quadratic
-from papilla.calibration.surface import Axis, PointSurface, Surface, solve_cubic
+from papilla.calibration.surface import Axis, Surface, inside, solve_cubic
 from papilla.errors import InputError
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (4, 5)
@@ -57,30 +56,28 @@ def test_values_and_slopes_are_those_of_the_spline(surface, points):
 
 
 def test_point_by_point_it_is_the_same(surface, points):
-    point, (x, y) = PointSurface(surface), points
-    found = np.array([point.evaluate(*pair) for pair in zip(x.tolist(), y.tolist(), strict=True)])
-    for column, order in enumerate(((0, 0), (1, 0), (0, 1))):
-        np.testing.assert_allclose(found[:, column], expected(surface, x, y, *order), rtol=1e-10, atol=1e-11)
+    x, y = points
+    found = np.array([surface.spline.at(*pair)[..., 0] for pair in zip(x.tolist(), y.tolist(), strict=True)])
+    for order in ((0, 0), (1, 0), (0, 1)):
+        np.testing.assert_allclose(found[:, *order], expected(surface, x, y, *order), rtol=1e-10, atol=1e-11)
     step = math.log(FORCE[1] / FORCE[0]) / CELLS[0]
     places = math.log(FORCE[0]) + step * np.array([-0.5, 0.5, 1.5, 2.5, 3.5, 4.5])
-    assert [point.force_cell(place) for place in places.tolist()] == [0, 0, 1, 2, 3, 3]
+    assert [surface.force_axis.cell(place) for place in places.tolist()] == [0, 0, 1, 2, 3, 3]
 
 
 def test_nodes_lines_and_curves(surface):
-    point = PointSurface(surface)
     for x in np.linspace(*np.log(FORCE), 7).tolist():
-        curve, nodes = point.curve(x), np.log(surface.modulus_axis.nodes)
+        curve, nodes = surface.curve(x), np.log(surface.modulus_axis.nodes)
         exact = expected(surface, np.full(len(nodes), x), nodes)
         np.testing.assert_allclose(curve.values, exact, rtol=1e-12)
         for y in np.linspace(*np.log(MODULUS), 13).tolist():
-            value, _, slope = point.evaluate(x, y)
-            assert curve.evaluate(y) == pytest.approx((value, slope), rel=1e-11)
+            value, slope = surface.spline.at(x, y)[0, :, 0].tolist()
             assert slope > 0
             assert curve.solve(value, 0, CELLS[1]) == pytest.approx((y, slope), rel=1e-10, abs=1e-11)
 
 
 def test_a_curve_is_solved_between_the_nodes_it_is_told(surface):
-    curve = PointSurface(surface).curve(math.log(0.3))
+    curve = surface.curve(math.log(0.3))
     for low, high in ((0, 2), (1, 4), (3, 5)):
         for value, end in ((curve.values[low], low), (curve.values[high], high)):
             node = math.log(surface.modulus_axis.nodes[end])
@@ -142,18 +139,17 @@ def test_usable_part_and_its_sides(surface):
     known = Uncertainty(1e-4, 1.96, 1e-4, np.array([0.1, 0.5]), np.zeros(2), 2.0, 0)
     usable = np.array([[1, 4], [0, 5], [2, 2], [0, 5]])
     twofold = np.full((4, 2), np.nan)
-    point = PointSurface(surface)
     centres = math.log(FORCE[0]) + math.log(FORCE[1] / FORCE[0]) / 4 * (np.arange(4) + 0.5)
-    twofold[3] = point.curve(float(centres[3])).values[1], point.curve(float(centres[3])).values[2]
+    twofold[3] = surface.curve(float(centres[3])).values[1], surface.curve(float(centres[3])).values[2]
     sd = SdSurface(surface, usable, twofold, known)
     assert [sd.usable_nodes(x) for x in centres.tolist()] == [(1, 4), (0, 5), (2, 2), (0, 5)]
-    first, middle = float(centres[0]), point.curve(float(centres[0])).values[2]
+    first, middle = float(centres[0]), surface.curve(float(centres[0])).values[2]
     assert sd.ln_modulus(first, middle) == (pytest.approx(math.log(surface.modulus_axis.nodes[2])), SoftnessStatus.OK)
-    assert sd.ln_modulus(first, point.curve(first).values[0])[1] is SoftnessStatus.SOFTER
-    assert sd.ln_modulus(first, point.curve(first).values[5])[1] is SoftnessStatus.HARDER
+    assert sd.ln_modulus(first, surface.curve(first).values[0])[1] is SoftnessStatus.SOFTER
+    assert sd.ln_modulus(first, surface.curve(first).values[5])[1] is SoftnessStatus.HARDER
     assert sd.ln_modulus(float(centres[2]), middle)[1] is SoftnessStatus.NOT_IDENTIFIABLE
     for node, status in ((1, "NOT_IDENTIFIABLE"), (2, "NOT_IDENTIFIABLE"), (3, "OK")):
-        value = point.curve(float(centres[3])).values[node]
+        value = surface.curve(float(centres[3])).values[node]
         assert sd.ln_modulus(float(centres[3]), value)[1] is SoftnessStatus[status]
 
 

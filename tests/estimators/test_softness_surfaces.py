@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import BSpline
 
 from papilla.calibration import GaugeSurface, Surface
+from papilla.calibration.surface import Spline
 from papilla.errors import InputError
-from papilla.estimators.softness.spline import TensorSpline
 from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface, distance_curve
 
 
@@ -25,12 +25,13 @@ def test_a_tensor_spline_is_the_product_of_scipys_and_so_are_its_slopes(counts):
     rng = np.random.default_rng(0)
     table = rng.standard_normal((2, *counts))
     starts, steps = [-1.0, 0.5, 2.0][: len(counts)], [0.5, 0.25, 2.0][: len(counts)]
-    own = TensorSpline(table, starts, steps)
+    own = Spline(table, starts, steps)
     for _ in range(6):
         point = [
             start + step * rng.uniform(0, count - 3) for start, step, count in zip(starts, steps, counts, strict=True)
         ]
-        found = own(*point)
+        found = own.at(*point)
+        assert own(*point) == pytest.approx(found[(0,) * len(counts)])
         assert found.shape == (2,) * len(counts) + (2,)
         for which in np.ndindex(*(2,) * len(counts)):
             expected = table
@@ -41,9 +42,9 @@ def test_a_tensor_spline_is_the_product_of_scipys_and_so_are_its_slopes(counts):
     ends = [start + step * (count - 3) for start, step, count in zip(starts, steps, counts, strict=True)]
     for place in (starts, ends):
         inner = [one + 1e-9 * (1 if place is starts else -1) for one in place]
-        assert own(*place) == pytest.approx(own(*inner), rel=1e-6, abs=1e-6)
-    far = own(*(start - 2 * step for start, step in zip(starts, steps, strict=True)))
-    assert np.isfinite(far).all() and not np.allclose(far, own(*starts))
+        assert own.at(*place) == pytest.approx(own.at(*inner), rel=1e-6, abs=1e-6)
+    far = own.at(*(start - 2 * step for start, step in zip(starts, steps, strict=True)))
+    assert np.isfinite(far).all() and not np.allclose(far, own.at(*starts))
 
 
 @pytest.mark.parametrize("force, modulus", [(0.07, 0.03), (0.4, 0.2), (0.9, 3.0)])

@@ -41,7 +41,7 @@ class AnswerMap:
         force = np.geomspace(*calibration.domain["force_N"], MAP_POINTS)
         modulus = np.geomspace(*calibration.domain["modulus_MPa"], MAP_POINTS)
         sd = calibration.predict(force[:, None], modulus[None, :])
-        answer = calibration.invert(sd, np.broadcast_to(force[:, None], sd.shape))
+        answer = calibration.invert(sd, force[:, None], interval=False)
         relative = np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa)
         return cls(force, modulus, relative, np.asarray(answer.status))
 

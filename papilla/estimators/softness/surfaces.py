@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.calibration import Calibration
-from papilla.calibration.surface import Curve, Surface
+from papilla.calibration.surface import Curve, spline_of
 from papilla.errors import InputError
-from papilla.estimators.softness.spline import TensorSpline
 
 SAME = 1e-6
 """Relative difference up to which two surfaces count as one: gauges that mirror each other share their errors."""
@@ -46,16 +45,14 @@ class GaugeSurfaces:
         self.force_N = first.force_N
         self._calibration = calibration
         table = np.array([surface.coefficients for surface in surfaces])
-        self._apex = _spline(surfaces)
+        self._apex = spline_of(surfaces).at
         self.ln_nodes = np.log(first.modulus_axis.nodes)
         self._moved, self.reach, self._nothing = None, 0.0, np.zeros(self.channels)
         if anywhere:
             terms, domain = calibration.position_terms, calibration.domain
             if (terms.force_N, terms.modulus_MPa) != (domain["force_N"], domain["modulus_MPa"]):
                 raise InputError("softness.position of the calibration has another domain than its surfaces")
-            starts = terms.force_axis.start, terms.modulus_axis.start, -terms.reach_mm
-            steps = terms.force_axis.step, terms.modulus_axis.step, terms.step_mm
-            self._moved, self.reach = TensorSpline(terms.coefficients, starts, steps), terms.reach_mm
+            self._moved, self.reach = terms.spline.at, terms.reach_mm
             self._place_nodes = np.linspace(-terms.reach_mm, terms.reach_mm, terms.error.shape[1])
             self._place_errors = terms.error
         self.groups = _groups(table)
@@ -63,7 +60,7 @@ class GaugeSurfaces:
         known = [change for change in changes if change is not None]
         self.friction_known = len(known) < self.channels
         if not self.friction_known:
-            self._friction = _spline(known)
+            self._friction = spline_of(known).at
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
         """What is read within the domain."""
@@ -99,7 +96,7 @@ class SdSurface:
         self._surface, self.friction_known = surface, surface.uncertainty.friction is None
         own = surface.surface
         self.force_N = own.force_N
-        self._spline = _spline([own])
+        self._spline = own.spline.at
         middle = 0.5 * (math.log(own.force_N[0]) + math.log(own.force_N[1]))
         low, high = surface.usable_nodes(middle)
         if low >= high:
@@ -127,13 +124,6 @@ class SdSurface:
         """(1,) what S_d changes where there is no friction, if it is not known, microstrain / N."""
         share = self._surface.uncertainty.friction_at(ln_force, ln_modulus)
         return self.at(ln_force, ln_modulus, 0.0).reading * (share * math.exp(-ln_force))
-
-
-def _spline(surfaces: list[Surface]) -> TensorSpline:
-    """Surfaces that share their cells as one spline."""
-    axes = surfaces[0].force_axis, surfaces[0].modulus_axis
-    table = np.array([surface.coefficients for surface in surfaces])
-    return TensorSpline(table, [axis.start for axis in axes], [axis.step for axis in axes])
 
 
 def _groups(tables: np.ndarray) -> tuple[int, ...]:
