@@ -2,13 +2,16 @@
 
 import csv
 import difflib
+import gzip
 import io
 import math
+import re
 import shutil
 import tempfile
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import IO, Any, Self
@@ -20,6 +23,8 @@ from papilla.files import reason, replacing
 
 BLOCK = 8192  # Rows that are read at once
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
+DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
+COMMA_NUMBER = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # More columns, or characters in the header, are no table of papilla
 
 
@@ -32,47 +37,81 @@ class Table:
     path : where the table was read, for messages.
     columns : name -> (n,) float, an empty cell is NaN; or text, without the spaces around it.
     lines : (n,) int, the line of the file that each row ends on.
+    called : what the file calls a column, where it has another name.
     """
 
     path: Path
     columns: Mapping[str, np.ndarray]
     lines: np.ndarray
+    called: Mapping[str, str] = field(default_factory=dict)
 
     def fault(self, row: int, column: str, problem: str) -> FileFormatError:
         """The error for one cell, naming file, line and column."""
-        return FileFormatError(f"{self.path}, line {self.lines[row]}, column {column}: {problem}")
+        place = f"{self.path}, line {self.lines[row]}, column {self.called.get(column, column)}"
+        return FileFormatError(f"{place}: {problem}")
 
     def __len__(self) -> int:
         return len(self.lines)
 
 
 class TableReader:
-    """The `wanted` columns of a comma-separated table with one header row, block by block and as often as asked for.
+    """The `wanted` columns of a table of text with one header row, block by block and as often as asked for.
 
-    The file is UTF-8 with or without byte order mark; a stream that cannot be read twice is copied to a temporary file.
-    Use it as a context manager. names : the wanted columns in the file's order; ignored : the others, whose cells are
-    not looked at; words : wanted columns that hold text; notes : what a person should be told of the file, a sentence
-    each. Raises `FileAccessError` (missing,
-    unreadable) or `FileFormatError` (not UTF-8, no header, more than `MAX_COLUMNS` columns, a column name empty or
-    twice).
+    The file is UTF-8 with or without byte order mark, and may be compressed (.gz). A stream that cannot be read
+    twice is copied to a temporary file. Use it as a context manager.
+
+    Parameters
+    ----------
+    words : wanted columns that hold text.
+    delimiter, decimal, header_line : how the table is written; None finds out, and `notes` say so where it is no comma
+        and no point.
+
+    names : the wanted columns in the file's order. ignored : the others, whose cells are not looked at. header : all.
+
+    Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not UTF-8, no header, more than `MAX_COLUMNS`
+    columns, a column name empty or twice).
     """
 
-    def __init__(self, path: str | Path, wanted: Callable[[str], bool], words: tuple[str, ...] = ()):
-        self.path, self._words = Path(path), words
+    def __init__(
+        self,
+        path: str | Path,
+        wanted: Callable[[str], bool],
+        words: tuple[str, ...] = (),
+        *,
+        delimiter: str | None = None,
+        decimal: str | None = None,
+        header_line: int = 1,
+    ):
+        self.path, self._skipped = Path(path), header_line - 1
         self._raw = _opened(self.path)
         self._text = io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
-            cut_off = _last_byte(self._raw) not in b"\r\n"
-            self._header, _ = self._begin()
-            _check_header(self.path, self._header)
+            self._cut_off = _last_byte(self._raw) not in b"\r\n"
+            self._written, self._delimiter, self.decimal = self._dialect(delimiter, decimal)
+            self.header, _ = self._begin()
+            _check_header(self.path, self.header, header_line)
         except BaseException:
             self._text.close()
             raise
-        self._used = [number for number, name in enumerate(self._header) if wanted(name)]
-        self.names = tuple(self._header[number] for number in self._used)
-        self.ignored = tuple(name for name in self._header if name not in self.names)
-        notes = {f"ignored columns: {', '.join(self.ignored)}": bool(self.ignored), CUT_OFF: cut_off}
-        self.notes = tuple(note for note, holds in notes.items() if holds)
+        self.want(wanted, words)
+
+    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
+        """Change which columns are wanted, and which of them hold text."""
+        self._words = words
+        self._used = [number for number, name in enumerate(self.header) if wanted(name)]
+        self.names = tuple(self.header[number] for number in self._used)
+        self.ignored = tuple(name for name in self.header if name not in self.names)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should be told of the file, a sentence each."""
+        ignored = f"ignored columns: {', '.join(self.ignored)}" if self.ignored else ""
+        return tuple(note for note in (self._written, ignored, CUT_OFF if self._cut_off else "") if note)
+
+    @property
+    def delimiter(self) -> str:
+        """What separates the cells."""
+        return self._delimiter
 
     def __enter__(self) -> Self:
         return self
@@ -90,7 +129,7 @@ class TableReader:
         _, rows = self._begin()
         empty = True
         with self._faults(rows):
-            while taken := [(row, rows.line_num) for row in islice(rows, size)]:
+            while taken := [(row, rows.line_num + self._skipped) for row in islice(rows, size)]:
                 if kept := [item for item in taken if item[0]]:
                     empty = False
                     yield self._table(*zip(*kept, strict=True))
@@ -104,18 +143,39 @@ class TableReader:
         lines = np.concatenate([block.lines for block in blocks])
         return Table(self.path, columns, lines)
 
+    def _dialect(self, delimiter: str | None, decimal: str | None) -> tuple[str, str, str]:
+        """What to tell of it, delimiter and decimal mark; found in the header and the row below it where not given."""
+        header, first = self._lines()
+        if delimiter is None:
+            delimiter = "," if "," in header else next((mark for mark in ";\t" if mark in header), ",")
+        if decimal is None:
+            german = delimiter != "," and any(COMMA_NUMBER.fullmatch(cell.strip()) for cell in first.split(delimiter))
+            decimal = "," if german else "."
+        told = [f"cells are separated by {DELIMITERS[delimiter]}"] if delimiter != "," else []
+        told += ["decimal commas"] if decimal == "," else []
+        return ", ".join(told), delimiter, decimal
+
+    def _lines(self) -> tuple[str, str]:
+        """The header's line and the one below it."""
+        self._text.seek(0)
+        with self._faults(None):
+            *_, header, first = (self._text.readline(MAX_HEADER) for _ in range(self._skipped + 2))
+        if len(header) == MAX_HEADER:
+            place = f"{self.path}, line {self._skipped + 1}"
+            raise FileFormatError(f"{place}: longer than {MAX_HEADER} characters; this is no table")
+        return header, first
+
     def _begin(self) -> tuple[list[str], Any]:
         """The names of the header, and the rows after it."""
         self._text.seek(0)
-        rows = csv.reader(self._text, strict=True)
+        for _ in range(self._skipped):
+            self._text.readline()
+        rows = csv.reader(self._text, delimiter=self._delimiter, strict=True)
         with self._faults(rows):
-            if len(self._text.readline(MAX_HEADER)) == MAX_HEADER:
-                raise FileFormatError(f"{self.path}, line 1: longer than {MAX_HEADER} characters; this is no table")
-            self._text.seek(0)
             return [name.strip() for name in next(rows, [])], rows
 
     def _table(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> Table:
-        width = len(self._header)
+        width = len(self.header)
         for row, line in zip(rows, lines, strict=True):
             if len(row) != width:
                 problem = f"{len(row)} cells where the header has {width} columns"
@@ -125,7 +185,7 @@ class TableReader:
         try:
             for name, number in zip(self.names, self._used, strict=True):
                 cell = cells[number]
-                columns[name] = np.array([one.strip() for one in cell]) if name in self._words else _numbers(cell)
+                columns[name] = np.array([one.strip() for one in cell]) if name in self._words else self._numbers(cell)
         except ValueError:
             raise self._text_fault(rows, lines) from None
         return Table(self.path, columns, np.array(lines))
@@ -133,13 +193,30 @@ class TableReader:
     def _text_fault(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> FileFormatError:
         """The error for the first used cell that is no number."""
         for row, line in zip(rows, lines, strict=True):
-            for number in (one for one in self._used if self._header[one] not in self._words):
+            for number in (one for one in self._used if self.header[one] not in self._words):
                 try:
-                    _number(row[number])
+                    _number(self._point(row[number]))
                 except ValueError:
-                    place = f"{self.path}, line {line}, column {self._header[number]}"
+                    place = f"{self.path}, line {line}, column {self.header[number]}"
                     return FileFormatError(f"{place}: expected a number, got {row[number][:40]!r}")
         raise AssertionError("every cell is a number")
+
+    def _numbers(self, cells: Sequence[str]) -> np.ndarray:
+        """Cells of a column as floats; raises `ValueError`."""
+        if self.decimal == ",":
+            cells = [self._point(cell) for cell in cells]
+        together = "".join(cells)
+        if "_" not in together and together.isascii():
+            with suppress(ValueError):
+                return np.array(list(map(float, cells)))
+        return np.array([_number(cell) for cell in cells])
+
+    def _point(self, cell: str) -> str:
+        """A number with a decimal point."""
+        if self.decimal == ".":
+            return cell
+        # With decimal commas a point may only separate thousands, which nobody can tell from a decimal point
+        return "." + cell if "." in cell else cell.replace(",", ".", 1)
 
     @contextmanager
     def _faults(self, rows: Any) -> Iterator[None]:
@@ -147,7 +224,9 @@ class TableReader:
         try:
             yield
         except csv.Error as error:
-            raise FileFormatError(f"{self.path}, line {rows.line_num}: not readable as CSV ({error})") from error
+            raise FileFormatError(
+                f"{self.path}, line {rows.line_num + self._skipped}: not readable as CSV ({error})"
+            ) from error
         except UnicodeDecodeError:
             raise FileFormatError(f"{self.path}, line {self._undecodable()}: not a text file in UTF-8") from None
 
@@ -199,13 +278,16 @@ def _texts(values: Sequence | np.ndarray) -> list[str]:
 def _opened(path: Path) -> IO[bytes]:
     """The file, to be read as often as needed."""
     try:
-        stream: IO[bytes] = open(path, "rb")  # noqa: SIM115
-        if not stream.seekable():
+        packed = path.suffix == ".gz"
+        stream: Any = gzip.open(path) if packed else open(path, "rb")  # noqa: SIM115
+        if packed or not stream.seekable():
             with stream as once:
                 stream = tempfile.TemporaryFile()  # noqa: SIM115
                 shutil.copyfileobj(once, stream)
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
+    except (EOFError, zlib.error) as error:
+        raise FileAccessError(f"cannot read {path}: not a whole gzip file ({error})") from error
     return stream
 
 
@@ -216,29 +298,21 @@ def _last_byte(stream: IO[bytes]) -> bytes:
     return stream.read(1)
 
 
-def _check_header(path: Path, names: list[str]) -> None:
+def _check_header(path: Path, names: list[str], line: int) -> None:
     if not any(names):
-        raise FileFormatError(f"{path} is empty or starts with an empty line; expected a header of column names")
-    if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
-        raise FileFormatError(f"{path}, line 1: columns must be separated by commas, got {names[0]!r}")
+        begins = "starts with an empty line" if line == 1 else f"has nothing in line {line}"
+        raise FileFormatError(f"{path} is empty or {begins}; expected a header of column names")
     if len(names) > MAX_COLUMNS:
-        raise FileFormatError(f"{path}, line 1: {len(names)} columns; no table of papilla has more than {MAX_COLUMNS}")
+        raise FileFormatError(
+            f"{path}, line {line}: {len(names)} columns; no table of papilla has more than {MAX_COLUMNS}"
+        )
     seen: set[str] = set()
     for number, name in enumerate(names, start=1):
         if not name:
-            raise FileFormatError(f"{path}, line 1: column {number} has no name")
+            raise FileFormatError(f"{path}, line {line}: column {number} has no name")
         if name in seen:
-            raise FileFormatError(f"{path}, line 1: column {name} occurs twice")
+            raise FileFormatError(f"{path}, line {line}: column {name} occurs twice")
         seen.add(name)
-
-
-def _numbers(cells: Sequence[str]) -> np.ndarray:
-    """Cells of a column as floats; raises `ValueError`."""
-    together = "".join(cells)
-    if "_" not in together and together.isascii():
-        with suppress(ValueError):
-            return np.array(list(map(float, cells)))
-    return np.array([_number(cell) for cell in cells])
 
 
 def _number(cell: str) -> float:

@@ -121,7 +121,7 @@ def test_bench_log_checks_a_stated_standard_deviation(log):
         ("t_s,g1,force_n\n0,1,1\n1,1,1\n", "unknown column force_n; did you mean force_N?"),
         ("t_s,g1,g1\n0,1,1\n1,1,1\n", "column g1 occurs twice"),
         ("t_s,g1,\n0,1,1\n1,1,1\n", "column 3 has no name"),
-        ("t_s;g1\n0;1\n1;1\n", "columns must be separated by commas"),
+        ("t_s|g1\n0|1\n1|1\n", "column t_s is missing (found t_s|g1)"),
         ("t_s,g1\n0,1\n1,1_000\n", "line 3, column g1: expected a number, got '1_000'"),
         ("t_s,g1\n0,1\n1,\uff11\uff12\n", "line 3, column g1: expected a number, got '\uff11\uff12'"),
         ("t_s," + ",".join(f"g{k}" for k in range(1, 1001)) + "\n0\n", "1001 columns; no table of papilla has more"),
@@ -151,7 +151,7 @@ def test_bad_time_log(log, content, message):
     "content, message",
     [
         ("force_N,g1\n1,1\n1,1\n", "column modulus_MPa is missing"),
-        ("force_N,modulus_kPa,g1\n1,1,1\n1,1,1\n", "unknown column modulus_kPa; did you mean modulus_MPa?"),
+        ("force_N,modulus_mpa,g1\n1,1,1\n1,1,1\n", "unknown column modulus_mpa; did you mean modulus_MPa?"),
         ("force_N,modulus_MPa,g1\n1,1,1\n", "has one row"),
         ("force_N,modulus_MPa,g1\n1,1,1\n1,1,nan\n", "line 3, column g1: expected a finite number, got nan"),
         ("force_N,modulus_MPa,g1\n1,1,1\n1,,1\n", "line 3, column modulus_MPa: expected a finite number, got nan"),

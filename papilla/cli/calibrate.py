@@ -21,6 +21,7 @@ from papilla.cli.options import (
     FingerOption,
     FrictionOption,
     JsonOption,
+    MapOption,
     SizeOption,
     about,
     keep_inputs,
@@ -47,6 +48,7 @@ def calibrate(
     size_mm: SizeOption = None,
     check: CheckOption = None,
     export_c: ExportOption = None,
+    log_map: MapOption = None,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
     as_json: JsonOption = False,
 ) -> None:
@@ -68,11 +70,11 @@ def calibrate(
     if bench is not None:
         paths["finger"] = out / "finger.toml"
     written = [*paths.values(), *([export_c] if export_c else [])]
-    keep_inputs([finger, bench, check], written)
+    keep_inputs([finger, bench, check, log_map], written)
     design = Finger.load(finger) if finger else Finger.default()
     keep_inputs(surface_files(design), written)
-    log = _read(bench)
-    presses = presses_to_check(check, design)
+    log = _read(bench, log_map)
+    presses = presses_to_check(check, design, log_map)
     if log is None:
         check_writable(out)
     if export_c is not None:
@@ -98,11 +100,11 @@ def calibrate(
         raise typer.Exit(CHECK_FAILED)
 
 
-def _read(bench: Path | None) -> "PressLog | None":
+def _read(bench: Path | None, log_map: Path | None) -> "PressLog | None":
     """The log of measured presses, if there is one; its notes are told."""
     from papilla.logs import read_presses
 
-    log = None if bench is None else read_presses(bench)
+    log = None if bench is None else read_presses(bench, log_map=log_map)
     for note in log.notes if log is not None else ():
         say(f"{bench}: {note}")
     return log

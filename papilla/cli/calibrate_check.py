@@ -33,14 +33,14 @@ ExportOption = Annotated[
 ]
 
 
-def presses_to_check(path: Path | None, design: "Finger") -> "PressLog | None":
+def presses_to_check(path: Path | None, design: "Finger", log_map: Path | None) -> "PressLog | None":
     """The presses of a check, of as many gauges as the design has."""
     if path is None:
         return None
     from papilla.errors import InputError
     from papilla.logs import read_presses
 
-    presses = read_presses(path)
+    presses = read_presses(path, log_map=log_map)
     if len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{path} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     for note in presses.notes:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from papilla.cli.options import JsonOption, keep_inputs
+from papilla.cli.options import JsonOption, MapOption, keep_inputs
 from papilla.cli.output import Progress, print_json, progress, say
 from papilla.errors import InputError
 
@@ -57,6 +57,7 @@ def estimate(
     ] = None,
     softness: SoftnessOption = "surface",
     lever_mm: LeverOption = None,
+    log_map: MapOption = None,
     friction_memory: Annotated[
         float | None, typer.Option(help="Slid path (mm) that friction is averaged over; without it 0.1 s of sliding.")
     ] = None,
@@ -70,11 +71,11 @@ def estimate(
     from papilla.files import check_writable
     from papilla.tables import table_writer
 
-    keep_inputs([log, calibration, finger], [out])
+    keep_inputs([log, calibration, finger, log_map], [out])
     if softness != "surface" and thickness is not None:
         raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
     wavelengths = wavelength_range and checks.rising("--wavelength-range", wavelength_range)
-    with progress() as bar, _opened(log, lever_mm, bar) as recorded:
+    with progress() as bar, _opened(log, lever_mm, log_map, bar) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise, zeros = _noise(recorded), _zeros(record)
         chosen: dict[str, Any] = {
@@ -108,18 +109,15 @@ def estimate(
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
     found |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
-    if as_json:
-        print_json(found)
-    else:
-        print_summary(found)
+    print_json(found) if as_json else print_summary(found)
     for message in found["messages"]:
         say(message)
 
 
-def _opened(log: Path, lever_mm: float | None, bar: Progress) -> "TimeLogFile":
+def _opened(log: Path, lever_mm: float | None, log_map: Path | None, bar: Progress) -> "TimeLogFile":
     from papilla.logs import TimeLogFile
 
-    return TimeLogFile(log, lambda rows: _show_reading(bar, rows), lever_mm=lever_mm)
+    return TimeLogFile(log, lambda rows: _show_reading(bar, rows), lever_mm=lever_mm, log_map=log_map)
 
 
 def _show_reading(bar: Progress, rows: int) -> None:

@@ -14,6 +14,7 @@ from papilla.cli.options import (
     FingerOption,
     FrictionOption,
     JsonOption,
+    MapOption,
     SpecimenOptions,
     about,
     describe,
@@ -47,6 +48,7 @@ def identify(
     report: Annotated[Path | None, typer.Option(help="Page to write on the fit (HTML).")] = None,
     relaxation: RelaxationOption = None,
     compare: CompareOption = None,
+    log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
@@ -57,7 +59,7 @@ def identify(
     watch = Stopwatch()
     given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
     if compare is not None:
-        return compare_with(compare, log, as_json, finger=finger, suggest=further.suggest, **given)
+        return compare_with(compare, log, log_map, as_json, finger=finger, suggest=further.suggest, **given)
     rubbing, held = read_friction(friction), _held(fix or [])
     further.check(log, **given)
     from papilla.calibrate.identification import Noise, confess, record
@@ -67,7 +69,7 @@ def identify(
     from papilla.finger import Finger
 
     outputs = [path for path in (out, report) if path is not None]
-    keep_inputs([log, finger], outputs)
+    keep_inputs([log, finger, log_map], outputs)
     design = Finger.load(finger) if finger else Finger.default()
     touched = specimen.of(1.0, design)
     keep_inputs(surface_files(design), outputs)
@@ -75,7 +77,7 @@ def identify(
     if log is None:
         protocol = further.protocol(design, touched, stated)
         return print_json(protocol) if as_json else print_suggestion(protocol)
-    presses = read_and_tell(log, relaxation, touched)
+    presses = read_and_tell(log, relaxation, touched, log_map)
     for path in outputs:
         check_writable(path.parent)
     with progress() as shown:
@@ -84,7 +86,7 @@ def identify(
             found = fit(presses, design, free=free or (), fix=held, **bench, processes=PROCESSES, progress=shown.line)
         shown.line("what to doubt")
         told = confess(found)
-        silicone, kept = relaxation_of(log, found, relaxation)
+        silicone, kept = relaxation_of(log, found, relaxation, log_map)
         pressed = [shape.specimen for shape in found.problem.shapes]
         of_what = " and ".join(one.words for one in pressed)
         identified = found.with_record(replace(record(found, told, of_what), **kept))

@@ -22,7 +22,7 @@ CompareOption = Annotated[
 ]
 
 
-def compare_with(old: Path, log: Path | None, as_json: bool, **given: object) -> None:
+def compare_with(old: Path, log: Path | None, log_map: Path | None, as_json: bool, **given: object) -> None:
     """Compare the presses of a log with a stored identification; exit code 1 says recalibrate."""
     if log is None:
         raise InputError("--compare needs the log of the new presses")
@@ -32,7 +32,7 @@ def compare_with(old: Path, log: Path | None, as_json: bool, **given: object) ->
     from papilla.finger import Finger
     from papilla.logs import read_presses
 
-    finger, presses = Finger.load(old), read_presses(log)
+    finger, presses = Finger.load(old), read_presses(log, log_map=log_map)
     with progress() as shown, about(log):
         found = compare(finger, presses, progress=shown.line)
     if as_json:

@@ -18,12 +18,12 @@ RelaxationOption = Annotated[
 ]
 
 
-def read_and_tell(path: Path, relaxation: str | None, touched: "Specimen") -> "PressLog":
+def read_and_tell(path: Path, relaxation: str | None, touched: "Specimen", log_map: Path | None) -> "PressLog":
     """The presses of a log, on `touched` where it does not say, after what is to be told of them; raises `InputError`
     where relaxation lacks times."""
     from papilla.logs import read_presses
 
-    log = read_presses(path, mixed=touched)
+    log = read_presses(path, mixed=touched, log_map=log_map)
     if relaxation is not None and log.t_s is None:
         raise InputError(f"{path}: --relaxation needs a column t_s: when each row was taken")
     for note in log.notes:
@@ -36,7 +36,7 @@ def loops_of(log: "PressLog") -> dict:
     return {"loops": [vars(one) for one in log.loops]} if log.loops else {}
 
 
-def relaxation_of(path: Path, found: "Identification", terms: str | None) -> tuple[dict, dict]:
+def relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
     """The Prony terms of the longest touch of a log, by the identified finger, as plain values, and what its table
     `[identified]` keeps of them; nothing where none are asked for. By its indentations where there are any, else by
     S_d."""
@@ -50,7 +50,7 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None) -> tup
         return {}, {}
     if found.problem.log.stated_sd is not None or len(found.problem.log.specimens) > 1:
         raise InputError(f"{path}: --relaxation needs readings, of presses on one specimen")
-    log = read_presses(path, whole=True, mixed=found.problem.shapes[0].specimen)
+    log = read_presses(path, whole=True, mixed=found.problem.shapes[0].specimen, log_map=log_map)
     time = log.t_s
     assert time is not None, "read_and_tell refuses"
     rows = max(touches(log.modulus_MPa), key=lambda one: float(np.ptp(time[one])))

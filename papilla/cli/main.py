@@ -15,6 +15,7 @@ from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
 from papilla.cli.identify import identify
+from papilla.cli.log import map as map_log
 from papilla.cli.options import grouped
 from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, plain
 from papilla.cli.press import press
@@ -40,10 +41,12 @@ app = typer.Typer(
 )
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     "": (calibrate, identify, press, slide, estimate, view, verify, bench, reproduce),
+    "log": (map_log,),
     "texture": (train, classify),
     "telepresence": (simulate, sensor, display, timing),
 }
 HELP = {
+    "log": "Logs of other programs: what their columns are.",
     "texture": "Tell textures apart: train on logs of known ones, classify others.",
     "telepresence": "Remote touch over a delayed link: what a texture is travels, not its signal; the display makes "
     "touch of it.",

@@ -49,6 +49,15 @@ FrictionOption = Annotated[
 ]
 
 
+MapOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--map",
+        metavar="FILE.toml",
+        help="What the columns of a log are (papilla log map).  [default: log_map.toml beside the log]",
+    ),
+]
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 

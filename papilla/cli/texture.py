@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from papilla.cli.options import JsonOption, keep_inputs
+from papilla.cli.options import JsonOption, MapOption, keep_inputs
 from papilla.cli.output import print_json, print_table, tell
 from papilla.errors import InputError
 
@@ -22,15 +22,16 @@ def train(
         50.0,
     ),
     bands: Annotated[int, typer.Option(help="Bands of wavelength.")] = 8,
+    log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train on logs with velocity or position, at least two of each label: at two speeds, or else twice."""
     from papilla.estimators.texture import Features, train
 
     named = [_named(text) for text in logs]
-    keep_inputs([path for _, path in named], [out])
+    keep_inputs([log_map, *(path for _, path in named)], [out])
     how = Features(window_mm=window, shortest_mm=wavelengths[0], longest_mm=wavelengths[1], bands=bands)
-    runs = [(label, *_run(path)) for label, path in named]
+    runs = [(label, *_run(path, log_map)) for label, path in named]
     groups, left_out = _groups([(label, speed) for label, speed, *_ in runs])
     model = train([(run[0], group, *run[2:]) for run, group in zip(runs, groups, strict=True)], features=how)
     model.save(out)
@@ -45,13 +46,14 @@ def train(
 def classify(
     log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="Log with velocity or position.")],
     model: Annotated[Path, typer.Option(help="Model file of `papilla texture train`.")],
+    log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Say what a log is of, window by window and as a whole; unknown where it is like nothing that was trained."""
     from papilla.estimators.texture import TextureModel
 
     known = TextureModel.load(model)
-    labels, distances = known.classify(*_run(log)[1:])
+    labels, distances = known.classify(*_run(log, log_map)[1:])
     most = max(sorted(set(labels)), key=labels.count)
     found = {"label": most, "share": labels.count(most) / len(labels), "windows": labels}
     found |= {"squared_distance": distances.min(axis=1).tolist(), "limit": known.limit}
@@ -68,14 +70,14 @@ def _named(text: str) -> tuple[str, Path]:
     return label, Path(path)
 
 
-def _run(path: Path) -> tuple[float, "np.ndarray", "np.ndarray"]:
+def _run(path: Path, log_map: Path | None) -> tuple[float, "np.ndarray", "np.ndarray"]:
     """Median speed in mm/s, position (n,) and readings (n, channels) of a log."""
     import numpy as np
 
     from papilla.estimators.lines import travelled
     from papilla.logs import read_time_log
 
-    log = read_time_log(path)
+    log = read_time_log(path, log_map=log_map)
     place = log.position_mm
     if place is None and log.velocity_mm_s is not None:
         place = travelled(log.t_s, np.nan_to_num(log.velocity_mm_s))

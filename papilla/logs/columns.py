@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from papilla.errors import FileFormatError
+from papilla.logs.log_map import GAUGE_COLUMN, LogMap
+from papilla.logs.mapped import MappedReader, opened
 from papilla.tables import Table, TableReader, closest
 
-GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
 TORQUE = "torque_Nmm"
 """Of a sensor at the base about an axis along y: with its distance from the skin it tells the tangential force."""
 SD_ALONE = (
@@ -26,13 +27,16 @@ def open_log(
     optional: tuple[str, ...],
     words: tuple[str, ...] = (),
     instead: tuple[str, ...] = ("tangential_N", TORQUE),
-) -> tuple[TableReader, tuple[str, ...]]:
+    log_map: LogMap | str | Path | None = None,
+) -> tuple[TableReader | MappedReader, tuple[str, ...]]:
     """A reader of the known columns, and the gauges; refuses missing columns and probable slips of known names.
 
-    words : columns of text. instead : of which one must be there where there is no gauge.
+    words : columns of text. instead : of which one must be there where there is no gauge. log_map : what the columns
+    are, or the file that says so; None takes the map beside the log, if there is one.
     """
     known = (*needed, *optional)
-    reader = TableReader(path, lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None, words)
+    log_map = LogMap.load(log_map) if isinstance(log_map, str | Path) else log_map or LogMap.beside(Path(path))
+    reader = opened(Path(path), lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None, words, log_map)
     try:
         return reader, _gauges(reader, needed, known, instead)
     except BaseException:
@@ -41,7 +45,7 @@ def open_log(
 
 
 def _gauges(
-    reader: TableReader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
+    reader: TableReader | MappedReader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
 ) -> tuple[str, ...]:
     found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
     absent = [name for name in known if name not in reader.names]
@@ -52,7 +56,8 @@ def _gauges(
             raise FileFormatError(f"{reader.path}, line 1: unknown column {name}; did you mean {meant}?")
     for name in needed:
         if name in absent:
-            raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found})")
+            hint = "; papilla log map proposes what the columns are" if reader.ignored else ""
+            raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found}){hint}")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
     if not gauges and not {*instead} & {*reader.names}:
         alone = f"; {SD_ALONE}" if "sd_microstrain" in reader.names else ""

@@ -10,6 +10,7 @@ import numpy as np
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.loading import Loop, loading, loops
+from papilla.logs.log_map import LogMap
 from papilla.short_repr import short_repr
 from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Specimen, Sphere
 from papilla.tables import Table, write_table
@@ -82,12 +83,14 @@ class PressLog:
         write_table(path, columns)
 
 
-def read_presses(path: str | Path, *, whole: bool = False, mixed: Specimen | None = None) -> PressLog:
+def read_presses(
+    path: str | Path, *, whole: bool = False, mixed: Specimen | None = None, log_map: LogMap | str | Path | None = None
+) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain,t_s`.
 
     With `t_s` the rows in which a touch is loaded are kept alone, and `notes` and `loops` tell of the others, unless
     the `whole` log is asked for. mixed : what is pressed where the log does not say; then it may say so with
-    `SPECIMENS`, and hold `sd_microstrain` instead of gauges.
+    `SPECIMENS`, and hold `sd_microstrain` instead of gauges. log_map : as in `read_time_log`.
 
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
@@ -95,7 +98,8 @@ def read_presses(path: str | Path, *, whole: bool = False, mixed: Specimen | Non
     rise; a specimen without its measure, or with that of another.
     """
     instead = ("sd_microstrain",) if mixed is not None else ()
-    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), (*PRESS_OPTIONAL, *SPECIMENS), SPECIMENS[:1], instead)
+    optional = (*PRESS_OPTIONAL, *SPECIMENS)
+    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), optional, SPECIMENS[:1], instead, log_map)
     with reader:
         table = reader.whole()
     if len(table) < 2:

@@ -13,6 +13,8 @@ from papilla import checks
 from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
 from papilla.logs.columns import TORQUE, check_finite, open_log
+from papilla.logs.log_map import LogMap
+from papilla.logs.mapped import MappedReader
 from papilla.logs.spread import Magnitudes, Noise
 from papilla.short_repr import short_repr
 from papilla.tables import Table, TableReader
@@ -74,7 +76,7 @@ class TimeLog:
 class _Scan:
     """What has to be known of a time log before its rows are used, from one look at its blocks."""
 
-    def __init__(self, reader: TableReader, gauges: tuple[str, ...], lever_mm: float | None):
+    def __init__(self, reader: TableReader | MappedReader, gauges: tuple[str, ...], lever_mm: float | None):
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
         there = {*reader.names, *(["tangential_N"] if lever_mm else [])}
         self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there))
@@ -142,8 +144,9 @@ class TimeLogFile:
         progress: Callable[[int], None] = lambda rows: None,
         *,
         lever_mm: float | None = None,
+        log_map: LogMap | str | Path | None = None,
     ):
-        self._reader, self.gauge_names = open_log(path, ("t_s",), (*TIME_OPTIONAL, TORQUE))
+        self._reader, self.gauge_names = open_log(path, ("t_s",), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
         try:
             self._lever = _lever(self._reader, lever_mm)
             scan = _Scan(self._reader, self.gauge_names, self._lever)
@@ -184,7 +187,7 @@ def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:
     return block.columns[name]
 
 
-def _lever(reader: TableReader, lever_mm: float | None) -> float | None:
+def _lever(reader: TableReader | MappedReader, lever_mm: float | None) -> float | None:
     """The lever arm, where there is a torque to use it for."""
     if lever_mm is None:
         if TORQUE in reader.names:
@@ -199,17 +202,20 @@ def _lever(reader: TableReader, lever_mm: float | None) -> float | None:
     return lever_mm
 
 
-def read_time_log(path: str | Path, *, lever_mm: float | None = None) -> TimeLog:
+def read_time_log(
+    path: str | Path, *, lever_mm: float | None = None, log_map: LogMap | str | Path | None = None
+) -> TimeLog:
     """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`; with the last of these
     the gauges may be missing.
 
     lever_mm : of a log with `torque_Nmm` in place of tangential_N: the distance from the torque's axis to the skin.
+    log_map : what the columns are, or its file; None takes the map beside the log (`papilla.logs.log_map.BESIDE`), if there is one.
 
     Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two rows, a time that is no number or earlier than the one before, all times equal.
     """
-    with TimeLogFile(path, lever_mm=lever_mm) as file:
+    with TimeLogFile(path, lever_mm=lever_mm, log_map=log_map) as file:
         rows = np.concatenate(list(file.blocks()))
     gauges = len(file.gauge_names)
     optional: dict[str, np.ndarray | None] = dict.fromkeys(TIME_OPTIONAL)

@@ -1,0 +1,139 @@
+"""Log map: a TOML file that says which column of somebody's log is what, in which unit.
+
+```toml
+decimal = ","                 # and delimiter = ";", header_line = 3, where they are not told by the file itself
+speed_mm_s = 50.0             # a constant speed, where no column has one
+air_s = [0.0, 1.2]            # seconds of the log before the touch: their mean is the zero of gauges and force
+
+[columns]
+t_s = { column = "time", unit = "ms" }
+force_N = { column = "Fz", unit = "gf" }
+g1 = { column = "ch1", unit = "mV/V", gauge_factor = 2.1, active_arms = 1 }
+g2 = { column = "ch2", unit = "counts", bits = 16, span_V = 5.0, amplification = 500.0, excitation_V = 2.5, gauge_factor = 2.1 }
+```
+
+The keys of `[columns]` are papilla's columns. An amplifier's output becomes strain by the equation of a bridge for small
+strain, e = 4 V_out / (active_arms gauge_factor V_excitation).
+"""  # noqa: E501
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from papilla import checks
+from papilla.errors import FileFormatError, InputError
+from papilla.file_models import first_of, in_words, keys_of, table
+from papilla.files import read_toml
+from papilla.logs.quantities import BRIDGES, QUANTITIES, quantity_of
+from papilla.tables import closest
+
+BESIDE = "log_map.toml"
+"""Name of the map that is found beside a log."""
+GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a log: its name and unit; of a gauge's amplifier what turns its output into strain.
+
+    unit : of the quantity's units, `papilla.logs.quantities`. gauge_factor, active_arms : of the bridge (1 quarter, 2
+    half, 4 full). amplification, excitation_V : of a voltage. bits, span_V : counts are `span_V / 2**bits` V each.
+    Raises `InputError` for a number that is not positive.
+    """
+
+    column: str
+    unit: str
+    gauge_factor: float | None = None
+    active_arms: float = 1.0
+    amplification: float = 1.0
+    excitation_V: float | None = None
+    bits: int | None = None
+    span_V: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("gauge_factor", "active_arms", "amplification", "excitation_V", "bits", "span_V"):
+            if (value := getattr(self, name)) is not None:
+                checks.positive(name, value)
+
+    def factor(self, to: str) -> float:
+        """From the log's unit into that of papilla's column `to`; raises `InputError` for another quantity's unit."""
+        known = quantity_of(to).units
+        if self.unit not in known:
+            meant = closest(self.unit, [*known])
+            hint = f"; did you mean {meant}?" if meant else ""
+            raise InputError(f"columns.{to}: unit must be one of {', '.join(known)}, got {self.unit!r}{hint}")
+        if to in QUANTITIES or self.unit not in BRIDGES:
+            return known[self.unit]
+        needed = {"mV/V": (), "V": ("excitation_V",), "counts": ("excitation_V", "bits", "span_V")}[self.unit]
+        for name in ("gauge_factor", *needed):
+            if getattr(self, name) is None:
+                raise InputError(f"columns.{to}: a gauge in {self.unit} needs {name}")
+        ratio = 1e-3 if self.unit == "mV/V" else 1 / (self.excitation_V * self.amplification)  # type: ignore[operator]
+        if self.unit == "counts":
+            ratio *= self.span_V / 2**self.bits  # type: ignore[operator]
+        return 1e6 * ratio * 4 / (self.active_arms * self.gauge_factor)  # type: ignore[operator]
+
+
+@dataclass(frozen=True)
+class LogMap:
+    """What the columns of a log are.
+
+    columns : papilla's column -> that of the log. delimiter, decimal, header_line : of the text, None where the file
+    tells them. speed_mm_s : a constant speed. air_s : (from, to) in s before the touch. path : of its file.
+    Raises `InputError` for columns and units that there are not.
+    """
+
+    columns: Mapping[str, Column] = field(default_factory=dict)
+    delimiter: str | None = None
+    decimal: str | None = None
+    header_line: int = 1
+    speed_mm_s: float | None = None
+    air_s: tuple[float, float] | None = None
+    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        for name, column in self.columns.items():
+            if name not in QUANTITIES and not GAUGE_COLUMN.fullmatch(name):
+                meant = closest(name, [*QUANTITIES])
+                known = f"; did you mean {meant}?" if meant else f": papilla knows {', '.join(QUANTITIES)}, g1, g2, ..."
+                raise InputError(f"columns.{name} is no column of papilla{known}")
+            column.factor(name)
+        if self.decimal not in (None, ".", ",") or self.delimiter not in (None, ",", ";", "\t", " "):
+            raise InputError('decimal must be "." or ",", delimiter ",", ";", "\\t" or " "')
+        checks.positive("header_line", self.header_line)
+        if self.air_s is not None:
+            first, last = (checks.finite("air_s", value) for value in self.air_s)
+            if first >= last:
+                raise InputError(f"air_s must rise, got {first:g} and {last:g}")
+        if self.speed_mm_s is not None:
+            checks.finite("speed_mm_s", self.speed_mm_s)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> "LogMap":
+        """Read a map; raises `FileAccessError`, or `FileFormatError` with the key that is wrong."""
+        path = Path(path)
+        try:
+            return _ADAPTER.validate_python({"columns": {}} | read_toml(path, "log map") | {"path": path})
+        except ValidationError as error:
+            problem = in_words(first_of(error))
+            unknown = re.fullmatch(r"unknown key ((?:.*\.)?)(\w+)", problem)
+            known = [*(_COLUMN_KEYS if unknown and "columns" in unknown[1] else _MAP_KEYS)]
+            meant = closest(unknown[2], known) if unknown else None
+            raise FileFormatError(f"{path}: {problem}{f'; did you mean {meant}?' if meant else ''}") from error
+
+    @classmethod
+    def beside(cls, log: Path) -> "LogMap | None":
+        """The map in the folder of a log, if there is one; raises what `load` raises."""
+        path = log.with_name(BESIDE)
+        return cls.load(path) if path.is_file() else None
+
+
+_COLUMN_KEYS = keys_of(Column)
+_COLUMNS: Any = dict.__class_getitem__((str, table(Column, _COLUMN_KEYS, known=True)))
+_MAP_KEYS = keys_of(LogMap, columns=_COLUMNS, path=Any, air_s=tuple[float, float])
+_ADAPTER: TypeAdapter[LogMap] = TypeAdapter(table(LogMap, _MAP_KEYS, known=True))

@@ -1,0 +1,157 @@
+"""A log by its map: the reader whose columns and units are papilla's, whatever those of the file are."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from papilla.errors import FileFormatError
+from papilla.logs.log_map import GAUGE_COLUMN, Column, LogMap
+from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
+from papilla.tables import BLOCK, Table, TableReader, closest
+
+ZEROED = ("force_N", "tangential_N")
+"""What, beside gauges, has its zero in the air."""
+
+
+class MappedReader:
+    """Reads as `TableReader` does, under papilla's names and in its units; names, ignored, notes and path as there."""
+
+    def __init__(self, reader: TableReader, log_map: LogMap, wanted: Callable[[str], bool]):
+        self._reader, self._map, self.path = reader, log_map, reader.path
+        self._columns = {name: column for name, column in log_map.columns.items() if wanted(name)}
+        self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
+        self.names = (*self._columns, *self._constant)
+        self.ignored = reader.ignored
+        self._factors = {name: column.factor(name) for name, column in self._columns.items()}
+        self._start, self._zeros = self._first_time(), {name: 0.0 for name in self._columns}
+        self.notes = (*self._told(), *reader.notes)
+        if log_map.air_s is not None:
+            self._zeros |= self._in_air(*log_map.air_s)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._reader.__exit__(*error)
+
+    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+        """All rows, as `TableReader.blocks` gives them; raises what that raises."""
+        called = {name: column.column for name, column in self._columns.items()}
+        for block in self._reader.blocks(size):
+            table = Table(block.path, block.columns, block.lines, called)
+            columns = {name: self._values(table, name) for name in self._columns}
+            columns |= {name: np.full(len(block), value) for name, value in self._constant.items()}
+            yield replace(table, columns=columns)
+
+    def whole(self) -> Table:
+        """All rows as one table; raises what `blocks` raises."""
+        blocks = list(self.blocks())
+        columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in self.names}
+        return replace(blocks[0], columns=columns, lines=np.concatenate([block.lines for block in blocks]))
+
+    def _values(self, block: Table, name: str) -> np.ndarray:
+        column = self._columns[name]
+        found = block.columns[column.column]
+        if found.dtype.kind != "U":
+            return found * self._factors[name] - self._zeros[name]
+        return found if column.unit != ISO else (_instants(block, name, found) - self._start) / np.timedelta64(1, "s")
+
+    def _first_time(self) -> np.datetime64:
+        """The instant from which seconds are counted, where times are dates."""
+        column = self._columns.get("t_s")
+        if column is None or column.unit != ISO:
+            return np.datetime64(0, "ns")
+        block = next(self._reader.blocks(1))
+        table = Table(block.path, block.columns, block.lines, {"t_s": column.column})
+        return _instants(table, "t_s", block.columns[column.column])[0]
+
+    def _in_air(self, first: float, last: float) -> dict[str, float]:
+        """Mean of gauges and force between two times (s) of the log."""
+        names = [name for name in self._columns if GAUGE_COLUMN.fullmatch(name) or name in ZEROED]
+        total, count = np.zeros(len(names)), np.zeros(len(names))
+        for block in self.blocks() if "t_s" in self._columns else ():
+            rows = np.column_stack([block.columns[name] for name in names])
+            rows = rows[(first <= block.columns["t_s"]) & (block.columns["t_s"] <= last)]
+            total, count = total + np.nansum(rows, axis=0), count + np.isfinite(rows).sum(axis=0)
+        if not count.all():
+            absent = ", ".join(name for name, rows in zip(names, count, strict=True) if not rows)
+            raise FileFormatError(f"{self.path}: air_s {first:g} to {last:g} s holds no row of {absent}")
+        return dict(zip(names, (total / count).tolist(), strict=True))
+
+    def _told(self) -> Iterator[str]:
+        where = f"by {self._map.path.name}" if self._map.path else "by its name"
+        read = [
+            f"{column.column} is {name}" + (f" in {column.unit}" if column.factor(name) != 1 else "")
+            for name, column in self._columns.items()
+            if column.column != name or self._factors[name] != 1
+        ]
+        if read:
+            yield f"columns {where}: {', '.join(read)}"
+        if self._map.air_s is not None:
+            yield "gauges and forces count from their mean over {:g} to {:g} s, in the air".format(*self._map.air_s)
+
+
+def opened(
+    path: Path, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None
+) -> TableReader | MappedReader:
+    """A reader of a log: by a map, or by the units in the names of its columns, or as it stands.
+
+    Raises what `TableReader` raises, and `FileFormatError` for a map that does not fit the log.
+    """
+    given = log_map or LogMap()
+    dialect = given.delimiter, given.decimal, given.header_line
+    reader = TableReader(path, wanted, words, delimiter=dialect[0], decimal=dialect[1], header_line=dialect[2])
+    try:
+        chosen = replace(given, columns=by_name(path, reader.header, wanted) | dict(given.columns))
+        absent = next((column for column in chosen.columns.values() if column.column not in reader.header), None)
+        if absent is not None:
+            meant = closest(absent.column, reader.header)
+            hint = f"; did you mean {meant}?" if meant else f" (found {', '.join(reader.header)[:400]})"
+            raise FileFormatError(f"{given.path}: the log {path} has no column {absent.column!r}{hint}")
+        if log_map is None and all(name == column.column for name, column in chosen.columns.items()):
+            return reader
+        text = [column.column for name, column in chosen.columns.items() if name in words or column.unit == ISO]
+        reader.want({column.column for column in chosen.columns.values()}.__contains__, tuple(text))
+        return MappedReader(reader, chosen, wanted)
+    except BaseException:
+        reader.__exit__()
+        raise
+
+
+def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) -> dict[str, Column]:
+    """What columns are that have papilla's names, or a known name with its unit ("Fz [N]", "t_ms")."""
+    found: dict[str, Column] = {}
+    for name in header:
+        stem, unit = split_unit(name)
+        column = name if wanted(name) else column_meant(stem) if unit else None
+        if column is None or not wanted(column) or (column != name and unit not in quantity_of(column).units):
+            continue
+        if column in found and column != name and found[column].column != column:
+            both = f"{found[column].column} and {name}"
+            raise FileFormatError(f"{path}: {both} are both {column}: say which one is in a map (papilla log map)")
+        if column not in found or column == name:
+            found[column] = Column(name, unit if column != name and unit else _own_unit(column))
+    return found
+
+
+def _own_unit(column: str) -> str:
+    """The unit of papilla's column; of text, which has none, the first there is."""
+    known = quantity_of(column).units
+    return next((unit for unit, factor in known.items() if factor == 1), next(iter(known)))
+
+
+def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
+    """Dates and times (n,) as instants; a zone is dropped, for a log has one."""
+    plain = np.char.replace(np.char.replace(cells, "Z", ""), " ", "T")
+    try:
+        return plain.astype("datetime64[ns]")
+    except ValueError:
+        for row, cell in enumerate(plain):
+            try:
+                np.datetime64(str(cell), "ns")
+            except ValueError:
+                raise block.fault(row, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
+        raise

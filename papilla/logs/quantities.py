@@ -1,0 +1,94 @@
+"""Quantities of a log: papilla's column of each, the units in which labs record it, and the names that they give it."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from papilla import units
+
+_TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+_NEWTON = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
+_FORCES = _NEWTON | {"gf": units.gf_to_newton(1.0), "g": units.gf_to_newton(1.0), "kgf": units.gf_to_newton(1e3)}
+_LENGTHS = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
+_SPEEDS = {f"{unit}/s": factor for unit, factor in _LENGTHS.items()}
+_PRESSURES = {"MPa": 1.0, "kPa": 1e-3, "Pa": 1e-6, "GPa": 1e3}
+_TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": 10.0, "Nm": 1e3}
+ISO = "iso"
+"""Unit of a time that is written as date and time (2026-05-04T12:30:00.001)."""
+STRAINS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": 1e6, "m/m": 1e6, "%": 1e4}
+BRIDGES = ("mV/V", "V", "counts")
+"""Units of a gauge's amplifier, which its gauge factor turns into strain (`papilla.logs.log_map.Column`)."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """units : name -> factor into the unit of papilla's column. words : what labs call it, in small letters."""
+
+    units: Mapping[str, float]
+    words: tuple[str, ...]
+
+
+QUANTITIES = {
+    "t_s": Quantity(_TIMES | {ISO: 1.0}, ("t", "time", "timestamp", "stamp", "elapsed", "zeit")),
+    "force_N": Quantity(_FORCES, ("force", "fz", "fn", "load", "normal_force", "normal", "kraft", "loadcell")),
+    "tangential_N": Quantity(_FORCES, ("tangential", "ft", "fx", "shear", "tangential_force", "friction_force")),
+    "torque_Nmm": Quantity(_TORQUES, ("torque", "moment", "tz", "mz", "my")),
+    "velocity_mm_s": Quantity(_SPEEDS, ("velocity", "speed", "vel", "v", "vx")),
+    "position_mm": Quantity(_LENGTHS, ("position", "pos", "stage", "encoder", "travel")),
+    "indentation_mm": Quantity(_LENGTHS, ("indentation", "depth", "displacement", "z")),
+    "modulus_MPa": Quantity(_PRESSURES, ("modulus", "e", "young", "youngs_modulus", "stiffness")),
+    "modulus_sigma_MPa": Quantity(_PRESSURES, ("modulus_sigma",)),
+    "thickness_mm": Quantity(_LENGTHS, ("thickness",)),
+    "radius_mm": Quantity(_LENGTHS, ("radius",)),
+    "x_mm": Quantity(_LENGTHS, ("x",)),
+    "y_mm": Quantity(_LENGTHS, ("y",)),
+    "sd_microstrain": Quantity(STRAINS, ("sd",)),
+    "specimen": Quantity({"text": 1.0}, ("specimen",)),
+}
+"""Papilla's column -> its quantity; gauges g1, g2, ... are those of `GAUGE`."""
+
+GAUGE = Quantity(STRAINS | dict.fromkeys(BRIDGES, 1.0), ("g", "ch", "channel", "gauge", "strain", "sg", "dms", "ai"))
+
+_BRACKETS = re.compile(r"(?P<stem>.*?)[\s_]*(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|\s/\s(?P<c>\S+))\s*")
+_NUMBERED = re.compile(r"(?P<stem>.*?)[\s_.-]*(?P<number>[0-9]+)")
+
+
+def quantity_of(column: str) -> Quantity:
+    """The quantity of one of papilla's columns, `QUANTITIES` or a gauge."""
+    return QUANTITIES.get(column, GAUGE)
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Name and unit of "Fz [N]", "time(s)", "force / N", "force_gf" or "speed_mm_s"; None where no unit stands.
+
+    A unit behind an underscore is one only if some quantity has it, in exactly these letters.
+    """
+    if (found := _BRACKETS.fullmatch(name)) is not None:
+        return found["stem"].strip(), plain_unit(next(unit for unit in found.group("a", "b", "c") if unit))
+    parts = name.split("_")
+    for count in (2, 1):
+        unit = plain_unit("/".join(parts[-count:]))
+        if len(parts) > count and any(unit in one.units for one in (*QUANTITIES.values(), GAUGE)):
+            return "_".join(parts[:-count]), unit
+    return name, None
+
+
+def plain_unit(unit: str) -> str:
+    """A unit in the spelling of `QUANTITIES`: u for micro, no spaces, points or powers of -1."""
+    text = re.sub(r"[\s.·*]", "", unit).replace("µ", "u").replace("μ", "u").replace("s^-1", "/s").replace("ε", "e")
+    return {"uStrain": "microstrain", "ustrain": "microstrain", "µε": "ue", "grams": "g", "sec": "s"}.get(text, text)
+
+
+def split_number(name: str) -> tuple[str, int | None]:
+    """Stem in small letters and number of "Strain 3" or "ch1"; the number is None where none stands."""
+    found = _NUMBERED.fullmatch(name.strip())
+    stem, number = (found["stem"], int(found["number"])) if found else (name, None)
+    return re.sub(r"[\s_.-]+", "_", stem.strip().lower()), number
+
+
+def column_meant(stem: str) -> str | None:
+    """Papilla's column that a lab's name without its unit means; None where the name is none of `QUANTITIES`."""
+    word, number = split_number(stem)
+    if number is not None:
+        return f"g{number}" if word in GAUGE.words and number > 0 else None
+    return next((column for column, quantity in QUANTITIES.items() if word in quantity.words), None)

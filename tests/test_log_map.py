@@ -1,0 +1,205 @@
+"""Logs as labs write them: units in names, a map, a proposed map, and one clear line for what does not fit."""
+
+import gzip
+
+import numpy as np
+import pytest
+
+from papilla.errors import FileFormatError
+from papilla.logs import read_presses, read_time_log
+from papilla.logs.log_map import Column, LogMap
+from papilla.logs.proposal import propose
+from papilla.logs.quantities import column_meant, split_unit
+from papilla.units import gf_to_newton
+
+GF = gf_to_newton(1.0)
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(content: str, name: str = "log.csv"):
+        path = tmp_path / name
+        path.write_bytes(gzip.compress(content.encode()) if name.endswith(".gz") else content.encode())
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    "name, stem, unit",
+    [
+        ("Fz [N]", "Fz", "N"),
+        ("time(s)", "time", "s"),
+        ("Strain 3 (mV/V)", "Strain 3", "mV/V"),
+        ("force / gf", "force", "gf"),
+        ("force_gf", "force", "gf"),
+        ("t_ms", "t", "ms"),
+        ("speed_mm_s", "speed", "mm/s"),
+        ("depth [µm]", "depth", "um"),
+        ("force_n", "force_n", None),
+        ("g1", "g1", None),
+    ],
+)
+def test_a_unit_in_a_name(name, stem, unit):
+    assert split_unit(name) == (stem, unit)
+
+
+def test_names_that_labs_give():
+    assert [column_meant(name) for name in ("Time", "ch 3", "Fz", "Load", "temperature", "ch0")] == [
+        "t_s", "g3", "force_N", "force_N", None, None,
+    ]  # fmt: skip
+
+
+def test_columns_with_their_unit_need_no_map(file):
+    found = read_time_log(file("t_ms,g1,Fz [gf],speed_m_s,room\n0,10,50,0.02,21\n2,12,51,0.02,21\n4,14,52,0.02,21\n"))
+    np.testing.assert_allclose(found.t_s, [0, 0.002, 0.004])
+    np.testing.assert_allclose(found.force_N, np.array([50, 51, 52]) * GF)
+    np.testing.assert_allclose(found.velocity_mm_s, 20)
+    said = "columns by its name: t_ms is t_s in ms, Fz [gf] is force_N in gf, speed_m_s is velocity_mm_s in m/s"
+    assert said in found.report.notes and "ignored columns: room" in found.report.notes
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.csv.gz"])
+def test_semicolons_and_decimal_commas_are_read_and_told(file, name):
+    found = read_time_log(file("t_s;g1;force_N\n0,000;1,5;0,1\n0,001;2,5;0,2\n0,002;;0,3\n", name))
+    np.testing.assert_array_equal(found.readings[:, 0], [1.5, 2.5, np.nan])
+    assert found.force_N.tolist() == [0.1, 0.2, 0.3]
+    assert "cells are separated by semicolons, decimal commas" in found.report.notes
+
+
+def test_thousands_are_not_taken_for_decimals(file):
+    with pytest.raises(FileFormatError, match=r"line 3, column g1: expected a number, got '1.234,5'"):
+        read_time_log(file("t_s;g1\n0,1;1,5\n0,2;1.234,5\n"))
+
+
+def test_a_bridge_in_counts_becomes_strain(file, tmp_path):
+    path = file("time;Fz;ch1;ch2\n2026-05-04T12:00:00.000;100;1000;-7\n2026-05-04T12:00:00.010;200;2000;0\n")
+    bridge = {"gauge_factor": 2.0, "excitation_V": 2.5, "amplification": 500.0, "bits": 16, "span_V": 5.0}
+    log_map = LogMap(
+        {
+            "t_s": Column("time", "iso"),
+            "force_N": Column("Fz", "gf"),
+            "g1": Column("ch1", "counts", **bridge),
+            "g2": Column("ch2", "mV/V", gauge_factor=2.0, active_arms=2),
+        },
+        speed_mm_s=40.0,
+    )
+    found = read_time_log(path, log_map=log_map)
+    np.testing.assert_allclose(found.t_s, [0, 0.01])
+    # 1000 counts are 76.3 mV behind the amplifier, 61.0 uV/V of the bridge, and 4 / 2 of that as strain
+    np.testing.assert_allclose(found.readings[:, 0], np.array([1, 2]) * 1000 * 5 / 2**16 / 500 / 2.5 * 4 / 2 * 1e6)
+    np.testing.assert_allclose(found.readings[:, 1], [-7e-3 * 4 / (2 * 2) * 1e6, 0])
+    np.testing.assert_allclose(found.velocity_mm_s, 40)
+
+
+def test_a_map_beside_the_log_is_taken_and_told_and_air_is_the_zero(file):
+    file('air_s = [0.0, 0.015]\n[columns]\ng1 = { column = "a", unit = "strain" }\n', "log_map.toml")
+    found = read_time_log(file("t_s,a,force_N\n0,1e-6,0.1\n0.01,3e-6,0.1\n0.02,9e-6,0.5\n"))
+    np.testing.assert_allclose(found.readings[:, 0], [-1, 1, 7])
+    np.testing.assert_allclose(found.force_N, [0, 0, 0.4])
+    assert found.report.notes[:2] == (
+        "columns by log_map.toml: a is g1 in strain",
+        "gauges and forces count from their mean over 0 to 0.015 s, in the air",
+    )
+
+
+def test_presses_by_a_map(file):
+    log_map = LogMap({"force_N": Column("F", "gf"), "modulus_MPa": Column("E", "kPa"), "g1": Column("s", "strain")})
+    found = read_presses(file("F,E,s\n10,50,1e-5\n20,60,2e-5\n"), log_map=log_map)
+    np.testing.assert_allclose(found.modulus_MPa, [0.05, 0.06])
+    np.testing.assert_allclose(found.force_N, np.array([10, 20]) * GF)
+    np.testing.assert_allclose(found.readings[:, 0], [10, 20])
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("speed_mms = 3", "unknown key speed_mms; did you mean speed_mm_s?"),
+        ('[columns]\nt_s = { colum = "a", unit = "s" }', "did you mean column?"),
+        ('[columns]\nt_s = { column = "a", unit = "S" }', "unit must be one of s, ms, us, ns, min, iso, got 'S'"),
+        ('[columns]\nforse_N = { column = "a", unit = "N" }',
+         "columns.forse_N is no column of papilla; did you mean force_N"),
+        ('[columns]\ng1 = { column = "a", unit = "mV/V" }', "columns.g1: a gauge in mV/V needs gauge_factor"),
+        ('[columns]\ng1 = { column = "a", unit = "counts", gauge_factor = 2 }', "needs excitation_V"),
+        ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "gauge_factor must be greater than 0"),
+        ("air_s = [2.0, 1.0]", "air_s must rise"),
+        ("[columns", "is not valid TOML"),
+        ('decimal = "x"', 'decimal must be "." or ","'),
+    ],
+)  # fmt: skip
+def test_a_bad_map_is_one_line(file, text, message):
+    path = file(text, "m.toml")
+    with pytest.raises(FileFormatError) as caught:
+        LogMap.load(path)
+    assert message in str(caught.value) and str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+def test_a_map_of_another_log_names_the_nearest_column(file):
+    log_map = LogMap({"g1": Column("strain_1", "strain")})
+    with pytest.raises(FileFormatError, match=r"has no column 'strain_1'; did you mean strain1\?"):
+        read_time_log(file("t_s,strain1\n0,1\n1,2\n"), log_map=log_map)
+
+
+def test_two_columns_of_one_quantity_ask_for_a_map(file):
+    with pytest.raises(FileFormatError, match=r"Fz \[N\] and load_gf are both force_N: say which one is in a map"):
+        read_time_log(file("t_s,g1,Fz [N],load_gf\n0,1,0,0\n1,2,0,0\n"))
+
+
+@pytest.mark.parametrize(
+    "content, expected",
+    [
+        ("t,ch1,ch2,Fz\n0,1,2,30\n1,2,3,31\n2,3,4,32\n", {"t_s": "ms", "g1": "microstrain", "force_N": "gf"}),
+        ("time (us)\tSG 1\tSG 2\n0\t1e-5\t2e-5\n1000\t2e-5\t3e-5\n", {"t_s": "us", "g1": "strain", "g2": "strain"}),
+        ("Zeit;DMS1 (mV/V);Kraft [N]\n0,00;0,12;0,3\n0,01;0,13;0,4\n", {"t_s": "s", "g1": "mV/V", "force_N": "N"}),
+        ("stamp,ai0,ai1,load\n2026-01-02 03:04:05.1,2000,2010,0.1\n2026-01-02 03:04:05.2,2001,2002,0.1\n",
+         {"t_s": "iso", "g1": "counts", "g2": "counts", "force_N": "N"}),
+        ("# rig 3\n# 1 kHz\n\ntime,strain,vel\n0.000,5,10\n0.001,6,10\n", {"t_s": "s", "g1": "microstrain"}),
+        ("force_gf,E_kPa,g1\n10,50,1\n20,60,2\n", {"force_N": "gf", "modulus_MPa": "kPa", "g1": "microstrain"}),
+    ],
+)  # fmt: skip
+def test_a_proposed_map_reads_its_own_log(file, content, expected):
+    path = file(content)
+    found = propose(path)
+    guessed = {guess.meant: guess.unit for guess in found.guesses if guess.meant}
+    assert guessed.items() >= expected.items()
+    log_map = LogMap.load(file(found.to_toml(), "proposed.toml"))
+    read = read_presses if "modulus_MPa" in guessed else read_time_log
+    assert read(path, log_map=log_map).readings.shape[1] == sum(name.startswith("g") for name in guessed)
+
+
+@pytest.mark.parametrize("content", ["", "\x00\x01\n", "no table\nhere at all\n", "a,b\nx,y\n"])
+def test_rubbish_is_no_table(file, content):
+    with pytest.raises(FileFormatError, match="no table in its first 60 lines"):
+        propose(file(content))
+
+
+def test_what_nothing_tells_is_named(file):
+    found = propose(file("alpha,beta\n0,1\n1,2\n"))
+    assert [guess.meant for guess in found.guesses] == ["", ""]
+    assert "not used, for nothing tells what they are: alpha, beta" in found.to_toml()
+    assert any("no column seems to be a gauge" in question for question in found.open_questions)
+
+
+def test_commands_read_by_a_map_and_propose_one(file, tmp_path, monkeypatch, capsys):
+    from papilla.cli.main import run
+
+    rows = "".join(f"{k};{10 * (k % 5)};{k % 3}\n" for k in range(200))
+    file("ms;gf;ch1\n" + rows, "lab.csv")
+    monkeypatch.chdir(tmp_path)
+
+    def called(*arguments: str) -> int:
+        with pytest.raises(SystemExit) as end:
+            run([*arguments])
+        return int(end.value.code or 0)
+
+    assert called("log", "map", "lab.csv", "--out", "proposed.toml") == 0
+    said = capsys.readouterr()
+    assert "ch1" in said.out and "no column seems to be a time" in said.err
+    columns = 't_s = { column = "ms", unit = "ms" }\nforce_N = { column = "gf", unit = "gf" }\n'
+    file(f'[columns]\n{columns}g1 = {{ column = "ch1", unit = "microstrain" }}\n', "by.toml")
+    assert called("estimate", "lab.csv", "--out", "e.csv") == 2
+    assert "column t_s is missing" in capsys.readouterr().err
+    assert called("estimate", "lab.csv", "--map", "by.toml", "--out", "e.csv") == 0
+    assert "columns by by.toml: ms is t_s in ms, gf is force_N in gf, ch1 is g1" in capsys.readouterr().err
+    assert called("estimate", "lab.csv", "--map", "by.toml", "--out", "by.toml") == 2
+    assert (tmp_path / "by.toml").read_text().startswith("[columns]")
