@@ -209,7 +209,7 @@ def read_time_log(
     the gauges may be missing.
 
     lever_mm : of a log with `torque_Nmm` in place of tangential_N: the distance from the torque's axis to the skin.
-    log_map : what the columns are, or its file; None takes the map beside the log (`papilla.logs.log_map.BESIDE`), if there is one.
+    log_map : what the columns are, or its file; None takes the map `log_map.toml` beside the log, if there is one.
 
     Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
     Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
