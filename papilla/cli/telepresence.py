@@ -27,7 +27,8 @@ from papilla.errors import InputError
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel
     from papilla.telepresence.local_model import LocalModel
-    from papilla.telepresence.loop import Motion, Record
+    from papilla.telepresence.motion import Motion
+    from papilla.telepresence.record import Record
     from papilla.telepresence.texture import Texture
     from papilla.telepresence.touch import Soft
 
@@ -143,7 +144,7 @@ def _check_files(inputs: list[Path | None], outputs: list[Path]) -> None:
 
 
 def _check_force(soft: "Soft | None", force: float) -> None:
-    from papilla.telepresence.loop import PRESS_SWING
+    from papilla.telepresence.motion import PRESS_SWING
 
     if soft is None:
         return
@@ -271,7 +272,7 @@ def _write(path: Path, record: "Record") -> None:
 
 def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_trip_ms: float) -> None:
     """The page, which begins with the wavelength, motion, delay and loss of the run, and what was displayed last."""
-    from papilla.telepresence.loop import RATE_HZ
+    from papilla.telepresence.motion import RATE_HZ
     from papilla.telepresence.page import settings, write_page
 
     wavelength = scene.texture.wavelength(scene.start_mm)

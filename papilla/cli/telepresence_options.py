@@ -11,8 +11,8 @@ from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.telepresence.local_model import LocalModel
-    from papilla.telepresence.loop import Motion
     from papilla.telepresence.messages import Parameters, Quantity
+    from papilla.telepresence.motion import Motion
     from papilla.telepresence.touch import Soft
 
 MODULUS_MPA, FRICTION = 0.3, 0.5
@@ -68,7 +68,7 @@ class HandOptions:
 
     def motion(self) -> "Motion":
         """The motion; raises `InputError`."""
-        from papilla.telepresence.loop import Motion
+        from papilla.telepresence.motion import Motion
 
         return Motion(self.speed, self.strokes, press_N=self.force)
 

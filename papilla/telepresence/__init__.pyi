@@ -18,10 +18,10 @@ from .hand import RemoteHand as RemoteHand
 from .link import Link as Link
 from .link import LinkModel as LinkModel
 from .local_model import LocalModel as LocalModel
-from .loop import Motion as Motion
-from .loop import Record as Record
 from .loop import Set as Set
 from .loop import run as run
+from .motion import Motion as Motion
+from .record import Record as Record
 from .safety import Safety as Safety
 from .sensing import Sensing as Sensing
 from .texture import GratingTexture as GratingTexture

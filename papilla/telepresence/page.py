@@ -9,7 +9,7 @@ from papilla.files import write_text
 from papilla.telepresence.actuator import FADE, PIEZO, Actuator
 from papilla.telepresence.hand import FASTEST_MM_S
 from papilla.telepresence.local_model import RAMP_S
-from papilla.telepresence.loop import WANDER_HZ, Motion
+from papilla.telepresence.motion import WANDER_HZ, Motion
 from papilla.telepresence.safety import Safety
 
 MARK = "/*SETTINGS*/{}"

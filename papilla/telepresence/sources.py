@@ -1,7 +1,6 @@
 """What a sensor process samples: a texture under the remote hand, or a log that is played again."""
 
 import math
-import random
 from typing import Protocol
 
 import numpy as np
@@ -41,8 +40,8 @@ class TouchSource:
 
     def __init__(self, touch: Touch, seed: int = 0):
         self.columns, self.gauges = touch.columns, touch.gauges
-        self._touch, self._remote, self._normal = touch, RemoteHand(), random.Random(seed).gauss
-        self._place = self._force = math.nan
+        self._touch, self._remote, self._noise = touch, RemoteHand(), np.random.default_rng(seed)
+        self.place_mm = self._force = math.nan
 
     def hear(self, heard: Heard) -> None:
         """Follow the hand."""
@@ -56,17 +55,22 @@ class TouchSource:
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
         """Time and row; None before a hand is heard."""
-        self._place, speed = self._remote.at(1e-9 * now_ns)
-        if not math.isfinite(self._place):
+        self.place_mm, speed = self._remote.at(1e-9 * now_ns)
+        if not math.isfinite(self.place_mm):
             return None
-        normal = [self._normal(0.0, 1.0) for _ in range(self._touch.numbers)]
-        return now_s, *self._touch.row(self._place, speed, self._force, normal)
+        normal = self._noise.standard_normal(self._touch.numbers).tolist()
+        return now_s, *self._touch.row(self.place_mm, speed, self._force, normal)
+
+    @property
+    def playing_s(self) -> float:
+        """The time on the hand's clock at which it was where the last sample was taken."""
+        return self._remote.playing_s
 
     @property
     def said(self) -> str:
         """Where the hand is, and how hard it presses."""
         pressing = f", {self._force:.2f} N" if math.isfinite(self._force) else ""
-        return f"hand at {self._place:.1f} mm{pressing}"
+        return f"hand at {self.place_mm:.1f} mm{pressing}"
 
 
 class LogSource:

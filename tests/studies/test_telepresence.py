@@ -13,7 +13,6 @@ from papilla.studies.telepresence import (
     pairwise_2007,
     pairwise_rates,
 )
-from papilla.studies.telepresence.competitor import parameters_against_waveform
 from papilla.studies.telepresence.soak import growth, soak
 from papilla.studies.telepresence.timing import periods
 
@@ -98,10 +97,10 @@ def test_a_display_that_runs_holds_no_more_with_time():
 
 @pytest.mark.slow
 def test_a_side_that_keeps_something_each_period_is_found_out(monkeypatch):
-    from papilla.telepresence import processes
+    from papilla.telepresence import Motion
 
-    kept, place = [], processes.Motion.place_mm
-    monkeypatch.setattr(processes.Motion, "place_mm", lambda self, time: kept.append(object()) or place(self, time))
+    kept, place = [], Motion.place_mm
+    monkeypatch.setattr(Motion, "place_mm", lambda self, time: kept.append(object()) or place(self, time))
     row = soak("display", 0.002)
     assert row.growth_blocks == pytest.approx(3.6e6, rel=0.2)
 
@@ -111,11 +110,3 @@ def test_both_sides_are_timed_as_processes():
     rows = periods(1.5, load=1)
     assert [(row.side, row.load) for row in rows] == [("sensor", 0), ("display", 0), ("sensor", 1), ("display", 1)]
     assert all(row.periods > 0 and 0 < row.p50_ms <= row.p99_9_ms for row in rows)
-
-
-@pytest.mark.slow
-def test_at_equal_bytes_the_local_model_is_nearer_to_what_is_under_the_hand():
-    local, direct, coded = parameters_against_waveform(5.0, seconds=5)
-    assert coded.bytes_per_s <= local.bytes_per_s < 0.05 * direct.bytes_per_s
-    assert local.under_hand_dB > coded.under_hand_dB + 3
-    assert direct.waveform_dB > local.waveform_dB, "without a delay the signal itself is better"

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.telepresence.link import LinkModel
-from papilla.telepresence.loop import Motion, Set, run
+from papilla.telepresence.loop import Set, run
+from papilla.telepresence.motion import Motion
 from papilla.telepresence.texture import GratingTexture, SideBySide
 
 ROUND_TRIPS_MS = (0.0, 60.0, 120.0, 250.0, 500.0)

@@ -14,7 +14,8 @@ from papilla.studies.telepresence.observers import (
     pairwise_rates,
 )
 from papilla.telepresence.link import LinkModel
-from papilla.telepresence.loop import Motion, Set, run
+from papilla.telepresence.loop import Set, run
+from papilla.telepresence.motion import Motion
 from papilla.telepresence.texture import GratingTexture
 
 

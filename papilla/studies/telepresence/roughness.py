@@ -19,7 +19,8 @@ from papilla.studies.telepresence.observers import NOTICED_MS, Observer
 from papilla.telepresence.amplitude import FromWavelength, Measured, PowerCurve, read_curve
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.local_model import LocalModel
-from papilla.telepresence.loop import Record, Set, run
+from papilla.telepresence.loop import Set, run
+from papilla.telepresence.record import Record
 from papilla.telepresence.texture import GratingTexture
 
 TESTS_MM = (0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)

@@ -16,8 +16,8 @@ from papilla import checks
 from papilla.studies.telepresence.timing import free_ports
 from papilla.telepresence.components import Component
 from papilla.telepresence.local_model import LocalModel
-from papilla.telepresence.loop import HAND_HZ, PARAMETERS_HZ, Motion
 from papilla.telepresence.messages import Force, HandReading, Length, Parameters, lines_of, quantity
+from papilla.telepresence.motion import HAND_HZ, PARAMETERS_HZ, Motion
 from papilla.telepresence.period import Period
 from papilla.telepresence.processes import run_display, run_sensor
 from papilla.telepresence.sources import TouchSource

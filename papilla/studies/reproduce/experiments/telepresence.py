@@ -11,7 +11,7 @@ from papilla.studies.telepresence.roughness import DELAY, TESTS_MM, Experiments,
 from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
 from papilla.telepresence.actuator import PIEZO
 from papilla.telepresence.amplitude import Measured
-from papilla.telepresence.loop import HAND_HZ, RATE_HZ
+from papilla.telepresence.motion import HAND_HZ, RATE_HZ
 from papilla.telepresence.loop import run as run_loop
 from papilla.telepresence.messages import Parameters
 from papilla.telepresence.texture import GratingTexture

@@ -1,0 +1,125 @@
+"""The ends of a telepresence loop, each of which steps once a control period: hand, sensor and display.
+
+    hand  -- HandReading, 250 Hz -->  sensor  -- Parameters, 50 Hz -->  display
+
+Hand and display stand at the operator, the sensor where the finger touches. A `Wire` carries their messages: a
+simulated one in `papilla.telepresence.loop`, UDP in `papilla.telepresence.processes`.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Protocol
+
+from papilla.telepresence.answer import Shown, Trust
+from papilla.telepresence.gate import Heard
+from papilla.telepresence.local_model import LocalModel
+from papilla.telepresence.messages import Force, HandReading, Header, Length, Message, Parameters, quantity
+from papilla.telepresence.motion import HAND_HZ, PARAMETERS_HZ, RATE_HZ, Motion
+from papilla.telepresence.sensing import Sensing
+from papilla.telepresence.sources import Source
+
+CATCH_UP = 4
+"""Samples that one control period takes at most."""
+
+
+class Wire(Protocol):
+    """What carries messages to the other end and back."""
+
+    def now_ns(self) -> int:
+        """The clock of this end."""
+
+    def send(self, make: Callable[[Header], Message]) -> None:
+        """Send the message that `make` makes under the next header."""
+
+    def receive(self) -> list[Heard]:
+        """What has arrived, oldest first."""
+
+
+class Timer:
+    """Tells a control period in which it is time again, at a rate that need not divide that of the periods."""
+
+    def __init__(self, rate_Hz: float, period_s: float = 1 / RATE_HZ):
+        self._wait_s, self._last_s = 1 / rate_Hz - 0.5 * period_s, -math.inf
+
+    def due(self, now: float) -> bool:
+        """Whether it is time now."""
+        if now - self._last_s < self._wait_s:
+            return False
+        self._last_s = now
+        return True
+
+
+class HandEnd:
+    """The operator's hand: its motion stands for the encoder of a slider. start_mm : where it begins."""
+
+    def __init__(
+        self, wire: Wire, model: LocalModel, motion: Motion, *, start_mm: float = 0.0, period_s: float = 1 / RATE_HZ
+    ):
+        self._wire, self._model, self._motion, self._start_mm = wire, model, motion, start_mm
+        self._timer = Timer(HAND_HZ, period_s)
+
+    def step(self, now: float) -> float:
+        """Where the hand is now (mm); when it is time, the display and the sensor are told."""
+        place = float(self._motion.place_mm(now)) + self._start_mm
+        if self._timer.due(now):
+            force = float(self._motion.force_N(now))
+            self._model.move(now, place, force)
+            reading = partial(HandReading, position=quantity(Length, place), force=quantity(Force, force))
+            self._wire.send(reading)
+        return place
+
+
+class SensorEnd:
+    """The sensor, whose source follows the hand: samples go into the estimators, what they find is sent.
+
+    sample : the last one of this period, None where there was none. heard_s : when the hand was last heard.
+    """
+
+    def __init__(
+        self,
+        wire: Wire,
+        source: Source,
+        sensing: Sensing,
+        parameters_Hz: float = PARAMETERS_HZ,
+        period_s: float = 1 / RATE_HZ,
+    ):
+        self._wire, self._source, self._sensing, self._period_s = wire, source, sensing, period_s
+        self._timer = Timer(parameters_Hz, period_s)
+        self.sample: tuple[float, ...] | None = None
+        self.heard_s = -math.inf
+
+    def step(self, now: float) -> None:
+        """Follow the hand, take the samples of now, and, when it is time, send what is known of them."""
+        for heard in self._wire.receive():
+            self.heard_s = now
+            self._source.hear(heard)
+        self.sample = None
+        # Samples that came late are made up for, some in one period.
+        for _ in range(CATCH_UP):
+            sample = self._source.sample(now, self._wire.now_ns())
+            if sample is None:
+                break
+            self.sample = sample
+            self._sensing.update(sample)
+            if sample[0] > now - self._period_s:
+                break
+        if self._timer.due(now):
+            self._wire.send(self._sensing.parameters)
+
+
+class DisplayEnd:
+    """The display: learns the texture from messages. message : the last one; age_ns : how old it was when it came."""
+
+    def __init__(self, wire: Wire, model: LocalModel):
+        self._wire, self._model = wire, model
+        self.message: Parameters | None = None
+        self.age_ns = math.nan
+
+    def step(self, now: float) -> Shown:
+        """What the display does now."""
+        for heard in self._wire.receive():
+            if isinstance(heard.message, Parameters):
+                self.message, self.age_ns = heard.message, heard.age_ns
+                self._model.learn(now, heard.message.components, Trust(heard.message.texture))
+        return self._model.update(now)

@@ -1,0 +1,115 @@
+"""What each end of the loop sends and when, over a wire that only keeps what is sent."""
+
+import math
+
+import pytest
+
+from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
+from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer
+from papilla.telepresence.gate import Heard
+from papilla.telepresence.messages import VERSION, Header, Length, Parameters, Strain, quantity
+from papilla.telepresence.messages import Line as TextureLine
+from papilla.telepresence.sources import TouchSource
+
+HEADER = Header(VERSION, 1, 1, 0, 0, 0, 0)
+
+
+class KeptWire:
+    """Keeps what is sent with its time, and gives what is put into `arrived`."""
+
+    def __init__(self):
+        self.now, self.sent, self.arrived = 0.0, [], []
+
+    def now_ns(self):
+        return round(1e9 * self.now)
+
+    def send(self, make):
+        self.sent.append((self.now, make(HEADER)))
+
+    def receive(self):
+        arrived, self.arrived = self.arrived, []
+        return arrived
+
+
+@pytest.fixture
+def wire():
+    return KeptWire()
+
+
+@pytest.mark.parametrize("rate_Hz, rows", [(250, 4), (50, 20), (1000, 1), (30, 33)])
+def test_a_timer_keeps_its_rate_on_the_grid_of_periods(rate_Hz, rows):
+    timer = Timer(rate_Hz)
+    due = [row for row in range(100) if timer.due(row / 1000)]
+    assert due == list(range(0, 100, rows))
+
+
+def test_the_hand_is_read_250_times_a_second_by_display_and_sensor_alike(wire):
+    model, motion = LocalModel(), Motion()
+    hand = HandEnd(wire, model, motion, start_mm=7.0)
+    for row in range(101):
+        wire.now = row / 1000
+        assert hand.step(wire.now) == pytest.approx(7.0 + motion.place_mm(wire.now))
+    times, messages = zip(*wire.sent, strict=True)
+    assert times == pytest.approx([0.004 * number for number in range(26)])
+    assert messages[-1].position.value == pytest.approx(7.0 + motion.place_mm(0.1)) == model.hand.state.place_mm
+    assert messages[-1].force.value == pytest.approx(motion.force_N(0.1))
+
+
+def test_the_sensor_samples_where_the_hand_is_and_sends_50_times_a_second(wire):
+    touch = Touch(GratingTexture(1.2), 0.0)
+    sensor = SensorEnd(wire, TouchSource(touch), touch.sensing())
+    reached = KeptWire()
+    hand = HandEnd(reached, LocalModel(), Motion(100.0, 0.0))
+    sensor.step(0.0)
+    assert sensor.sample is None and sensor.heard_s == -math.inf, "nobody knows where the hand is"
+    for row in range(1, 401):
+        reached.now = wire.now = row / 1000
+        hand.step(wire.now)
+        wire.arrived = [Heard(one, round(1e9 * at), round(1e9 * at), 0.0) for at, one in reached.sent]
+        reached.sent.clear()
+        sensor.step(wire.now)
+        assert sensor.sample[0] == wire.now
+    assert sensor.sample[2] == pytest.approx(100 * wire.now, abs=1e-6)
+    assert sensor.sample[1] == pytest.approx(touch.texture.reading(sensor.sample[2], 100.0))
+    assert len(wire.sent) == 21 and sensor.heard_s == 0.397, "the last reading of the hand"
+    found = wire.sent[-1][1]
+    assert found.texture == Trust.OK and found.lines[0].wavelength.value == pytest.approx(1.2, rel=0.01)
+
+
+def test_late_samples_are_made_up_for_some_in_a_period(wire):
+    class Late:
+        columns, gauges, over, said = ("position_mm",), 1, False, ""
+
+        def __init__(self):
+            self.number = 0
+
+        def hear(self, heard):
+            raise AssertionError("nothing was sent")
+
+        def sample(self, now_s, now_ns):
+            self.number += 1
+            return 0.001 * self.number, 0.0, 0.0
+
+    source, touch = Late(), Touch(GratingTexture(1.2))
+    sensor = SensorEnd(wire, source, touch.sensing())
+    sensor.step(0.01)
+    assert source.number == CATCH_UP
+    for _ in range(2):
+        sensor.step(0.01)
+    assert source.number == 10, "up to the sample of now"
+
+
+def test_the_display_learns_from_parameters_alone(wire):
+    model = LocalModel()
+    display, hand = DisplayEnd(wire, model), HandEnd(wire, model, Motion(100.0, 0.0))
+    line = TextureLine(quantity(Length, 2.0), quantity(Strain, 50.0))
+    shown = []
+    for row in range(200):
+        wire.now = row / 1000
+        hand.step(wire.now)
+        if row == 100:
+            wire.arrived = [Heard(message, 0, 0, 3e6) for message in (Parameters(HEADER, 0, (line,)), wire.sent[-1][1])]
+        shown.append(display.step(wire.now))
+    assert all(one.displacement_um == 0 for one in shown[:100]) and shown[-1].wavelength_mm == 2.0
+    assert max(abs(one.displacement_um) for one in shown[100:]) > 5
+    assert display.message.lines == (line,) and display.age_ns == 3e6
