@@ -11,9 +11,9 @@ from papilla.studies.telepresence.roughness import DELAY, TESTS_MM, Experiments,
 from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
 from papilla.telepresence.actuator import PIEZO
 from papilla.telepresence.amplitude import Measured
-from papilla.telepresence.motion import HAND_HZ, RATE_HZ
 from papilla.telepresence.loop import run as run_loop
 from papilla.telepresence.messages import Parameters
+from papilla.telepresence.motion import HAND_HZ, RATE_HZ
 from papilla.telepresence.texture import GratingTexture
 
 SIMULATED = "simulated hand, link, actuator and sensor; observers with one noise figure a cue stand for people"
