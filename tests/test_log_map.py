@@ -5,7 +5,7 @@ import gzip
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError
+from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.logs import read_presses, read_time_log
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose
@@ -203,3 +203,80 @@ def test_commands_read_by_a_map_and_propose_one(file, tmp_path, monkeypatch, cap
     assert "columns by by.toml: ms is t_s in ms, gf is force_N in gf, ch1 is g1" in capsys.readouterr().err
     assert called("estimate", "lab.csv", "--map", "by.toml", "--out", "by.toml") == 2
     assert (tmp_path / "by.toml").read_text().startswith("[columns]")
+
+
+def frames():
+    columns = {"t_s": np.arange(5) / 1e3, "g1": np.arange(5.0), "force_gf": np.arange(5), "room": np.array(["a"] * 5)}
+    yield columns
+    yield np.rec.fromarrays([columns[name] for name in ("t_s", "g1", "force_gf")], names="t_s,g1,force_gf")
+
+    class Frame:
+        """As pandas and polars have it."""
+
+        columns = ("t_s", "g1", "force_gf")
+
+        def __getitem__(self, name):
+            return columns[name]
+
+    yield Frame()
+
+
+@pytest.mark.parametrize("frame", [*frames()], ids=lambda frame: type(frame).__name__)
+def test_a_frame_goes_where_a_file_goes(frame):
+    found = read_time_log(frame)
+    assert found.readings[:, 0].tolist() == [0, 1, 2, 3, 4] and found.sample_rate_Hz == pytest.approx(1000)
+    np.testing.assert_allclose(found.force_N, np.arange(5) * GF)
+    presses = read_presses({"force_N": [0.1, 0.2], "modulus_MPa": [0.1, 0.2], "g1": [1, 2]})
+    assert presses.readings.tolist() == [[1], [2]]
+
+
+@pytest.mark.parametrize(
+    "frame, message",
+    [
+        ({"t_s": [0, 1], "g1": ["a", "b"]}, "the frame, column g1: expected one number a row"),
+        ({"t_s": [0, 1], "g1": [1]}, "columns must be equally long"),
+        ({"t_s": [], "g1": []}, "the frame holds columns but no rows"),
+        ({"time": [0, 1], "g1": [1, 2]}, "column t_s is missing"),
+    ],
+)
+def test_a_bad_frame_is_one_line(frame, message):
+    with pytest.raises(FileFormatError, match=message):
+        read_time_log(frame)
+
+
+def test_what_is_no_table_is_refused():
+    with pytest.raises(InputError, match="a log is a file, a frame, a dict of columns or a structured array, got int"):
+        read_time_log(3)
+
+
+def test_parquet(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow", reason="needs the extra tables")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    stamps = np.datetime64("2026-01-02T03:04:05") + np.arange(4) * np.timedelta64(10, "ms")
+    table = pyarrow.table({"stamp": stamps, "ch1": [1e-6, 2e-6, None, 4e-6], "load": [10, 20, 30, 40]})
+    path = tmp_path / "log.parquet"
+    parquet.write_table(table, path)
+    proposed = propose(path)
+    assert {one.meant: one.unit for one in proposed.guesses} == {"t_s": "iso", "g1": "strain", "force_N": "gf"}
+    (tmp_path / "log_map.toml").write_text(proposed.to_toml())
+    found = read_time_log(path)
+    np.testing.assert_allclose(found.t_s, [0, 0.01, 0.02, 0.03])
+    np.testing.assert_allclose(found.readings[:, 0], [1, 2, np.nan, 4])
+    path.write_bytes(b"PAR1 no")
+    with pytest.raises((FileFormatError, FileAccessError), match="log.parquet"):
+        read_time_log(path)
+
+
+@pytest.mark.parametrize(
+    "content, remark",
+    [
+        ("t_s,g1\n0,1e-5\n1e-3,-3e-5\n", "no reading is above 3e-05: this looks like strain, not microstrain"),
+        ("t_s,g1,g2\n0,16000,-3\n1e-3,17000,7\n", "readings are whole numbers up to 17000: this looks like counts"),
+        ("t_s,g1,force_N\n0,1,30.5\n1e-3,2,31\n", "force_N comes to 31: this looks like gf"),
+        ("t_s,g1,velocity_mm_s\n0,1,0.05\n1e-3,2,-0.06\n", "velocity_mm_s stays below 0.06: this looks like m/s"),
+        ("t_s,g1,force_N,velocity_mm_s\n0,1,0.5,40\n1e-3,2,0.6,-30\n", None),
+    ],
+)
+def test_units_by_their_size(file, content, remark):
+    notes = [note for note in read_time_log(file(content)).report.notes if "looks like" in note]
+    assert len(notes) == (remark is not None) and all(note.startswith(str(remark)) for note in notes)

@@ -2,14 +2,16 @@
 
 import re
 from collections.abc import Iterable
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from papilla.errors import FileFormatError
 from papilla.logs.log_map import GAUGE_COLUMN, LogMap
-from papilla.logs.mapped import MappedReader, opened
-from papilla.tables import Table, TableReader, closest
+from papilla.logs.mapped import Reader, opened
+from papilla.tables import Table, closest
 
 TORQUE = "torque_Nmm"
 """Of a sensor at the base about an axis along y: with its distance from the skin it tells the tangential force."""
@@ -22,21 +24,26 @@ MOST_NAMED = 40  # Columns that a message lists
 
 
 def open_log(
-    path: str | Path,
+    path: Any,
     needed: tuple[str, ...],
     optional: tuple[str, ...],
     words: tuple[str, ...] = (),
     instead: tuple[str, ...] = ("tangential_N", TORQUE),
     log_map: LogMap | str | Path | None = None,
-) -> tuple[TableReader | MappedReader, tuple[str, ...]]:
+) -> tuple[Reader, tuple[str, ...]]:
     """A reader of the known columns, and the gauges; refuses missing columns and probable slips of known names.
 
-    words : columns of text. instead : of which one must be there where there is no gauge. log_map : what the columns
-    are, or the file that says so; None takes the map beside the log, if there is one.
+    path : of a file, or a frame (`papilla.logs.frames`). words : columns of text. instead : of which one must be there
+    where there is no gauge. log_map : what the columns are, or the file that says so; None takes the map beside the
+    log, if there is one.
     """
     known = (*needed, *optional)
-    log_map = LogMap.load(log_map) if isinstance(log_map, str | Path) else log_map or LogMap.beside(Path(path))
-    reader = opened(Path(path), lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None, words, log_map)
+    source = Path(path) if isinstance(path, str | PathLike) else path
+    if isinstance(log_map, str | Path):
+        log_map = LogMap.load(log_map)
+    elif log_map is None and isinstance(source, Path):
+        log_map = LogMap.beside(source)
+    reader = opened(source, lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None, words, log_map)
     try:
         return reader, _gauges(reader, needed, known, instead)
     except BaseException:
@@ -45,7 +52,7 @@ def open_log(
 
 
 def _gauges(
-    reader: TableReader | MappedReader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
+    reader: Reader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
 ) -> tuple[str, ...]:
     found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
     absent = [name for name in known if name not in reader.names]

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from papilla.errors import FileFormatError
+from papilla.logs.frames import PARQUET, FrameReader, parquet
 from papilla.logs.log_map import GAUGE_COLUMN, Column, LogMap
 from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
 from papilla.tables import BLOCK, Table, TableReader, closest
@@ -19,7 +20,7 @@ ZEROED = ("force_N", "tangential_N")
 class MappedReader:
     """Reads as `TableReader` does, under papilla's names and in its units; names, ignored, notes and path as there."""
 
-    def __init__(self, reader: TableReader, log_map: LogMap, wanted: Callable[[str], bool]):
+    def __init__(self, reader: TableReader | FrameReader, log_map: LogMap, wanted: Callable[[str], bool]):
         self._reader, self._map, self.path = reader, log_map, reader.path
         self._columns = {name: column for name, column in log_map.columns.items() if wanted(name)}
         self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
@@ -94,16 +95,21 @@ class MappedReader:
             yield "gauges and forces count from their mean over {:g} to {:g} s, in the air".format(*self._map.air_s)
 
 
-def opened(
-    path: Path, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None
-) -> TableReader | MappedReader:
-    """A reader of a log: by a map, or by the units in the names of its columns, or as it stands.
+def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> "Reader":
+    """A reader of a log, a path or a frame: by a map, or by the units in the names of its columns, or as it stands.
 
     Raises what `TableReader` raises, and `FileFormatError` for a map that does not fit the log.
     """
     given = log_map or LogMap()
     dialect = given.delimiter, given.decimal, given.header_line
-    reader = TableReader(path, wanted, words, delimiter=dialect[0], decimal=dialect[1], header_line=dialect[2])
+    reader: TableReader | FrameReader
+    if not isinstance(source, Path):
+        reader = FrameReader(source, wanted, words)
+    elif source.suffix in PARQUET:
+        reader = parquet(source, wanted, words)
+    else:
+        reader = TableReader(source, wanted, words, delimiter=dialect[0], decimal=dialect[1], header_line=dialect[2])
+    path = reader.path
     try:
         chosen = replace(given, columns=by_name(path, reader.header, wanted) | dict(given.columns))
         absent = next((column for column in chosen.columns.values() if column.column not in reader.header), None)
@@ -155,3 +161,7 @@ def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
             except ValueError:
                 raise block.fault(row, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
         raise
+
+
+Reader = TableReader | FrameReader | MappedReader
+"""What reads a log, block by block."""

@@ -84,7 +84,7 @@ class PressLog:
 
 
 def read_presses(
-    path: str | Path, *, whole: bool = False, mixed: Specimen | None = None, log_map: LogMap | str | Path | None = None
+    path: Any, *, whole: bool = False, mixed: Specimen | None = None, log_map: LogMap | str | Path | None = None
 ) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain,t_s`.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla.errors import FileFormatError
+from papilla.logs.frames import PARQUET, parquet
 from papilla.logs.quantities import BRIDGES, GAUGE, ISO, QUANTITIES, column_meant, quantity_of, split_number, split_unit
 from papilla.tables import TableReader
 
@@ -71,9 +72,9 @@ class Proposal:
 
 def propose(path: Path) -> Proposal:
     """What the columns of a log seem to be; raises `FileAccessError`, or `FileFormatError` where there is no table."""
-    line = _header_line(path)
-    with TableReader(path, lambda name: True, header_line=line) as reader:
-        reader.want(lambda name: True, tuple(reader.header))
+    line = 1 if path.suffix in PARQUET else _header_line(path)
+    with parquet(path, _all) if path.suffix in PARQUET else TableReader(path, _all, header_line=line) as reader:
+        reader.want(_all, tuple(reader.header))
         head = next(reader.blocks(HEAD))
         values = {name: _floats(cells, reader.decimal) for name, cells in head.columns.items()}
         dates = {name for name, cells in head.columns.items() if _is_date(cells)}
@@ -81,12 +82,17 @@ def propose(path: Path) -> Proposal:
         return Proposal(path, guesses, reader.delimiter, reader.decimal, line, tuple(_questions(guesses)))
 
 
+def _all(name: str) -> bool:
+    """Every column is wanted."""
+    return True
+
+
 def _header_line(path: Path) -> int:
     """The first line, from 1, from which on two rows of equally many cells, more than one of them numbers, follow."""
     for line in range(1, MOST_SKIPPED):
         try:
-            with TableReader(path, lambda name: True, header_line=line) as reader:
-                reader.want(lambda name: True, tuple(reader.header))
+            with TableReader(path, _all, header_line=line) as reader:
+                reader.want(_all, tuple(reader.header))
                 rows = next(reader.blocks(2)).columns
                 numbers = [np.isfinite(_floats(cells, reader.decimal)).any() for cells in rows.values()]
                 if sum(numbers) > 1 or len(rows) == 1 and all(numbers):

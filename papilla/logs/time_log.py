@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -14,10 +14,11 @@ from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
-from papilla.logs.mapped import MappedReader
+from papilla.logs.mapped import Reader
+from papilla.logs.sizes import Sizes
 from papilla.logs.spread import Magnitudes, Noise
 from papilla.short_repr import short_repr
-from papilla.tables import Table, TableReader
+from papilla.tables import Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Columns that a log may have; tangential_N may be there as `TORQUE` instead."""
@@ -76,11 +77,11 @@ class TimeLog:
 class _Scan:
     """What has to be known of a time log before its rows are used, from one look at its blocks."""
 
-    def __init__(self, reader: TableReader | MappedReader, gauges: tuple[str, ...], lever_mm: float | None):
+    def __init__(self, reader: Reader, gauges: tuple[str, ...], lever_mm: float | None):
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
         there = {*reader.names, *(["tangential_N"] if lever_mm else [])}
         self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there))
-        self.noise = Noise()
+        self.noise, self.sizes = Noise(), Sizes(self.used, len(gauges))
         self.counts: Counter[str] = Counter()
         self._last = math.nan
 
@@ -106,6 +107,7 @@ class _Scan:
         for name, count in found.items():
             self.counts[name] += int(count)
         self.noise.add(believable(rows))
+        self.sizes.add(believable(rows))
 
     def finish(self) -> tuple[float, LogReport]:
         """Sampling rate in Hz and what was counted; raises `FileFormatError` where there is no rate."""
@@ -123,7 +125,12 @@ class _Scan:
         step *= 1 - bunched * self.counts["duplicates"] / self.counts["rows"]
         beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST:g}: they count as missing"]
         shared = [f"most rows share their t_s with the row before: they are taken as {1 / step:.4g} Hz, spread evenly"]
-        notes = (*shared[: int(bunched)], *beyond[: self.counts["unbelievable"]], *self._reader.notes)
+        notes = (
+            *shared[: int(bunched)],
+            *beyond[: self.counts["unbelievable"]],
+            *self._reader.notes,
+            *self.sizes.remarks(),
+        )
         return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, **self.counts)
 
 
@@ -140,7 +147,7 @@ class TimeLogFile:
 
     def __init__(
         self,
-        path: str | Path,
+        path: Any,
         progress: Callable[[int], None] = lambda rows: None,
         *,
         lever_mm: float | None = None,
@@ -187,7 +194,7 @@ def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:
     return block.columns[name]
 
 
-def _lever(reader: TableReader | MappedReader, lever_mm: float | None) -> float | None:
+def _lever(reader: Reader, lever_mm: float | None) -> float | None:
     """The lever arm, where there is a torque to use it for."""
     if lever_mm is None:
         if TORQUE in reader.names:
@@ -202,12 +209,11 @@ def _lever(reader: TableReader | MappedReader, lever_mm: float | None) -> float 
     return lever_mm
 
 
-def read_time_log(
-    path: str | Path, *, lever_mm: float | None = None, log_map: LogMap | str | Path | None = None
-) -> TimeLog:
+def read_time_log(path: Any, *, lever_mm: float | None = None, log_map: LogMap | str | Path | None = None) -> TimeLog:
     """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`; with the last of these
     the gauges may be missing.
 
+    path : of a file (CSV, TSV, .gz, Parquet), or a frame: a dict of columns, a structured array, pandas, polars.
     lever_mm : of a log with `torque_Nmm` in place of tangential_N: the distance from the torque's axis to the skin.
     log_map : what the columns are, or its file; None takes the map `log_map.toml` beside the log, if there is one.
 

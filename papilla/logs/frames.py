@@ -1,0 +1,116 @@
+"""Tables that are no text: Parquet files, frames, dicts and structured arrays, read as `TableReader` reads.
+
+A frame is whatever names its columns (`columns`, `keys()`, or a dtype's names) and gives each by `frame[name]`, as
+those of pandas and polars do: neither is imported.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.files import reason
+from papilla.tables import BLOCK, Table
+
+PARQUET = (".parquet", ".pq")
+"""How names of Parquet files end."""
+
+FRAME = Path("the frame")
+"""What messages call a table in memory."""
+
+
+class FrameReader:
+    """Reads columns in memory block by block; as `papilla.tables.TableReader`."""
+
+    delimiter, decimal = ",", "."
+    notes: tuple[str, ...] = ()
+
+    def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME):
+        self.path, self._frame = path, frame
+        self.header: list[str] = [str(name) for name in _names(frame)]
+        self.want(wanted, words)
+
+    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
+        """Change which columns are wanted, and which of them hold text."""
+        self._words = words
+        self.names = tuple(name for name in self.header if wanted(name))
+        self.ignored = tuple(name for name in self.header if name not in self.names)
+        self.notes = (f"ignored columns: {', '.join(self.ignored)}",) if self.ignored else ()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        pass
+
+    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+        """All rows as tables of `size` rows or less; raises `FileFormatError` for no rows, or text for numbers."""
+        columns = {name: self._column(name) for name in self.names}
+        lengths = {len(column) for column in columns.values()}
+        if lengths - {0} == set():
+            raise FileFormatError(f"{self.path} holds columns but no rows")
+        if len(lengths) > 1:
+            raise FileFormatError(f"{self.path}: columns must be equally long, got {sorted(lengths)}")
+        for first in range(0, lengths.pop(), size):
+            parts = {name: column[first : first + size] for name, column in columns.items()}
+            rows = np.arange(first, first + len(next(iter(parts.values()))))
+            yield Table(self.path, parts, rows)
+
+    def whole(self) -> Table:
+        """All rows as one table."""
+        (table,) = self.blocks(2**62)
+        return table
+
+    def _column(self, name: str) -> np.ndarray:
+        values = np.asarray(self._frame[name])
+        if values.dtype.kind == "M" or name in self._words:
+            return values.astype(str)
+        if values.ndim != 1 or (values.dtype.kind not in "fiub" and not _all_numbers(values)):
+            raise FileFormatError(f"{self.path}, column {name}: expected one number a row, got {values.dtype}")
+        return values.astype(float)
+
+
+def parquet(path: Path, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> FrameReader:
+    """A reader of a Parquet file; raises `FileAccessError`, or `InputError` where the extra `tables` is not there."""
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise InputError(f"{path}: Parquet files need pyarrow: pip install papilla[tables]") from None
+    try:
+        table = pyarrow.parquet.read_table(path, memory_map=True)
+    except OSError as error:
+        raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
+    except pyarrow.ArrowException as error:
+        raise FileFormatError(f"{path} is no Parquet file ({str(error).splitlines()[0][:200]})") from error
+    return FrameReader(_Columns(table), wanted, words, path)
+
+
+class _Columns:
+    """Columns of an Arrow table as arrays; an empty cell of numbers is NaN."""
+
+    def __init__(self, table: Any):
+        self._table, self.columns = table, table.column_names
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self._table.column(name).to_numpy()
+
+
+def _names(frame: Any) -> Sequence[Any]:
+    if getattr(getattr(frame, "dtype", None), "names", None):
+        return frame.dtype.names
+    if hasattr(frame, "columns"):
+        return list(frame.columns)
+    if hasattr(frame, "keys"):
+        return list(frame.keys())
+    raise InputError(f"a log is a file, a frame, a dict of columns or a structured array, got {type(frame).__name__}")
+
+
+def _all_numbers(values: np.ndarray) -> bool:
+    try:
+        values.astype(float)
+    except (TypeError, ValueError):
+        return False
+    return True
