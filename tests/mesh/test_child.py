@@ -158,10 +158,15 @@ def test_a_killed_parent_leaves_no_child_and_no_folder(name, worker, hanging, sc
     worker(source)
     environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONPATH": str(Path(child.__file__).parents[2])}
     command = [sys.executable, "-c", PARENT, str(tmp_path / "stand_in_worker.py")]
-    parent = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    number = getattr(signal, name)
+    # Under nohup, and in the background of a script, signals are ignored, and a child inherits that
+    heard = (lambda: signal.signal(number, signal.SIG_DFL)) if name != "SIGKILL" else None
+    parent = subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=heard
+    )
     _, folder = line_of(pipe).split()
     assert Path(folder).parent == scratch
-    parent.send_signal(getattr(signal, name))
+    parent.send_signal(number)
     parent.communicate()
     assert parent.returncode != 0
     wait_for_end(pipe)
