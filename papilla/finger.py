@@ -12,15 +12,18 @@ import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from papilla import checks
 from papilla.errors import FileAccessError, InputError
+from papilla.finger_parts import Bench as Bench
+from papilla.finger_parts import Dome as Dome
+from papilla.finger_parts import Gauge as Gauge
+from papilla.finger_parts import Layer as Layer
+from papilla.finger_parts import Ridges as Ridges
+from papilla.finger_parts import Shape as Shape
+from papilla.finger_parts import Slab as Slab
+from papilla.finger_parts import Surfaces as Surfaces
 from papilla.identified import Identified
-from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
-
-if TYPE_CHECKING:
-    from papilla.materials import Material
 
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
 SHIPPED_FINGERS = {
@@ -29,168 +32,6 @@ SHIPPED_FINGERS = {
     "one-gauge": DEFAULT_FINGER.with_name("one_gauge_finger.toml"),
 }
 """Names that `Finger.load` takes instead of a file."""
-
-ROUNDING = 0.005  # Relative difference of a layer's modulus from its material's that three written digits explain
-
-
-@dataclass(frozen=True)
-class Layer:
-    """An isotropic layer: small-strain Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5].
-
-    `material` is its hyperelastic card (`papilla.materials`) at finite strain, None for neo-Hookean with `modulus`.
-    Raises `InputError` for values out of range and for a card whose small-strain modulus is another one.
-    """
-
-    modulus: float
-    nu: float = 0.4999
-    material: "Material | None" = None
-
-    def __post_init__(self) -> None:
-        checks.positive("layer modulus (MPa)", self.modulus)
-        checks.poisson("layer nu", self.nu)
-        if self.material is not None:
-            own = _small_strain_modulus(self.material, self.nu)
-            if abs(self.modulus / own - 1) > ROUNDING:
-                raise InputError(
-                    f"modulus {self.modulus:g} MPa is not that of its {self.material.kind} material, {own:.4g} MPa: "
-                    "leave the modulus out or correct one of them"
-                )
-
-    @classmethod
-    def of(cls, material: "Material", nu: float = 0.4999) -> "Layer":
-        """A layer of a hyperelastic material, its modulus E = 2 mu (1 + nu) taken from the card."""
-        return cls(_small_strain_modulus(material, checks.poisson("layer nu", nu)), nu, material)
-
-
-@dataclass(frozen=True)
-class Dome:
-    """Half ellipsoids about the origin, cut at z = 0; semi-axes (x, y, z) in mm, each nested in the one before."""
-
-    outer: tuple[float, float, float]
-    interface: tuple[float, float, float]
-    bone: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        _check_nested(self, ("x", "y", "z"))
-
-
-@dataclass(frozen=True)
-class Slab:
-    """A half-elliptic section in x-z, extruded over -depth/2 <= y <= depth/2; semi-axes (x, z) and depth in mm."""
-
-    outer: tuple[float, float]
-    interface: tuple[float, float]
-    bone: tuple[float, float]
-    depth: float = 10.0
-
-    def __post_init__(self) -> None:
-        checks.positive("slab depth (mm)", self.depth)
-        _check_nested(self, ("x", "z"))
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """Three closed surfaces from STL, PLY or VTP files in mm, each nested in the one before."""
-
-    outer: str
-    interface: str
-    bone: str
-
-    def __post_init__(self) -> None:
-        for name in (self.outer, self.interface, self.bone):
-            if "\0" in str(name):
-                raise InputError(f"the name of surface file {str(name)!r} holds a NUL character")
-
-
-Shape = Dome | Slab | Surfaces
-
-
-@dataclass(frozen=True)
-class Gauge:
-    """A foil gauge on the interface of the layers.
-
-    Parameters
-    ----------
-    name : label, used in logs and files.
-    angle_deg : site as the ellipse parameter in the x-z section at `y_mm` (0 at the apex); for `Dome` and `Slab`.
-    x_mm : site by its x instead (any shape); exactly one of `angle_deg` and `x_mm` is given.
-    y_mm : site along the finger.
-    moved_mm : how far it was glued from that site, along the interface towards greater x, and towards greater y.
-    direction_deg : grid direction in the tangent plane, from the interface's x-z tangent towards y.
-    length_mm, width_mm : of the grid, over which strain is the mean: the elongation between interface points a length
-        apart, averaged over the width.
-    backing_mm : length and width of the foil over which the curvature is fitted.
-    membrane_gain, lever_mm : reading = membrane_gain * strain + lever_mm * curvature change (1/mm).
-    """
-
-    name: str
-    angle_deg: float | None = None
-    x_mm: float | None = None
-    y_mm: float = 0.0
-    moved_mm: tuple[float, float] = (0.0, 0.0)
-    direction_deg: float = 0.0
-    length_mm: float = 2.4
-    width_mm: float = 2.0
-    backing_mm: tuple[float, float] = (4.8, 2.0)
-    membrane_gain: float = 1.0
-    lever_mm: float = 0.0
-
-    def __post_init__(self) -> None:
-        where = f"gauge {self.name}"
-        if (self.angle_deg is None) == (self.x_mm is None):
-            raise InputError(f"{where}: give exactly one of angle_deg and x_mm")
-        if self.angle_deg is not None and not abs(checks.finite(f"{where} angle_deg", self.angle_deg)) < 90:
-            raise InputError(
-                f"{where} lies outside the interface: angle_deg {self.angle_deg:g} is not between -90 and 90"
-            )
-        if self.x_mm is not None:
-            checks.finite(f"{where} x_mm", self.x_mm)
-        for key in ("y_mm", "direction_deg", "membrane_gain", "lever_mm"):
-            checks.finite(f"{where} {key}", getattr(self, key))
-        for part in self.moved_mm:
-            checks.finite(f"{where} moved_mm", part)
-        for key in ("length_mm", "width_mm"):
-            checks.positive(f"{where} {key}", getattr(self, key))
-        for side in self.backing_mm:
-            checks.positive(f"{where} backing_mm", side)
-
-
-@dataclass(frozen=True)
-class Ridges:
-    """Ridges of the skin, along y, in mm: only sliding scenes use them."""
-
-    pitch: float
-    width: float
-    height: float
-
-    def __post_init__(self) -> None:
-        for key in ("pitch", "width", "height"):
-            checks.positive(f"ridge {key} (mm)", getattr(self, key))
-        if self.width >= self.pitch:
-            raise InputError(f"ridge width {self.width:g} mm must be smaller than the pitch {self.pitch:g} mm")
-
-
-@dataclass(frozen=True)
-class Bench:
-    """How a finger was pressed when its parameters were told, and is again unless something else is asked for.
-
-    thickness : of the blocks (mm). friction : Coulomb's coefficient, "stick", or None where it is not known.
-    touch_down : what depths of the bench exceed the indentation by (mm), its touch being told that much early.
-    """
-
-    thickness: float = THICKNESS_MM
-    friction: Friction | None = None
-    touch_down: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.positive("bench thickness (mm)", self.thickness)
-        checks.finite("bench touch_down (mm)", self.touch_down)
-        if self.friction is not None:
-            friction_coefficient(self.friction)
-
-    def specimen(self, modulus: float) -> Block:
-        """The block of a modulus (MPa) that is pressed."""
-        return Block(modulus, self.thickness)
 
 
 @dataclass(frozen=True)
@@ -244,7 +85,7 @@ class Finger:
         """
         from papilla.finger_file import read_design
 
-        return read_design(SHIPPED_FINGERS.get(str(path)) or Path(path))
+        return read_design(cls, SHIPPED_FINGERS.get(str(path)) or Path(path))
 
     def save(self, path: str | Path) -> None:
         """Write the design file, whole or not at all; raises `FileAccessError`."""
@@ -301,14 +142,6 @@ class Finger:
         return {"kind": "surfaces", **{key: _file_digest(path) for key, path in asdict(self.shape).items()}}
 
 
-def _small_strain_modulus(material: "Material", nu: float) -> float:
-    from papilla.materials import NeoHookean, Ogden, Yeoh
-
-    if not isinstance(material, NeoHookean | Yeoh | Ogden):
-        raise InputError(f"layer material must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
-    return 2 * material.shear_modulus * (1 + nu)
-
-
 def _describe_gauge(gauge: Gauge) -> dict:
     """A gauge as plain values; where it was not moved there is no word of it, so that hashes stay what they were."""
     return {key: value for key, value in asdict(gauge).items() if key != "moved_mm" or any(value)}
@@ -341,20 +174,6 @@ def _file_digest(path: str) -> str:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest()
     except OSError as error:
         raise FileAccessError(f"cannot read surface file {path}: {error.strerror}") from error
-
-
-def _check_nested(shape: Dome | Slab, axes: tuple[str, ...]) -> None:
-    """Each surface must lie strictly inside the one before, or a layer would be thicker than the finger."""
-    for surface in ("outer", "interface", "bone"):
-        for axis, value in zip(axes, getattr(shape, surface), strict=True):
-            checks.positive(f"{surface} semi-axis {axis} (mm)", value)
-    for inside, around in (("interface", "outer"), ("bone", "interface")):
-        for axis, small, large in zip(axes, getattr(shape, inside), getattr(shape, around), strict=True):
-            if small >= large:
-                raise InputError(
-                    f"{inside} semi-axis {axis} {small:g} mm must be smaller than {around}'s {large:g} mm: "
-                    "the layer would be thicker than what it covers"
-                )
 
 
 def _check_site(gauge: Gauge, shape: Shape) -> None:

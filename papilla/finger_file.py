@@ -1,21 +1,25 @@
-"""The finger's TOML design file: its keys, types and defaults are those of the classes in `papilla.finger`."""
+"""The finger's TOML design file: its keys, types and defaults are those of `papilla.Finger` and its parts."""
 
 import json
 import os
 import re
 import reprlib
+from collections.abc import Hashable
 from dataclasses import astuple, fields, replace
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar, cast
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import read_toml, write_text
-from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
+from papilla.finger_parts import Bench, Dome, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.identified import Identified
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
+
+Design = TypeVar("Design")
 
 
 def _named_in_lower_case(card: Any) -> Any:
@@ -86,30 +90,32 @@ _BENCH = table(
 )
 _ROW: Any = Annotated[tuple[float, ...], Field(strict=False)]
 _IDENTIFIED: Any = table(Identified, keys_of(Identified, covariance=tuple[_ROW, ...]), known=True)
-_FINGER = keys_of(
-    Finger,
-    unit={"patch_radius": "_mm"},
-    shape=_SHAPE,
-    outer=_LAYER,
-    inner=_LAYER,
-    bone=_LAYER | None,
-    ridges=table(Ridges, keys_of(Ridges, unit="_mm"), known=True) | None,
-    gauges=tuple[_GAUGE, ...],  # type: ignore[valid-type]
-    bench=_BENCH,
-    identified=_IDENTIFIED | None,
-)
-_DESIGN: TypeAdapter[Finger] = TypeAdapter(table(Finger, _FINGER, known=True))
+_TABLES: dict[str, Any] = {
+    "shape": _SHAPE,
+    "outer": _LAYER,
+    "inner": _LAYER,
+    "bone": _LAYER | None,
+    "ridges": table(Ridges, keys_of(Ridges, unit="_mm"), known=True) | None,
+    "gauges": tuple[_GAUGE, ...],  # type: ignore[valid-type]
+    "bench": _BENCH,
+    "identified": _IDENTIFIED | None,
+}
 _TAGS = ("dome", "slab", "surfaces", "neo-hookean", "yeoh", "ogden")
 
 
-def read_design(path: Path) -> Finger:
-    """The finger of a design file; the files of its surfaces are found beside it.
+@cache
+def _design_of(makes: Any) -> TypeAdapter:
+    return TypeAdapter(table(makes, keys_of(makes, unit={"patch_radius": "_mm"}, **_TABLES), known=True))
+
+
+def read_design(makes: type[Design], path: Path) -> Design:
+    """The design of a file as the dataclass `makes` (`papilla.Finger`); the files of its surfaces are found beside it.
 
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not TOML, unknown key, wrong type or value).
     """
     design = read_toml(path, "finger file")
     try:
-        finger = _DESIGN.validate_python(design)
+        finger: Any = _design_of(cast(Hashable, makes)).validate_python(design)
         if isinstance(finger.shape, Surfaces):
             beside = Surfaces(*(str(path.parent / name) for name in astuple(finger.shape)))
             finger = replace(finger, shape=beside)
@@ -120,7 +126,7 @@ def read_design(path: Path) -> Finger:
     return finger
 
 
-def write_design(finger: Finger, path: Path) -> None:
+def write_design(finger: Any, path: Path) -> None:
     """Write a finger as a design file that `read_design` makes the same finger of; raises `FileAccessError`."""
     shape: dict[str, Any] = {"kind": type(finger.shape).__name__.lower()}
     if isinstance(finger.shape, Surfaces):

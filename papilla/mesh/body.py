@@ -9,8 +9,9 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Slab
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.soup import Triangulation, quarter_cylinder, quarter_ellipsoid, scattered
-from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, surfaces_of
+from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface
 
 FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
 """Triangulated curved faces have edges of the largest radius over the one, or element size times the other, if more."""

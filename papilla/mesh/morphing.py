@@ -17,7 +17,8 @@ the caller looks at the quality.
 import numpy as np
 
 from papilla.mesh.body import Body
-from papilla.mesh.surfaces import NAMES, Ellipsoid, EllipticCylinder
+from papilla.mesh.finger_surfaces import NAMES
+from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
 HALVINGS = 60  # Bisections of t in [0, 1]: beyond double precision
 

@@ -19,7 +19,7 @@ from papilla import checks
 from papilla.finger import Finger
 from papilla.memory import least_bytes, refuse_size
 from papilla.mesh.body import Body, body_of
-from papilla.mesh.surfaces import gauge_site
+from papilla.mesh.finger_surfaces import gauge_site
 from papilla.mesh.topology import volumes
 
 FINE_ZONE = 0.37

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,6 @@ from scipy.linalg import expm
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.specimen import HalfSpace
 
 
 def boussinesq_displacement(points: ArrayLike, force: float, modulus: float, nu: float) -> np.ndarray:
@@ -53,6 +53,18 @@ def halfspace_stiffness(wavenumber: ArrayLike, e_star: float) -> np.ndarray:
     return 0.5 * checks.positive("contact modulus (MPa)", e_star) * _positive(wavenumber)
 
 
+class Solid(Protocol):
+    """An elastic solid, such as `papilla.HalfSpace`: Young's modulus in MPa, Poisson's ratio."""
+
+    @property
+    def modulus(self) -> float:
+        """Young's modulus, MPa."""
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio."""
+
+
 @dataclass(frozen=True)
 class StackLayer:
     """One layer of a stack: `thickness` in mm, `modulus` in MPa, `nu` in [0, 0.5]. Raises `InputError` otherwise."""
@@ -67,9 +79,7 @@ class StackLayer:
         checks.poisson("layer nu", self.nu)
 
 
-def layered_halfspace_stiffness(
-    wavenumber: ArrayLike, layers: Sequence[StackLayer], base: HalfSpace | None
-) -> np.ndarray:
+def layered_halfspace_stiffness(wavenumber: ArrayLike, layers: Sequence[StackLayer], base: Solid | None) -> np.ndarray:
     """Normal pressure over normal displacement of a frictionless stack's surface, MPa/mm.
 
     `layers` run from the surface down; `base` is the half-space below them, or None for a rigid one. At each
@@ -84,9 +94,7 @@ def layered_halfspace_stiffness(
     return 1 / layered_surface_compliance(q, layers, base)[..., 1, 1]
 
 
-def layered_surface_compliance(
-    wavenumber: ArrayLike, layers: Sequence[StackLayer], base: HalfSpace | None
-) -> np.ndarray:
+def layered_surface_compliance(wavenumber: ArrayLike, layers: Sequence[StackLayer], base: Solid | None) -> np.ndarray:
     """Displacement amplitudes of a stack's surface against traction amplitudes, plane strain: (..., 2, 2) in mm/MPa.
 
     First along the surface (times sin qx), then inward (times cos qx); `layers` and `base` as in
@@ -96,7 +104,7 @@ def layered_surface_compliance(
     """
     q = _positive(wavenumber)
     flat = q.ravel()
-    bodies: list[StackLayer | HalfSpace] = [*layers] if base is None else [*layers, base]
+    bodies: list[Solid] = [*layers] if base is None else [*layers, base]
     if not bodies:
         raise InputError("layered surface: no layer on a rigid base, expected a layer or an elastic base")
     # Tractions are scaled by 2 q and one reference modulus, so that C has the size of 1

@@ -17,7 +17,8 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem.pressing.adhesion import adhesive_press
-from papilla.fem.pressing.fidelity import on_nodes, press
+from papilla.fem.pressing.contact import contact_press
+from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.foil import FoiledModel, weight_readings
@@ -166,7 +167,7 @@ class Bench:
 
     def plain(self, force_N: float, modulus: float) -> Press:
         """The linear, frictionless press on a bonded block: of the nodes alone, as all that is compared with it."""
-        return on_nodes(self.reduced, Block(modulus, THICKNESS_MM), (force_N, None), 0.0)
+        return contact_press(self.reduced, Block(modulus, THICKNESS_MM), (force_N, None), 0.0)
 
     def effect(self, name: str, size: str, modelled_by: str, sd: Callable[[float, float], float]) -> Effect:
         """What S_d becomes, `sd(force_N, modulus)` in microstrain, and what modulus is read from it."""
@@ -218,10 +219,10 @@ def _effects(bench: Bench):
     finger, thick = bench.finger, THICKNESS_MM
 
     def on(reduced: Callable[[], ReducedFinger], friction: float = 0.0):
-        return lambda force, E: on_nodes(reduced(), Block(E, thick), (force, None), friction).sd
+        return lambda force, E: contact_press(reduced(), Block(E, thick), (force, None), friction).sd
 
     def specimen(make, reduced=lambda: bench.reduced):
-        return lambda force, E: on_nodes(reduced(), make(E), (force, None), 0.0).sd
+        return lambda force, E: contact_press(reduced(), make(E), (force, None), 0.0).sd
 
     def strained(force: float, E: float) -> float:
         small, large = (
@@ -259,7 +260,7 @@ def _effects(bench: Bench):
         "20 mm square",
         "",
         lambda force, E: (
-            on_nodes(
+            contact_press(
                 bench.reduced,
                 NarrowBlock(E, thick, pressed=bench.plain(force, E), reduced=bench.reduced),
                 (force, None),

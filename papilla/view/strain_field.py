@@ -18,8 +18,8 @@ from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import LayeredMesh
-from papilla.mesh.surfaces import surfaces_of
 from papilla.specimen import Specimen, Sphere
 from papilla.view.contact_map import contact_edge
 from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window

@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import nnls
 
 from papilla.errors import SolverError
-from papilla.fem.pressing import contact as complementarity
-from papilla.fem.pressing.contact import contact_shape, solve_contact
+from papilla.fem.pressing import pivoting as complementarity
+from papilla.fem.pressing.contact import contact_shape
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance
 from papilla.references import LayerKernel, bonded_layer_sphere, hertz_ellipse_at, hertz_sphere
 

@@ -8,9 +8,9 @@ import pytest
 
 from papilla.errors import SolverError
 from papilla.fem import FingerModel, press
-from papilla.fem.pressing.contact import plain_path, solve_contact
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
-from papilla.fem.pressing.friction import friction_path, loading
+from papilla.fem.pressing.loading_path import loading_path, path_of
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, HalfSpace, Sphere
@@ -34,11 +34,13 @@ def check_against_single_presses(path, forces, rel=1e-10):
 
 @pytest.mark.parametrize("specimen", SPECIMENS, ids=repr)
 def test_every_force_is_the_single_press(reference, specimen):
-    check_against_single_presses(plain_path(reference, specimen), np.geomspace(1e-4, 1.0, 40) / reference.multiplicity)
+    check_against_single_presses(
+        loading_path(reference, specimen, 0.0), np.geomspace(1e-4, 1.0, 40) / reference.multiplicity
+    )
 
 
 def test_force_and_depth_rise_and_are_two_ways_to_one_state(reference):
-    path = plain_path(reference, Block(0.3, 10))
+    path = loading_path(reference, Block(0.3, 10), 0.0)
     by_force = path.at(force=0.2)
     assert (np.diff(path.depth) >= 0).all() and (np.diff(path.force) >= 0).all()
     assert len(set(path.nodes)) == len(path.nodes) > by_force.active.sum()
@@ -52,7 +54,7 @@ def test_force_and_depth_rise_and_are_two_ways_to_one_state(reference):
 def test_nodes_that_touch_at_once_are_taken_one_by_one():
     """A whole patch has mirror nodes: they touch together, but for rounding."""
     whole = FingerModel(Finger.default(), build(Finger.default(), size_mm=2.8)).reduce((1e-9, 0.0))
-    check_against_single_presses(plain_path(whole, Block(0.3, 10)), (0.01, 0.1, 0.8), rel=1e-9)
+    check_against_single_presses(loading_path(whole, Block(0.3, 10), 0.0), (0.01, 0.1, 0.8), rel=1e-9)
 
 
 def test_all_gaps_equal_is_a_flat_punch():
@@ -107,11 +109,11 @@ def test_a_press_whose_nodes_leave_is_still_a_contact(reference, monkeypatch):
 @pytest.mark.parametrize("stuck", [False, True])
 def test_another_order_to_begin_with_changes_nothing(reference, stuck):
     """A guess from another specimen, from none, and from a path that is worthless."""
-    path = friction_path(reference, Block(0.2, 10), math.inf) if stuck else plain_path(reference, Block(0.2, 10))
+    path = loading_path(reference, Block(0.2, 10), math.inf) if stuck else loading_path(reference, Block(0.2, 10), 0.0)
     problem, expected = path.problem, path.at(force=0.1)
     backwards = ContactPath(without_friction(problem.compliance[: len(problem.mass), : len(problem.mass)],
                                              problem.mass, problem.gap.max() - problem.gap))  # fmt: skip
-    for guess in (None, plain_path(reference, Sphere(5.0, 8.0)), backwards):
-        other = (loading(problem, math.inf, guess) if stuck else ContactPath(problem, guess)).at(force=0.1)
+    for guess in (None, loading_path(reference, Sphere(5.0, 8.0), 0.0), backwards):
+        other = (path_of(problem, math.inf, guess) if stuck else ContactPath(problem, guess)).at(force=0.1)
         assert other.indentation == pytest.approx(expected.indentation, rel=1e-12)
         assert other.traction == pytest.approx(expected.traction, abs=1e-11 * expected.traction.max())

@@ -112,7 +112,7 @@ def test_without_relaxation_every_state_is_a_press(finger):
     force = np.array([0.1, 0.4, 0.8, 0.3])
     found = creeping_press(finger, Block(0.3, 10), Prony((), ()), [0, 1, 2, 3], force=force)
     for k, one in enumerate(force):
-        alone = contact_press(finger, Block(0.3, 10), one, None, None, 0.0)
+        alone = contact_press(finger, Block(0.3, 10), (one, None))
         assert found.reading[k] == pytest.approx(alone.reading, rel=1e-9)
         assert found.indentation[k] == pytest.approx(alone.indentation)
 
@@ -123,7 +123,7 @@ def test_on_what_is_rigid_a_relaxing_finger_feels_as_under_its_equivalent_force(
     force, flat = 0.5 * np.minimum(time, 1.0), HalfSpace(1e6)
     found = creeping_press(finger, flat, prony, time, force=force)
     for k in (99, 150, 239):
-        alone = contact_press(finger, flat, float(prony.strained(time, force)[k]), None, None, 0.0)
+        alone = contact_press(finger, flat, (float(prony.strained(time, force)[k]), None))
         assert found.indentation[k] == pytest.approx(alone.indentation, rel=2e-3)
         assert found.reading[k] == pytest.approx(alone.reading, rel=1e-2, abs=2e-3 * np.abs(alone.reading).max())
 
@@ -134,7 +134,7 @@ def test_long_after_a_finger_is_the_softer_one(finger):
     time = np.concatenate([np.linspace(0.1, 20, 100), [2000.0]])
     found = creeping_press(finger, block, prony, time, force=np.full(101, 0.4))
     soft = replace(finger, compliance=finger.compliance / 0.7, rows=finger.rows / 0.7)
-    alone = contact_press(soft, block, 0.4, None, None, 0.0)
+    alone = contact_press(soft, block, (0.4, None))
     assert found.indentation[-1] == pytest.approx(alone.indentation, rel=1e-3)
     assert found.reading[-1] == pytest.approx(alone.reading, rel=1e-3, abs=1.0)
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.fem import press
-from papilla.fem.pressing.few_elements import sharpened
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press, with_ellipse
 from papilla.references import hertz_ellipse_at
 from papilla.specimen import Block, HalfSpace
 
@@ -27,7 +26,7 @@ def test_a_light_press_is_hertz_where_its_nodes_are_not(coarse, indentation):
     nodes, found = (
         make(coarse, SOFT)
         for make in (
-            lambda *scene: on_nodes(*scene, (exact.force, None), 0.0),
+            lambda *scene: contact_press(*scene, (exact.force, None), 0.0),
             lambda *scene: press(*scene, force=exact.force, fidelity="contact"),
         )
     )
@@ -53,19 +52,19 @@ def test_an_indentation_is_that_of_the_press(reference, friction):
 
 def test_what_friction_changes_is_the_nodes(reference):
     scene = reference, Block(0.51, 10)
-    free, stuck = (on_nodes(*scene, (0.03, None), friction) for friction in (0.0, np.inf))
-    told = [sharpened(*scene, one) for one in (free, stuck)]
+    free, stuck = (contact_press(*scene, (0.03, None), friction) for friction in (0.0, np.inf))
+    told = [with_ellipse(*scene, one) for one in (free, stuck)]
     assert told[1].values - told[0].values == pytest.approx(stuck.values - free.values, rel=1e-2)
     assert told[1].indentation / told[0].indentation == pytest.approx(stuck.indentation / free.indentation, rel=1e-4)
     assert told[0].indentation != free.indentation
 
 
 def test_a_wide_press_and_one_that_is_no_ellipse_stay(reference):
-    wide = on_nodes(reference, Block(0.51, 10), (0.9, None), 0.0)
-    assert sharpened(reference, Block(0.51, 10), wide) is wide
-    light = on_nodes(reference, Block(0.51, 10), (0.03, None), 0.0)
+    wide = contact_press(reference, Block(0.51, 10), (0.9, None), 0.0)
+    assert with_ellipse(reference, Block(0.51, 10), wide) is wide
+    light = contact_press(reference, Block(0.51, 10), (0.03, None), 0.0)
     other = replace(light, contact_area=1.2 * light.contact_area)
-    assert sharpened(reference, Block(0.51, 10), other) is other
+    assert with_ellipse(reference, Block(0.51, 10), other) is other
 
 
 def test_it_comes_and_goes_without_a_step(reference):
@@ -76,7 +75,7 @@ def test_it_comes_and_goes_without_a_step(reference):
         np.log([make(float(force)).sd for force in forces])
         for make in (
             lambda force: press(reference, specimen, force=force, fidelity="contact"),
-            lambda force: on_nodes(reference, specimen, (force, None), 0.0),
+            lambda force: contact_press(reference, specimen, (force, None), 0.0),
         )
     )
     roughness = [np.abs(np.diff(curve, 3)).max() for curve in (told, nodes)]

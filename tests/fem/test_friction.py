@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from papilla.errors import SolverError
-from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.pressing.contact_path import ContactProblem
-from papilla.fem.pressing.friction import FrictionPath, loading
 from papilla.fem.pressing.friction_step import coulomb_step
+from papilla.fem.pressing.loading_path import FrictionPath, path_of
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.reduction.compliance import PatchSurface, quadrature
 from papilla.references import (
     dundurs_beta,
@@ -75,7 +75,7 @@ def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
     patch = sphere
     expected = frictional_punch(dundurs_beta(1.0, nu))
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = loading(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
+    state = path_of(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=1e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
 
@@ -86,7 +86,7 @@ def test_stick_is_from_the_moment_of_contact_not_from_the_start(sphere):
     problem = bodies_on(patch, HalfSpace(1.0, nu))
     expected = frictional_punch(dundurs_beta(1.0, nu))
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = loading(problem, STICK).at(indentation=depth)
+    state = path_of(problem, STICK).at(indentation=depth)
     index = np.flatnonzero(problem.free & state.active)
     right = np.append((depth * patch.mass - patch.gap)[state.active], np.zeros(len(index) - state.active.sum()))
     at_once = np.zeros((3, len(patch.xy)))
@@ -101,7 +101,7 @@ def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     problem = bodies_on(patch, HalfSpace(1.0, nu))
     n = len(patch.xy)
     plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, indentation=0.01)
-    state = loading(problem, friction).at(indentation=0.01)
+    state = path_of(problem, friction).at(indentation=0.01)
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
     assert state.force / (patch.mass @ plain.pressure) == pytest.approx(expected.force_factor, rel=1.5e-3)
     check_state(problem, state, friction)
@@ -114,7 +114,7 @@ def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    state = loading(problem, friction).at(indentation=depth)
+    state = path_of(problem, friction).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=1e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
     r, element = np.hypot(*patch.xy.T), 3.0 / 20
@@ -142,7 +142,7 @@ def test_small_coupling_is_goodman_s(sphere):
     expected, c = frictional_punch(beta, friction), goodman_stick_radius(beta, friction)
     _, depth = expected.sphere(2.0, RADIUS, 1.0)
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    state = loading(problem, friction).at(indentation=depth)
+    state = path_of(problem, friction).at(indentation=depth)
     n, element = len(patch.xy), 3.0 / 20
     plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, indentation=depth)
     assert state.force == pytest.approx(patch.mass @ plain.pressure, rel=5e-4)
@@ -174,7 +174,7 @@ def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
     patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15
     body = HalfSpace(1.0, 0.0)
     problem = bodies_on(patch, body, body)
-    state = loading(problem, friction).at(indentation=depth)
+    state = path_of(problem, friction).at(indentation=depth)
     assert np.abs(state.traction[1:]).max() < 1e-9 * state.traction[0].max()
     force, contact_radius = state.force, math.sqrt(RADIUS * depth)
     moved, r = 0.0, np.hypot(*patch.xy.T)
@@ -224,7 +224,7 @@ def test_steps_agree_with_gauss_seidel(disc, friction):
     """A specimen of nu 0 against a finger that is elliptic and stands askew: nothing is symmetric but the patch."""
     patch = disc(3.0, 3, lambda x, y: (1.5 * x * x + 0.8 * y * y + 0.6 * x * y) / 40, quarter=False)
     problem = bodies_on(patch, HalfSpace(1.0, 0.0))
-    state = loading(problem, friction).knots[0]
+    state = path_of(problem, friction).knots[0]
     for depth in (0.03, 0.08, 0.15):
         expected = gauss_seidel(problem, state, friction, depth)
         state = coulomb_step(problem, state, friction, indentation=depth)
@@ -245,7 +245,7 @@ def random_problem(seed, n=9) -> ContactProblem:
 def test_sticking_nodes_do_not_slip_and_all_else_is_linear(disc):
     patch = disc(3.0, 10, paraboloid)
     problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    path = loading(problem, STICK)
+    path = path_of(problem, STICK)
     path.at(indentation=0.15)
     states = [path.at(indentation=depth) for depth in path.depth[1:]]
     for before, after in zip(states, states[1:], strict=False):
@@ -260,7 +260,7 @@ def test_paths_of_random_bodies_hold_the_laws_or_say_so(seed):
     """Strongly coupled bodies let nodes go again; where no state of stick follows, an error says so."""
     problem = random_problem(seed)
     for friction in (STICK, 0.3):
-        path = loading(problem, friction)
+        path = path_of(problem, friction)
         try:
             path.at(indentation=4.0)
         except SolverError:
@@ -289,7 +289,7 @@ def test_little_friction_is_none_and_much_is_stick(disc):
     plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, force=0.4)
     almost = FrictionPath(problem, 1e-7).at(force=0.4)
     assert almost.traction[0] == pytest.approx(plain.pressure, abs=1e-6 * plain.pressure.max())
-    stuck, rough = (loading(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
+    stuck, rough = (path_of(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
     assert rough.traction == pytest.approx(stuck.traction, abs=1e-9 * stuck.traction.max())
     assert rough.indentation == pytest.approx(stuck.indentation, rel=1e-9)
 
@@ -297,9 +297,9 @@ def test_little_friction_is_none_and_much_is_stick(disc):
 @pytest.mark.parametrize("friction", [STICK, 0.1])
 def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
     problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
-    path = loading(problem, friction)
+    path = path_of(problem, friction)
     high, low = path.at(force=0.5), path.at(force=0.2)
-    alone = loading(problem, friction).at(force=0.2)
+    alone = path_of(problem, friction).at(force=0.2)
     # A factor of more nodes is rounded otherwise
     assert low.traction == pytest.approx(alone.traction, abs=1e-13 * high.traction.max())
     deep = path.at(indentation=high.indentation)
@@ -320,7 +320,7 @@ def test_other_units_give_the_same_answer(disc):
 def test_a_whole_patch_gives_what_its_quarter_does_and_no_net_shear(disc):
     quarter, whole = disc(3.0, 6, paraboloid), disc(3.0, 6, paraboloid, quarter=False)
     for friction in (STICK, 0.1):
-        one = loading(bodies_on(quarter, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
-        two = loading(bodies_on(whole, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
+        one = path_of(bodies_on(quarter, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
+        two = path_of(bodies_on(whole, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
         assert two.force == pytest.approx(4 * one.force, rel=1e-6)
         assert np.abs(two.traction[1:] @ whole.mass).max() < 1e-9 * two.force

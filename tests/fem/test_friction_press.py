@@ -12,7 +12,7 @@ from papilla import Block, HalfSpace, PapillaError
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, ReducedFinger, press, recover
 from papilla.fem.discrete.elements import SYMMETRIC
-from papilla.fem.pressing.friction import friction_path
+from papilla.fem.pressing.loading_path import loading_path
 from papilla.specimen import Specimen
 
 RIGID = HalfSpace(1e9, 0.3)
@@ -22,7 +22,7 @@ BLOCK = Block(0.2, 10)
 @pytest.mark.slow
 def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
     """The same events, each solved on all unknowns of the mesh with Lagrange multipliers: no condensed matrix."""
-    path = friction_path(coarse, RIGID, math.inf)
+    path = loading_path(coarse, RIGID, math.inf)
     aim = path.at(force=0.8)
     loaded, _ = coarse_model._patch((0.0, 0.0))
     free = coarse_model.space.free(SYMMETRIC, coarse_model.mesh.mirrors)

@@ -9,7 +9,7 @@ import pytest
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing import fidelity as choice
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.hertz import hertz_table
 from papilla.finger import Dome, Finger
 from papilla.references import hertz_sphere_at
@@ -95,7 +95,7 @@ def test_a_resolved_contact_is_right(disc, stand_in, rings):
     body, resolved = stand_in(patch, modulus), []
     for a in np.arange(0.3, 2.25, 0.1):
         exact = hertz_sphere_at(a**2 / radius, radius, modulus)
-        found = on_nodes(body, HalfSpace(1e6), (exact.force, None), 0.0)
+        found = contact_press(body, HalfSpace(1e6), (exact.force, None), 0.0)
         across = np.sqrt(found.contact_area / np.pi) / patch.mean_edge(found.active)
         assert found.resolved == (across >= 2.5) == (not found.status.startswith("mesh too coarse"))
         if found.resolved:

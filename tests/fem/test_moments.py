@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.fem.pressing.contact import contact_shape, solve_contact
+from papilla.fem.pressing.contact import contact_shape
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.references import HertzContact, hertz_ellipse
 

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press, press_finite
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
@@ -66,7 +66,7 @@ def measured(ball: float) -> MeasuredIndenter:
 
 @pytest.mark.parametrize("force", [0.05, 0.5])
 def test_a_measured_indenter_presses_as_the_ball_that_it_is(reference, force):
-    found, ball = (on_nodes(reference, one, (force, None), 0.0) for one in (measured(20.0), Sphere(1e6, 20.0)))
+    found, ball = (contact_press(reference, one, (force, None), 0.0) for one in (measured(20.0), Sphere(1e6, 20.0)))
     assert found.indentation == pytest.approx(ball.indentation, rel=1e-3)
     assert found.reading == pytest.approx(ball.reading, rel=1e-3, abs=1e-3 * np.abs(ball.reading).max())
     assert found.modulus == 1e6
@@ -138,7 +138,7 @@ def test_a_curved_block_presses_deeper_on_less_area(reference, force):
 def test_a_step_shows_only_when_the_contact_reaches_it(reference):
     for force, same in ((0.05, True), (0.8, False)):
         flat, stepped = (
-            on_nodes(reference, one, (force, None), 0.0) for one in (Block(0.51, 10), SteppedBlock(0.51, 10))
+            contact_press(reference, one, (force, None), 0.0) for one in (Block(0.51, 10), SteppedBlock(0.51, 10))
         )
         assert (stepped.indentation == pytest.approx(flat.indentation, rel=1e-9)) == same
     x = np.abs(reference.patch.xy[stepped.active, 0])

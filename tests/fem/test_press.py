@@ -158,10 +158,10 @@ def test_auto_adds_what_the_mesh_is_known_to_cost(reference, monkeypatch):
     monkeypatch.setattr(auto, "probe_hertz", lambda *_: np.full((len(auto.PROBE_FORCES), len(QUANTITIES)), 0.01))
     known = known_prices(reference.finger_sha256, reference.mesh_sha256).mesh
     force = gf_to_newton(30)
-    error = auto.hertz_error(reference, BLOCK, force, None)
+    error = auto.hertz_error(reference, BLOCK, (force, None))
     assert error.error == pytest.approx(0.01 + max(known.at(force, name) for name in QUANTITIES))
     unknown = dataclasses.replace(reference, mesh_sha256="0" * 64)
-    assert auto.hertz_error(unknown, BLOCK, force, None).error == pytest.approx(0.01)
+    assert auto.hertz_error(unknown, BLOCK, (force, None)).error == pytest.approx(0.01)
 
 
 def test_auto_tells_what_both_rungs_are_known_to_be_off_by(reference):

@@ -17,7 +17,8 @@ from papilla.fem.finite.strain_tables import (
     ensure_large_strain,
     measure_few,
 )
-from papilla.fem.pressing.fidelity import including_large_strain, on_nodes
+from papilla.fem.pressing.contact import contact_press
+from papilla.fem.pressing.fidelity import including_large_strain
 from papilla.fem.pressing.large_strain import Family, LargeStrain, known
 from papilla.fem.reduction.gauges import gauge_weights
 from papilla.finger import Dome
@@ -150,7 +151,7 @@ def test_a_table_of_ones_own_tells_presses_at_finite_strain_on_a_finer_mesh(monk
     for modulus, force, sd, gauges in ((0.08, 0.3, 0.005, 0.01), (0.4, 0.75, 0.007, 0.012)):
         block = Block(modulus, thickness=10.0)
         truth = fem.press_finite(OWN, mesh, block, force=force, friction=0)
-        nodes = on_nodes(reduced, block, (force, None), 0.0)
+        nodes = contact_press(reduced, block, (force, None), 0.0)
         found = including_large_strain(reduced, block, nodes, 0.0)
         assert found.large_strain and abs(truth.sd / nodes.sd - 1) > 0.01
         assert found.sd == pytest.approx(truth.sd, rel=sd)

@@ -7,8 +7,9 @@ from papilla.fem.discrete.elements import TaylorHood, interpolation
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.curving import bent_edges
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import mirrored, pack, unpack
-from papilla.mesh.surfaces import Ellipsoid, surfaces_of
+from papilla.mesh.surfaces import Ellipsoid
 
 BALL = Ellipsoid((1.0, 1.0, 1.0))
 OCTANT = np.vstack([np.zeros(3), np.eye(3)])

@@ -11,8 +11,9 @@ from papilla.errors import FileAccessError, FileFormatError, InputError, MeshErr
 from papilla.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
 from papilla.mesh import INNER, OUTER, build, surface_files
 from papilla.mesh.drawing import drawn
+from papilla.mesh.finger_surfaces import facet_deviation, surfaces_of
 from papilla.mesh.surface_files import read_closed, read_nested
-from papilla.mesh.surfaces import Ellipsoid, facet_deviation, surfaces_of
+from papilla.mesh.surfaces import Ellipsoid
 from papilla.mesh.topology import volumes
 from papilla.mesh.triangle_surface import TriangleSurface
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from papilla.mesh.finger_surfaces import NAMES, surfaces_of
 from papilla.mesh.soup import quarter_cylinder, quarter_ellipsoid
-from papilla.mesh.surfaces import NAMES, Ellipsoid, EllipticCylinder, surfaces_of
+from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
 DOME = Ellipsoid((24.0, 30.0, 20.0))
 SLAB = EllipticCylinder((24.0, 20.0), 10.0)

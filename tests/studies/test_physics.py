@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator
 
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press
 from papilla.finger import Finger
 from papilla.specimen import Block
 from papilla.studies.physics import FORCES_GF, MODULI_MPA, Bench, NarrowBlock, _PressedBlock, physics
@@ -35,7 +35,7 @@ def test_a_wide_block_by_finite_elements_is_the_layer_of_the_kernel(bench):
 def test_a_block_as_wide_as_a_layer_is_one_and_a_narrow_one_gives_way(bench):
     pressed = bench.plain(0.6, 0.1)
     wide, narrow = (
-        on_nodes(
+        contact_press(
             bench.reduced,
             NarrowBlock(0.1, 10.0, width=width, pressed=pressed, reduced=bench.reduced),
             (0.6, None),

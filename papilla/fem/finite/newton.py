@@ -18,9 +18,9 @@ from papilla.errors import ContactRangeError, SolverError
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
 from papilla.fem.finite.touching import Touch, Touching
-from papilla.fem.pressing.contact import solve_contact
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.friction_step import FrictionState, coulomb_step
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8

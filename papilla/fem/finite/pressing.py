@@ -22,8 +22,8 @@ from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, Ogden, Yeoh
 from papilla.memory import refuse_finite
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
-from papilla.mesh.surfaces import surfaces_of
 from papilla.specimen import Friction, Specimen, friction_coefficient
 
 GROWTH, FIRST_LOAD = 1.3, 0.02

@@ -20,7 +20,7 @@ from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.large_strain import SHIPPED, LargeStrain, keep, known, least_presses, shipped_text
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
@@ -87,7 +87,7 @@ def measure_large_strain(
         touched = finger.bench.specimen(finite.modulus)
         try:
             # What the nodes lose, presses at finite strain lose too
-            linear = on_nodes(reduced, touched, (finite.force, None), coefficient)
+            linear = contact_press(reduced, touched, (finite.force, None), coefficient)
         except (ContactRangeError, SolverError):
             continue
         scaled = finite.force / inner, finite.modulus / inner

@@ -41,7 +41,7 @@ def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float,
     work = 1e-3 * checks.positive("work of adhesion (J/m2)", work_J_m2)
 
     def plain(load: float) -> Press:
-        return contact_press(reduced, specimen, float(load), None, None, began)
+        return contact_press(reduced, specimen, (float(load), None), began=began)
 
     holding = _holding_force(plain, force, work)
     found, less, more = (plain(holding * factor) for factor in (1, 1 - STEP, 1 + STEP))

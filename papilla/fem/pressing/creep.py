@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla.errors import InputError
-from papilla.fem.pressing.contact import solve_contact
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.pressing.press import refuse_detail, refuse_rim
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger

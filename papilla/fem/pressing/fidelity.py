@@ -16,19 +16,14 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
-from papilla.fem.pressing.contact import NoContactError, contact_press
-from papilla.fem.pressing.few_elements import sharpened
-from papilla.fem.pressing.friction import friction_press
+from papilla.fem.pressing.contact import NoContactError, contact_press, with_ellipse
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
-from papilla.fem.pressing.press import Press, check_scene
+from papilla.fem.pressing.press import Load, Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Friction, Specimen, friction_coefficient
-
-Load = tuple[float | None, float | None]
-"""Force (N) and indentation (mm), one of them None."""
 
 SETTLED = 4
 """Linear presses that find the indentation of large strain: the change is 1 %, and each leaves a hundredth of it."""
@@ -96,22 +91,18 @@ def press(
     if fidelity == "hertz" and rubbing:
         raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
     if fidelity == "hertz":
-        return hertz_press(reduced, specimen, *load, "hertz: as asked", began)
+        return hertz_press(reduced, specimen, load, "hertz: as asked", began)
 
-    def contact(aim: Load, friction: float = rubbing) -> Press:
-        return _linear(reduced, specimen, aim, friction, start, began)
-
-    def told(linear: Callable[[Load], Press], friction: float) -> Press:
-        return _with_large_strain(reduced, specimen, load, friction, linear)
-
+    linear = partial(_linear, reduced, specimen, start=start, began=began)
+    strained = partial(_with_large_strain, reduced, specimen, load)
     alone = "; large strain, which raises S_d about as much as stick lowers it, is not in it" if rubbing else ""
     if fidelity == "contact":
-        found = contact(load)
+        found = linear(load, rubbing)
         return replace(found, status=found.status + alone)
     doubt = ""
     if friction is None and tables_of(reduced, stuck=True):
         try:
-            found = told(partial(contact, friction=math.inf), math.inf)
+            found = strained(math.inf, partial(linear, friction=math.inf))
         except InputError as error:
             doubt = f"; without friction: {error}"
         else:
@@ -120,11 +111,11 @@ def press(
             doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
     if rubbing or (fidelity is None and tables_of(reduced)):
         with suppress(*([] if rubbing else [NoContactError])):
-            found = told(contact, rubbing)
+            found = strained(rubbing, partial(linear, friction=rubbing))
             if found.large_strain:
                 return replace(found, status=found.status + doubt, seconds=perf_counter() - began)
     if not rubbing:
-        found = told(partial(_cheapest, reduced, specimen, tolerance, start, began), 0.0)
+        found = strained(0.0, partial(_cheapest, reduced, specimen, tolerance, start, began))
     losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
     return replace(found, status=found.status + alone + doubt + losses, seconds=perf_counter() - began)
 
@@ -150,54 +141,45 @@ def including_large_strain(
     return between_ends(reduced, found, (free, held), (free_told, held_told), lambda lower: linear(friction=lower))
 
 
-def on_nodes(
-    reduced: ReducedFinger,
-    specimen: Specimen,
-    load: Load,
-    friction: float,
-    start: np.ndarray | None = None,
-    began: float | None = None,
-) -> Press:
-    """The contact of the patch's nodes alone, as a press on the mesh has it; the search begins from `start` (n,)."""
-    began = perf_counter() if began is None else began
-    if friction:
-        return friction_press(reduced, specimen, *load, friction, began)
-    return contact_press(reduced, specimen, *load, start, began)
-
-
 def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
-    """The contact with what its nodes lose; the nodes are pressed to where it is the indentation that was asked for."""
-    indentation, nodes = load[1], on_nodes(reduced, specimen, load, friction, start, began)
-    found = sharpened(reduced, specimen, nodes)
-    if indentation is None or found is nodes:
-        return found
-    for _ in range(SETTLED):
-        aim = nodes.indentation * indentation / found.indentation
-        nodes = on_nodes(reduced, specimen, (None, aim), friction, nodes.active, began)
-        found = sharpened(reduced, specimen, nodes)
+    """The contact with what its nodes lose."""
+
+    def made(aim: Load) -> Press:
+        return with_ellipse(reduced, specimen, contact_press(reduced, specimen, aim, friction, start, began))
+
+    found = _settled(made, load)
+    assert found is not None
     return found
 
 
 def _with_large_strain(reduced, specimen, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
-    """The press that `linear` makes, and what large strain changes in it; an indentation is that of large strain."""
-    indentation, found = load[1], linear(load)
-    corrected = including_large_strain(reduced, specimen, found, friction)
-    if corrected is None or indentation is None:
-        return corrected or found
-    inside = found
+    """The press that `linear` makes with what large strain changes in it; without, where that is not known."""
+
+    def made(aim: Load) -> Press | None:
+        return including_large_strain(reduced, specimen, linear(aim), friction)
+
+    return _settled(made, load) or linear(load)
+
+
+def _settled(made: Callable[[Load], Press | None], load: Load) -> Press | None:
+    """The press of a load where `made` corrects one that was made by it: an indentation is that after correction.
+
+    None where `made` has none on the way.
+    """
+    indentation, found, aim = load[1], made(load), load[1]
     for _ in range(SETTLED):
-        inside = linear((None, inside.indentation * indentation / corrected.indentation))
-        corrected = including_large_strain(reduced, specimen, inside, friction)
-        if corrected is None:
-            return found
-    return corrected
+        if found is None or indentation is None or aim is None or found.indentation == indentation:
+            break
+        aim *= indentation / found.indentation
+        found = made((None, aim))
+    return found
 
 
 def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> Press:
     """The press of the cheapest linear fidelity within the tolerance, its status saying why it is that one."""
-    error = hertz_error(reduced, specimen, *load)
+    error = hertz_error(reduced, specimen, load)
     if error is not None and error.error <= tolerance:
-        return hertz_press(reduced, specimen, *load, f"hertz: {error}, within {100 * tolerance:g} %", began)
+        return hertz_press(reduced, specimen, load, f"hertz: {error}, within {100 * tolerance:g} %", began)
     try:
         found = _linear(reduced, specimen, load, 0.0, start, began)
     except NoContactError:
@@ -210,7 +192,7 @@ def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> 
                 f"and {light} from Hertzian at the lightest force that it does"
             )
             try:
-                return hertz_press(reduced, specimen, *load, reason, began)
+                return hertz_press(reduced, specimen, load, reason, began)
             except ContactRangeError:
                 pass
         return found or _linear(reduced, specimen, load, 0.0, start, began)
@@ -236,14 +218,13 @@ class Worst:
         return f"{100 * self.error:.1f} % in {NAMES[self.quantity]}"
 
 
-def hertz_error(
-    reduced: ReducedFinger, specimen: Specimen, force: float | None, indentation: float | None
-) -> Worst | None:
-    """Measured error of hertz around a force (N) or indentation (mm); None where contact cannot tell.
+def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst | None:
+    """Measured error of hertz around a load; None where contact cannot tell.
 
     It is what hertz is off by from contact, and on top of it what contact is known to be off by for the mesh: where the
     mesh takes a share of the tolerance, only the rest is hertz's.
     """
+    force, indentation = load
     if indentation is not None:
         try:
             table = hertz_table(reduced, specimen)
@@ -276,8 +257,8 @@ def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
     errors, start = np.full((len(PROBE_FORCES), len(QUANTITIES)), np.inf), None
     for k, force in enumerate(PROBE_FORCES):
         try:
-            truth = contact_press(reduced, specimen, float(force), None, start, perf_counter())
-            scene = hertz_press(reduced, specimen, float(force), None, "", perf_counter())
+            truth = contact_press(reduced, specimen, (float(force), None), start=start)
+            scene = hertz_press(reduced, specimen, (float(force), None), "", perf_counter())
         except ContactRangeError:
             break
         start = truth.active

@@ -33,7 +33,7 @@ from papilla.fem.pressing.ellipses import (
     moduli,
     peak_over_mean,
 )
-from papilla.fem.pressing.press import Press, linear_press
+from papilla.fem.pressing.press import Load, Press, linear_press
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
@@ -264,10 +264,9 @@ class HertzScene:
     values: np.ndarray
 
 
-def hertz_scene(
-    reduced: ReducedFinger, specimen: Specimen, force: float | None, indentation: float | None
-) -> HertzScene:
-    """One press by force (N) or indentation (mm); raises `ContactRangeError` where the ellipse leaves the patch."""
+def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> HertzScene:
+    """The press of a load; raises `ContactRangeError` where the ellipse leaves the patch."""
+    force, indentation = load
     table = hertz_table(reduced, specimen)
     if indentation is not None:
         _refuse_beyond(table, indentation, table.indentation[-1], "an indentation", "mm")
@@ -288,16 +287,9 @@ def hertz_scene(
     )
 
 
-def hertz_press(
-    reduced: ReducedFinger,
-    specimen: Specimen,
-    force: float | None,
-    indentation: float | None,
-    status: str,
-    began: float,
-) -> Press:
-    """One press by force (N) or indentation (mm) as a `Press` that says `status`; raises `ContactRangeError`."""
-    scene = hertz_scene(reduced, specimen, force, indentation)
+def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: str, began: float) -> Press:
+    """The press of a load as a `Press` that says `status`; raises `ContactRangeError`."""
+    scene = hertz_scene(reduced, specimen, load)
     a, b = scene.semi_axes
     patch = reduced.patch
     x, y = patch.xy.T

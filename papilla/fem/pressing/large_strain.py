@@ -20,6 +20,7 @@ from papilla import cache
 from papilla.errors import FileFormatError
 from papilla.fem.pressing.press import Press, with_values
 from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import DEFAULT_FINGER
 from papilla.units import to_microstrain
@@ -146,17 +147,11 @@ class LargeStrain:
 
     def sd_error(self, weights: np.ndarray) -> float:
         """Root mean square relative error of S_d, of readings weighted by (q, g), in presses told from all others."""
-        key = weights.tobytes()
-        if key not in self._sd_errors:
-            self._sd_errors[key] = self._sd_error(weights)
-        return self._sd_errors[key]
+        return self._sd_error(tuple(map(tuple, weights.tolist())))
 
-    @cached_property
-    def _sd_errors(self) -> dict[bytes, float]:
-        """By the weights' bytes."""
-        return {}
-
-    def _sd_error(self, weights: np.ndarray) -> float:
+    @kept(8)
+    def _sd_error(self, rows: tuple[tuple[float, ...], ...]) -> float:
+        weights = np.array(rows)
         told = self.finite[:, 3:] + self._judged[:, 3:] * self._norms[:, 3:]
         both = (values.reshape(len(values), *weights.shape) for values in (told, self.finite[:, 3:]))
         found, true = (_readings(weights, values).std(axis=-1) for values in both)
@@ -188,11 +183,6 @@ class LargeStrain:
     @property
     def _dense(self) -> bool:
         return len(self.force) >= MANY
-
-    @cached_property
-    def _powers(self) -> list[tuple[int, int]]:
-        """Powers of the polynomial: as many as the presses tell."""
-        return next((one for one in POWERS if len(self.force) >= PRESSES_A_TERM * len(one)), POWERS[-1])
 
     @cached_property
     def _judged(self) -> np.ndarray:
@@ -238,7 +228,8 @@ class LargeStrain:
         """Monomials (..., terms) of both coordinates, -1 to 1 over the table."""
         pairs = zip((np.log(force), np.asarray(softness)), self._ranges, strict=True)
         x, y = (2 * (values - low) / width - 1 for values, (low, width) in pairs)
-        return np.stack([x**i * y**j for i, j in self._powers], axis=-1)
+        told = (powers for powers in POWERS if len(self.force) >= PRESSES_A_TERM * len(powers))
+        return np.stack([x**i * y**j for i, j in next(told, POWERS[-1])], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,10 @@ LIGHTEST = 1e-18
 """Smallest force and indentation, in modulus times square of an element and in elements: numbers end near by."""
 
 
+Load = tuple[float | None, float | None]
+"""Force (N) and indentation (mm), one of them None."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Press:
     """Result of one scene; n patch nodes, g gauges, q quantities of a gauge.
@@ -119,10 +123,8 @@ class Press:
         }
 
 
-def check_scene(
-    specimen: Specimen, stiffness: float, size: float, **loads: float | None
-) -> tuple[float | None, float | None]:
-    """Force (N) and indentation (mm) of a scene, one of them None, after both were checked.
+def check_scene(specimen: Specimen, stiffness: float, size: float, **loads: float | None) -> Load:
+    """The load of a scene, after it was checked.
 
     `loads` are force_N, indentation_mm, and force and indentation, which mean the same. `stiffness` (MPa) and `size`
     (mm) are those of the finger and its elements. Raises `InputError`.

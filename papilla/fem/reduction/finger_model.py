@@ -23,8 +23,8 @@ from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
+from papilla.mesh.finger_surfaces import facet_deviation, surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
-from papilla.mesh.surfaces import facet_deviation, surfaces_of
 
 INCOMPRESSIBLE = 1e-7
 """Of mu/lambda, below which the pressure block is too empty to factor and a stabilised one is factored instead."""

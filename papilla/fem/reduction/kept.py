@@ -8,11 +8,16 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
 
+from papilla.errors import ContactRangeError
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def kept(most: int) -> Callable[[Function], Function]:
-    """Keep the last `most` results of a function by its other arguments with the object that is its first one."""
+    """Keep the last `most` results of a function by its other arguments with the object that is its first one.
+
+    Arguments can be hashed. A `ContactRangeError` is kept, too, and raised again.
+    """
 
     def decorate(function: Function) -> Function:
         name = f"_kept_{function.__module__}.{function.__name__}"
@@ -20,13 +25,17 @@ def kept(most: int) -> Callable[[Function], Function]:
         @wraps(function)
         def found(owner: Any, *others: Any) -> Any:
             known = vars(owner).setdefault(name, OrderedDict())
-            if others in known:
-                known.move_to_end(others)
-                return known[others]
-            value = known[others] = function(owner, *others)
-            if len(known) > most:
-                known.popitem(last=False)
-            return value
+            if others not in known:
+                try:
+                    known[others] = function(owner, *others)
+                except ContactRangeError as error:
+                    known[others] = error.with_traceback(None)
+                if len(known) > most:
+                    known.popitem(last=False)
+            known.move_to_end(others)
+            if isinstance(known[others], ContactRangeError):
+                raise known[others]
+            return known[others]
 
         return found  # type: ignore[return-value]
 

@@ -18,9 +18,9 @@ from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.reduction.gauges import gauge_functionals
 from papilla.finger import Finger, Layer
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, section_finger
-from papilla.mesh.surfaces import surfaces_of
 
 STRESS_STATES = ("plane strain", "plane stress")
 

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from papilla.fem import FingerModel, Press, ReducedFinger
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.finger import Finger
 from papilla.mesh import build
@@ -41,7 +41,7 @@ def default_reduced() -> ReducedFinger:
 
 def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:
     """The contact of the nodes alone by a force in gf: what invariances hold for, on any mesh."""
-    return on_nodes(reduced, specimen, (gf_to_newton(force_gf), None), 0.0)
+    return contact_press(reduced, specimen, (gf_to_newton(force_gf), None), 0.0)
 
 
 def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press) -> tuple[float, float, float]:

@@ -9,8 +9,8 @@ import scipy.sparse as sp
 
 from papilla.fem import FingerModel, ReducedFinger, press
 from papilla.fem.discrete.elements import SYMMETRIC
-from papilla.fem.pressing.contact import solve_contact
-from papilla.fem.pressing.fidelity import on_nodes
+from papilla.fem.pressing.contact import contact_press
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Dome, Gauge, Layer
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
@@ -72,7 +72,7 @@ def _energy() -> Iterator[Case]:
     depths = np.linspace(0, pressed.indentation, 101)[1:]
     forces, start = [0.0], None
     for depth in depths:
-        step = on_nodes(reduced, BLOCK, (None, float(depth)), 0.0, start)
+        step = contact_press(reduced, BLOCK, (None, float(depth)), 0.0, start)
         forces.append(step.force)
         start = step.active
     own = reduced.compliance + reduced.specimen_compliance(BLOCK)
@@ -168,7 +168,7 @@ def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf and the exchanges that contact takes from a cold start, all in the given units."""
     block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
     force = gf_to_newton(50) * stress * length**2
-    found = on_nodes(reduced, block, (force, None), 0.0)
+    found = contact_press(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch
     cold = solve_contact(compliance, patch.mass, patch.gap, force=force / reduced.multiplicity)

@@ -10,8 +10,8 @@ from papilla.fem.discrete.elements import ELEMENTS, TaylorHood, interpolation
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import INNER, OUTER
-from papilla.mesh.surfaces import surfaces_of
 from papilla.studies.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube

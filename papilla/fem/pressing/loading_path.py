@@ -1,9 +1,11 @@
-"""Presses with friction between finger and specimen: points on the path of a force that grows from first touch.
+"""The path of a press: finger and specimen from first touch on, as the force grows, at a given friction.
 
 What friction does depends on how the force was reached. Here it grows from nothing along the contact normal, and a node
 keeps, while it sticks, the relative tangential displacement that it had when it came into contact (Spence 1968,
-doi:10.1098/rspa.1968.0105), not that of the undeformed bodies. With full stick the path is that of `contact_path`,
-exact. With Coulomb's law a step ends where the next node is expected, and is solved exactly.
+doi:10.1098/rspa.1968.0105), not that of the undeformed bodies. Without friction and with full stick the path is that of
+`contact_path`, exact. With Coulomb's law a step ends where the next node is expected, and is solved exactly. Where
+nodes leave the contact again, single loads are solved by `pivoting` without friction, and stick is Coulomb's law with
+more friction than any force overcomes.
 """
 
 import math
@@ -12,14 +14,16 @@ from dataclasses import replace
 import numpy as np
 
 from papilla.errors import SolverError
-from papilla.fem.pressing.contact import NoContactError, contact_result, plain_path
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
 from papilla.fem.pressing.friction_step import FrictionState, coulomb_step, rates
-from papilla.fem.pressing.press import Press, refuse_detail
+from papilla.fem.pressing.pivoting import solve_contact
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
+
+ORDER_STEP = 1.0
+"""Steps of ln modulus at which a path is kept from which others take the order of nodes that they begin with."""
 
 LONGEST = 0.1
 """Longest step of Coulomb friction, as a share of the indentation since first touch."""
@@ -40,56 +44,56 @@ STUCK_MARGIN = 1.05
 """How much further than asked for a stuck path is made: the one without friction tells its nodes to 2 % of force."""
 
 
-def friction_press(
-    reduced: ReducedFinger,
-    specimen: Specimen,
-    force: float | None,
-    indentation: float | None,
-    friction: float,
-    began: float,
-) -> Press:
-    """One press by force (N) or indentation (mm) with a coefficient of friction > 0, infinite for stick.
+def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "PlainPath | StuckPath | FrictionPath":
+    """The path of a finger and specimen with Coulomb's coefficient, 0 for none, infinite for stick.
 
-    The finger is pushed along the contact normal, and held sideways. Raises `ContactRangeError` as `contact_press`
-    does, `InputError` for a specimen whose tangential compliance does not fit its normal one.
+    It is kept, so that the presses of a sweep share it. Raises `InputError` for a specimen whose tangential compliance
+    does not fit its normal one.
     """
-    refuse_detail(specimen, reduced.patch, reduced.mesh_size_mm)
-    path = friction_path(reduced, specimen, friction)
-    share = None if force is None else force / reduced.multiplicity
-    state = path.at(force=share, indentation=indentation)
-    if state is None:
-        raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
-    held, steps = "stuck from the moment of contact", int(state.active.sum())
-    if isinstance(path, FrictionPath) and isinstance(state, FrictionState):
-        held = f"friction {friction:g}: {state.slipping.sum()} of {state.active.sum()} nodes slip"
-        steps = sum(knot.indentation < state.indentation for knot in path.knots)
-    return contact_result(
-        reduced,
-        specimen,
-        began,
-        force=force,
-        pressure=state.traction[0],
-        indentation=state.indentation,
-        active=state.active,
-        values=reduced.traction_rows @ state.traction.ravel(),
-        status=f"contact: {held}, the force grown from first touch in {steps} steps",
-        shear=state.traction[1:],
-        friction=friction,
-    )
+    return _rubbing_path(reduced, specimen, friction) if friction else _plain_path(reduced, specimen)
+
+
+@kept(64)
+def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "PlainPath":
+    """Nodes come into contact much as at a modulus near by, whose order of them is the first guess."""
+    patch, guess = reduced.patch, None
+    if specimen.elastic:
+        near = replace(specimen.unit, modulus=math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP)))
+        guess = _plain_path(reduced, near) if near != specimen else None
+    compliance = reduced.compliance + reduced.specimen_compliance(specimen)
+    fixed = np.zeros((0, len(patch.mass)), dtype=bool)
+    return PlainPath(ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed), guess)
 
 
 @kept(8)
-def friction_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "StuckPath | FrictionPath":
-    """The path of one finger, specimen and coefficient; kept, so that the presses of a sweep share it."""
-    patch, theirs = reduced.patch, reduced.specimen_traction_compliance(specimen)
+def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "StuckPath | FrictionPath":
+    patch = reduced.patch
+    compliance = reduced.traction_compliance + reduced.specimen_traction_compliance(specimen)
     fixed = ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T
-    problem = ContactProblem(reduced.traction_compliance + theirs, patch.mass, weak_gap(patch, specimen.unit), fixed)
-    return loading(problem, friction, plain_path(reduced, specimen))
+    problem = ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed)
+    return path_of(problem, friction, _plain_path(reduced, specimen))
 
 
-def loading(problem: ContactProblem, friction: float, plain: ContactPath | None = None) -> "StuckPath | FrictionPath":
+def path_of(problem: ContactProblem, friction: float, plain: ContactPath | None = None) -> "StuckPath | FrictionPath":
     """The path of two bodies with Coulomb's coefficient, infinite for stick; `plain` is theirs without friction."""
     return StuckPath(problem, plain) if math.isinf(friction) else FrictionPath(problem, friction)
+
+
+class PlainPath(ContactPath):
+    """States of growing indentation without friction; by `pivoting` where nodes leave again."""
+
+    def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> ContactState | None:
+        """As `ContactPath.at`; start : (n,) nodes with which `pivoting` begins. Raises `SolverError`."""
+        try:
+            return super().at(force=force, indentation=indentation)
+        except LeavingError:
+            one = self.problem
+            found = solve_contact(one.compliance, one.mass, one.gap, force=force, indentation=indentation, start=start)
+            return ContactState(found.indentation, one.force(found.pressure[None]), found.pressure[None], found.active)
+
+    def words(self, state: ContactState) -> str:
+        """What a state is, for the status of a press."""
+        return f"{state.active.sum()} nodes in contact"
 
 
 class StuckPath(ContactPath):
@@ -99,7 +103,7 @@ class StuckPath(ContactPath):
         super().__init__(problem, plain, STUCK_MARGIN)
         self._rough: FrictionPath | None = None
 
-    def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
+    def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> ContactState | None:
         """As `ContactPath.at`; raises `SolverError` where a step of the other path does not settle."""
         try:
             return super().at(force=force, indentation=indentation)
@@ -107,6 +111,11 @@ class StuckPath(ContactPath):
             if self._rough is None:
                 self._rough = FrictionPath(self.problem, ROUGH)
             return self._rough.at(force=force, indentation=indentation)
+
+    def words(self, state: ContactState) -> str:
+        """What a state is, for the status of a press."""
+        steps = int(state.active.sum())
+        return f"stuck from the moment of contact, the force grown from first touch in {steps} steps"
 
 
 class FrictionPath:
@@ -118,10 +127,16 @@ class FrictionPath:
         nothing, active = np.zeros((3, len(problem.mass))), np.arange(len(problem.mass)) == first
         depth = float(problem.gap[first] / problem.mass[first])
         self.knots = [FrictionState(depth, 0.0, nothing, active, 0.0, nothing, np.zeros_like(active))]
-
         self._idle = 0
 
-    def at(self, *, force: float | None = None, indentation: float | None = None) -> FrictionState | None:
+    def words(self, state: ContactState) -> str:
+        """What a state is, for the status of a press."""
+        assert isinstance(state, FrictionState)
+        slips = f"{state.slipping.sum()} of {state.active.sum()} nodes slip"
+        steps = sum(knot.indentation < state.indentation for knot in self.knots)
+        return f"friction {self.friction:g}: {slips}, the force grown from first touch in {steps} steps"
+
+    def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> FrictionState | None:
         """The state at a force on the patch (N) or an indentation (mm), whatever was asked for before; None before
         first touch. Raises `SolverError` where a step does not settle."""
         name, aim = ("force", force) if force is not None else ("indentation", indentation)
