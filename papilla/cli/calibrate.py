@@ -2,15 +2,13 @@
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from papilla.checks import positive
 from papilla.cli.calibrate_check import (
     CHECK_FAILED,
-    CheckOption,
-    ExportOption,
     checked,
     header_of,
     presses_to_check,
@@ -25,6 +23,7 @@ from papilla.cli.options import (
     SizeOption,
     about,
     keep_inputs,
+    option,
     read_friction,
     surface_files,
 )
@@ -41,15 +40,19 @@ DEFAULT_OUT = Path("calibration")
 
 def calibrate(
     finger: FingerOption = None,
-    bench: Annotated[
-        Path | None, typer.Option(help="Identify the finger from this log of real presses (CSV), and calibrate it.")
-    ] = None,
+    bench: Path | None = option(None, "Identify the finger from this log of real presses (CSV), and calibrate it."),
     friction: FrictionOption = None,
     size_mm: SizeOption = None,
-    check: CheckOption = None,
-    export_c: ExportOption = None,
+    check: Path | None = option(
+        None,
+        "Recover these presses of known modulus (columns as in a bench log); exit code 1 where one is not.",
+        metavar="PRESSES.csv",
+    ),
+    export_c: Path | None = option(
+        None, "Write the modulus and its sigma as C, by five coefficients, for a small chip.", metavar="FILE.h"
+    ),
     log_map: MapOption = None,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = DEFAULT_OUT,
+    out: Path = option(DEFAULT_OUT, "Folder for the results."),
     as_json: JsonOption = False,
 ) -> None:
     """Calibrate the finger: mesh, model, sweep, fit.

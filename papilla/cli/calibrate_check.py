@@ -1,9 +1,7 @@
 """What `papilla calibrate` may do besides: check the calibration on presses of known modulus, and export it to C."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import about
 from papilla.cli.output import say, show_table, tell
@@ -17,20 +15,6 @@ if TYPE_CHECKING:
 CHECK_FAILED = 1
 MOST_ROWS = 20
 """Presses in the table; the JSON has all."""
-
-CheckOption = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="PRESSES.csv",
-        help="Recover these presses of known modulus (columns as in a bench log); exit code 1 where one is not.",
-    ),
-]
-ExportOption = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE.h", help="Write the modulus and its sigma as C, by five coefficients, for a small chip."
-    ),
-]
 
 
 def presses_to_check(path: Path | None, design: "Finger", log_map: Path | None) -> "PressLog | None":

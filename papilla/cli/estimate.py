@@ -3,11 +3,9 @@
 import re
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
-from papilla.cli.options import JsonOption, MapOption, keep_inputs
+from papilla.cli.options import JsonOption, MapOption, argument, keep_inputs, option
 from papilla.cli.output import Progress, print_json, progress, say
 from papilla.errors import InputError
 
@@ -22,45 +20,29 @@ GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 SILENT_ROWS = 100_000
 """Rows that are read before a word is said of it."""
 
-SoftnessOption = Annotated[
-    Literal["surface", "quadratic", "printed"],
-    typer.Option(
-        help="The modulus by the calibrated surfaces, or, for comparison, by the published form with the calibration's "
-        "or the printed coefficients, which presses do not follow."
-    ),
-]
-
-RidgesOption = Annotated[
-    Path | None, typer.Option(help="Design (TOML, or a name that ships) for its ridges; a calibration has them.")
-]
-
-LeverOption = Annotated[
-    float | None, typer.Option(help="Of a column torque_Nmm: from the torque's axis to the skin, mm.")
-]
-
 
 def estimate(
-    log: Annotated[Path, typer.Argument(help="Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv")],
-    out: Annotated[Path, typer.Option(help="Table of estimates to write (CSV).")],
-    calibration: Annotated[Path | None, typer.Option(help="Calibration file (JSON); without it no modulus.")] = None,
-    finger: RidgesOption = None,
-    wavelength_range: Annotated[
-        tuple[float, float] | None,
-        typer.Option(
-            metavar="LO HI",
-            help="Wavelengths (mm) that are looked for; without it 0.4 to 6 row by row, and in the summary all.",
-        ),
-    ] = None,
-    saturation: Annotated[float | None, typer.Option(help="|reading| from which a gauge is saturated.")] = None,
-    thickness: Annotated[
-        float | None, typer.Option(help="Thickness (mm) of the touched specimen; unknown unless stated.")
-    ] = None,
-    softness: SoftnessOption = "surface",
-    lever_mm: LeverOption = None,
+    log: Path = argument(..., "Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv"),
+    out: Path = option(..., "Table of estimates to write (CSV)."),
+    calibration: Path | None = option(None, "Calibration file (JSON); without it no modulus."),
+    finger: Path | None = option(None, "Design (TOML, or a name that ships) for its ridges; a calibration has them."),
+    wavelength_range: tuple[float, float] | None = option(
+        None,
+        "Wavelengths (mm) to look for; without it 0.4 to 6 row by row, all in the summary.",
+        metavar="LO HI",
+    ),
+    saturation: float | None = option(None, "|reading| from which a gauge is saturated."),
+    thickness: float | None = option(None, "Thickness (mm) of the touched specimen; unknown unless stated."),
+    softness: Literal["surface", "quadratic", "printed"] = option(
+        "surface",
+        "The modulus by the calibrated surfaces, or, for comparison, by the published quadratic with the "
+        "calibration's or the printed coefficients, which presses do not follow.",
+    ),
+    lever_mm: float | None = option(None, "Of a column torque_Nmm: from the torque's axis to the skin, mm."),
     log_map: MapOption = None,
-    friction_memory: Annotated[
-        float | None, typer.Option(help="Slid path (mm) that friction is averaged over; without it 0.1 s of sliding.")
-    ] = None,
+    friction_memory: float | None = option(
+        None, "Path (mm) that friction is averaged over; without it 0.1 s of sliding."
+    ),
     as_json: JsonOption = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""

@@ -2,12 +2,10 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
-from papilla.cli.identify_compare import CompareOption, compare_with
-from papilla.cli.identify_rate import RelaxationOption, loops_of, print_relaxation, read_and_tell, relaxation_of
+from papilla.cli.identify_compare import compare_with
+from papilla.cli.identify_rate import loops_of, print_relaxation, read_and_tell, relaxation_of
 from papilla.cli.identify_suggest import SuggestOptions, print_suggestion
 from papilla.cli.options import (
     PROCESSES,
@@ -17,9 +15,11 @@ from papilla.cli.options import (
     MapOption,
     SpecimenOptions,
     about,
+    argument,
     describe,
     keep_inputs,
     number,
+    option,
     read_friction,
     surface_files,
 )
@@ -33,21 +33,23 @@ if TYPE_CHECKING:
 def identify(
     specimen: SpecimenOptions,
     further: SuggestOptions,
-    log: Annotated[
-        Path | None, typer.Argument(help="Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Design file of the identified finger to write (TOML).")] = None,
+    log: Path | None = argument(None, "Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv"),
+    out: Path | None = option(None, "Design file of the identified finger to write (TOML)."),
     finger: FingerOption = None,
-    free: Annotated[list[str] | None, typer.Option(help="A further parameter to fit, such as thickness_mm.")] = None,
-    fix: Annotated[
-        list[str] | None, typer.Option(help="Hold a parameter, such as lever_mm=0 or gain.g1=1.", metavar="NAME=VALUE")
-    ] = None,
+    free: list[str] | None = option(None, "A further parameter to fit, such as thickness_mm."),
+    fix: list[str] | None = option(None, "Hold a parameter, such as lever_mm=0 or gain.g1=1.", metavar="NAME=VALUE"),
     friction: FrictionOption = None,
-    noise: Annotated[float, typer.Option(help="Noise of a reading, microstrain.")] = 5.0,
-    force_error: Annotated[float, typer.Option(help="Relative error of a force.")] = 0.01,
-    report: Annotated[Path | None, typer.Option(help="Page to write on the fit (HTML).")] = None,
-    relaxation: RelaxationOption = None,
-    compare: CompareOption = None,
+    noise: float = option(5.0, "Noise of a reading, microstrain."),
+    force_error: float = option(0.01, "Relative error of a force."),
+    report: Path | None = option(None, "Page to write on the fit (HTML)."),
+    relaxation: Literal["1", "2"] | None = option(
+        None, "Fit so many relaxation times to the log's longest touch (t_s)."
+    ),
+    compare: Path | None = option(
+        None,
+        "Is it still the finger of this identified design? Exit code 1 where it is not; nothing is written.",
+        metavar="OLD.toml",
+    ),
     log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:

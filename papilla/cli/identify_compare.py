@@ -1,7 +1,6 @@
 """`papilla identify --compare`: whether new presses are of the finger that was identified."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -12,14 +11,6 @@ from papilla.errors import InputError
 CHANGED = 1
 MOST_NAMED = 4
 """Explanations that are printed; the JSON has all."""
-
-CompareOption = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="OLD.toml",
-        help="Is it still the finger of this identified design? Exit code 1 where it is not; nothing is written.",
-    ),
-]
 
 
 def compare_with(old: Path, log: Path | None, log_map: Path | None, as_json: bool, **given: object) -> None:

@@ -1,9 +1,7 @@
 """`papilla identify` on a log over time: loading alone, the loops, and how the silicone relaxes."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-import typer
+from typing import TYPE_CHECKING
 
 from papilla.cli.output import print_table, say, tell
 from papilla.errors import InputError
@@ -12,10 +10,6 @@ if TYPE_CHECKING:
     from papilla.calibrate.identification import Identification
     from papilla.logs import PressLog
     from papilla.specimen import Specimen
-
-RelaxationOption = Annotated[
-    Literal["1", "2"] | None, typer.Option(help="Fit so many relaxation times to the log's longest touch (t_s).")
-]
 
 
 def read_and_tell(path: Path, relaxation: str | None, touched: "Specimen", log_map: Path | None) -> "PressLog":

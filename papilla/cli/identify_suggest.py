@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
-
-import typer
+from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.checks import positive
-from papilla.cli.options import number
+from papilla.cli.options import number, option
 from papilla.cli.output import print_table, progress, tell
 from papilla.errors import InputError
 
@@ -22,25 +20,16 @@ if TYPE_CHECKING:
 class SuggestOptions:
     """What to press next, and what there is to press."""
 
-    suggest: Annotated[
-        int | None, typer.Option(help="Suggest the next N presses; without a log, all of them.", metavar="N")
-    ] = None
-    moduli: Annotated[
-        str | None,
-        typer.Option(
-            help="Moduli of the specimens that are there, MPa.  [default: those of the log]", metavar="E,E,..."
-        ),
-    ] = None
-    places: Annotated[
-        str | None,
-        typer.Option(
-            help="Where presses may be suggested: pairs x,y in mm, such as '0,0 3,0 0,3'.  [default: the apex]",
-            metavar="'X,Y X,Y ...'",
-        ),
-    ] = None
-    criterion: Annotated[
-        Literal["I", "D"], typer.Option(help="Suggest for the least variance of E (I) or of the parameters (D).")
-    ] = "I"
+    suggest: int | None = option(None, "Suggest the next N presses; without a log, all of them.", metavar="N")
+    moduli: str | None = option(
+        None, "Moduli of the specimens at hand, MPa.  [default: those of the log]", metavar="E,E,..."
+    )
+    places: str | None = option(
+        None,
+        "Where presses may be suggested, mm: '0,0 3,0 0,3'.  [default: the apex]",
+        metavar="'X,Y X,Y ...'",
+    )
+    criterion: Literal["I", "D"] = option("I", "Suggest for the least variance of E (I) or of the parameters (D).")
 
     def check(self, log: Path | None, **fit: object) -> None:
         """Refuse what cannot be read, and what does not go together: options `fit` of a fit without a log, and a fit of

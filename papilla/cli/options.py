@@ -23,6 +23,17 @@ if TYPE_CHECKING:
     from papilla.finger import Finger
     from papilla.specimen import Friction, Specimen
 
+
+def option(default: Any, text: str, *names: str, **more: Any) -> Any:
+    """An option of a command, for the place where a parameter has its default; `...` as default: it must be given."""
+    return typer.Option(default, *names, help=text, **more)
+
+
+def argument(default: Any, text: str, **more: Any) -> Any:
+    """An argument of a command, as `option`."""
+    return typer.Argument(default, help=text, **more)
+
+
 PROCESSES = min(2, os.cpu_count() or 1)
 """Processes that long jobs are shared between: each takes up to 1 GB."""
 
@@ -162,11 +173,9 @@ def mesh_size(size_mm: float | None) -> float:
 class SpecimenOptions:
     """What is touched."""
 
-    specimen: Annotated[SpecimenKind, typer.Option(help="Shape of what is touched.")] = "block"
-    thickness: Annotated[
-        float | None, typer.Option(help="Thickness of a block, mm.  [default: the bench's of the finger, else 10]")
-    ] = None
-    radius: Annotated[float | None, typer.Option(help="Radius of a sphere, mm.")] = None
+    specimen: SpecimenKind = option("block", "Shape of what is touched.")
+    thickness: float | None = option(None, "Thickness of a block, mm.  [default: the bench's of the finger, else 10]")
+    radius: float | None = option(None, "Radius of a sphere, mm.")
 
     def of(self, modulus: float, design: "Finger") -> "Specimen":
         """The specimen, a block as thick as those of the design's bench unless stated; raises `InputError` for an

@@ -1,8 +1,6 @@
 """`papilla press`: one scene."""
 
-from typing import TYPE_CHECKING, Annotated, Literal
-
-import typer
+from typing import TYPE_CHECKING, Literal
 
 from papilla.checks import place, positive
 from papilla.cli.options import (
@@ -13,6 +11,7 @@ from papilla.cli.options import (
     SizeOption,
     SpecimenOptions,
     mesh_size,
+    option,
     read_friction,
     scene_of,
 )
@@ -26,14 +25,14 @@ Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
 
 def press(
-    modulus: Annotated[float, typer.Option(help="Young's modulus of the specimen, MPa.")],
     specimen: SpecimenOptions,
-    force: Annotated[float | None, typer.Option(help="Pressing force, N.")] = None,
-    indentation: Annotated[float | None, typer.Option(help="Approach of finger and specimen, mm.")] = None,
+    modulus: float = option(..., "Young's modulus of the specimen, MPa."),
+    force: float | None = option(None, "Pressing force, N."),
+    indentation: float | None = option(None, "Approach of finger and specimen, mm."),
     at: PlaceOption = (0.0, 0.0),
-    fidelity: Annotated[
-        Fidelity, typer.Option(help="auto: the cheaper of hertz and contact within 2 %; finite: large strain, seconds.")
-    ] = "auto",
+    fidelity: Fidelity = option(
+        "auto", "auto: the cheaper of hertz and contact within 2 %; finite: the whole mesh, seconds."
+    ),
     friction: FrictionOption = None,
     finger: FingerOption = None,
     size_mm: SizeOption = None,

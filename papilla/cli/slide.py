@@ -1,11 +1,9 @@
 """`papilla slide`: one sliding scene, written as the log of a finger, with its truth beside it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
-import typer
-
-from papilla.cli.options import FingerOption, JsonOption, SceneOption, keep_inputs, scene_of, surface_files
+from papilla.cli.options import FingerOption, JsonOption, SceneOption, keep_inputs, option, scene_of, surface_files
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.errors import InputError
 
@@ -20,34 +18,30 @@ DEPTH_MM, FORCE_N = 0.5, 0.3
 
 
 def slide(
-    out: Annotated[Path, typer.Option(help="Log to write (CSV); its truth stands beside it as NAME.truth.json.")],
-    groove: Annotated[float | None, typer.Option(help="Width of a groove, mm.")] = None,
-    ridge: Annotated[float | None, typer.Option(help="Width of a ridge of the grating, mm.")] = None,
-    depth: Annotated[float | None, typer.Option(help="Depth of a groove, mm.  [default: 0.5]")] = None,
-    form: Annotated[Literal["trapezoid", "sine"], typer.Option(help="Section of the grating.")] = "trapezoid",
-    flank: Annotated[float, typer.Option(help="Width of a trapezoid's flanks, part of the groove, mm.")] = 0.0,
-    profile: Annotated[Path | None, typer.Option(help="Measured profile (CSV: x_mm,height_mm) in place of it.")] = None,
-    force: Annotated[float | None, typer.Option(help="Pressing force, N.  [default: 0.3]")] = None,
-    press_depth: Annotated[float | None, typer.Option(help="Held depth of the finger's top, mm, for a force.")] = None,
-    speed: Annotated[float | None, typer.Option(help="Speed along x, mm/s; negative to the left.")] = None,
-    motion: Annotated[Path | None, typer.Option(help="Motion (CSV: t_s,position_mm) in place of a speed.")] = None,
-    seconds: Annotated[float | None, typer.Option(help="Duration; of a motion all of it unless given.")] = None,
-    rate: Annotated[float, typer.Option(help="Samples a second.")] = 1000.0,
-    friction: Annotated[
-        float | None, typer.Option(help="Coulomb's coefficient, 0 to 3.  [default: of the design's bench, else none]")
-    ] = None,
-    dynamics: Annotated[
-        Literal["auto", "quasi-static", "modal"], typer.Option(help="Inertia: where the scene is fast, never, always.")
-    ] = "auto",
-    loss_factor: Annotated[
-        float | None, typer.Option(help="Of the section's modes; the finger's identified relaxation, or 0.1.")
-    ] = None,
-    noise_microstrain: Annotated[float, typer.Option(help="White noise of a gauge, standard deviation.")] = 0.0,
-    seed: Annotated[int, typer.Option(help="Of the noise.")] = 0,
-    ridges: Annotated[bool, typer.Option(help="Whether the finger's ridges stand on its skin.")] = True,
+    out: Path = option(..., "Log to write (CSV); its truth stands beside it as NAME.truth.json."),
+    groove: float | None = option(None, "Width of a groove, mm."),
+    ridge: float | None = option(None, "Width of a ridge of the grating, mm."),
+    depth: float | None = option(None, "Depth of a groove, mm.  [default: 0.5]"),
+    form: Literal["trapezoid", "sine"] = option("trapezoid", "Section of the grating."),
+    flank: float = option(0.0, "Width of a trapezoid's flanks, part of the groove, mm."),
+    profile: Path | None = option(None, "Measured profile (CSV: x_mm,height_mm) in place of it."),
+    force: float | None = option(None, "Pressing force, N.  [default: 0.3]"),
+    press_depth: float | None = option(None, "Held depth of the finger's top, mm, for a force."),
+    speed: float | None = option(None, "Speed along x, mm/s; negative to the left."),
+    motion: Path | None = option(None, "Motion (CSV: t_s,position_mm) in place of a speed."),
+    seconds: float | None = option(None, "Duration; of a motion all of it unless given."),
+    rate: float = option(1000.0, "Samples a second."),
+    friction: float | None = option(
+        None, "Coulomb's coefficient, 0 to 3.  [default: the bench's of the design, else 0]"
+    ),
+    dynamics: Literal["auto", "quasi-static", "modal"] = option("auto", "Inertia: in fast scenes, never, always."),
+    loss_factor: float | None = option(None, "Of the section's modes; the finger's identified relaxation, or 0.1."),
+    noise_microstrain: float = option(0.0, "White noise of a gauge, standard deviation."),
+    seed: int = option(0, "Of the noise."),
+    ridges: bool = option(True, "Whether the finger's ridges stand on its skin."),
     finger: FingerOption = None,
     scene: SceneOption = None,
-    movie: Annotated[Path | None, typer.Option(help="Moving picture of the section to write as well (GIF).")] = None,
+    movie: Path | None = option(None, "Moving picture of the section to write as well (GIF)."),
     as_json: JsonOption = False,
 ) -> None:
     """Slide the finger over a grating or a measured profile: gauge signals as `papilla estimate` reads them.

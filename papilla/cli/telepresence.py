@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs
+from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs, option
 from papilla.cli.output import print_json, print_table, progress, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
@@ -40,20 +40,14 @@ BOTH = ("local", "direct")
 class LinkOptions:
     """The link."""
 
-    round_trip_ms: Annotated[float, typer.Option(help="Mean delay hand - sensor - display.")] = 120.0
-    round_trip_sd_ms: Annotated[float, typer.Option(help="Its standard deviation, drawn anew five times a second.")] = (
-        40.0
-    )
-    uplink_share: Annotated[
-        float, typer.Option(help="Share of the delay on the way to the sensor; the paper has all on the way back.")
-    ] = 0.0
-    jitter_ms: Annotated[float, typer.Option(help="What each datagram waits besides, one way.")] = 0.0
-    loss: Annotated[float, typer.Option(help="Share of datagrams that are lost, each way (0 to 1).")] = 0.0
-    reordering: Annotated[float, typer.Option(help="Share that may be overtaken, each way.")] = 0.0
-    duplication: Annotated[float, typer.Option(help="Share that arrive twice, each way.")] = 0.0
-    bandwidth: Annotated[
-        float | None, typer.Option(help="Bytes a second, headers included, that fit each way; unlimited by default.")
-    ] = None
+    round_trip_ms: float = option(120.0, "Mean delay hand - sensor - display.")
+    round_trip_sd_ms: float = option(40.0, "Its standard deviation, drawn anew five times a second.")
+    uplink_share: float = option(0.0, "Share of the delay on the way to the sensor; the paper has all on the way back.")
+    jitter_ms: float = option(0.0, "What each datagram waits besides, one way.")
+    loss: float = option(0.0, "Share of datagrams that are lost, each way (0 to 1).")
+    reordering: float = option(0.0, "Share that may be overtaken, each way.")
+    duplication: float = option(0.0, "Share that arrive twice, each way.")
+    bandwidth: float | None = option(None, "Bytes a second, headers included, that fit each way; unlimited by default.")
 
     def ways(self) -> "tuple[LinkModel, LinkModel]":
         """Both ways of the link, up and down, each with its share of the round trip; raises `InputError`."""
@@ -77,19 +71,14 @@ def simulate(
     hand: HandOptions,
     display: DisplayOptions,
     specimen: SoftOptions,
-    second_wavelength: Annotated[
-        float | None, typer.Option(help="Wavelength (mm) of a second grating beside it, which the hand comes onto.")
-    ] = None,
-    log: Annotated[
-        Path | None,
-        typer.Option(help="Recorded texture instead: a time log with g1 and position_mm or velocity_mm_s."),
-    ] = None,
-    seconds: Annotated[float, typer.Option(help="How long to simulate.")] = 8.0,
+    second_wavelength: float | None = option(None, "Wavelength (mm) of a second grating that the hand comes onto."),
+    log: Path | None = option(None, "Recorded texture instead: a time log with g1 and position_mm or velocity_mm_s."),
+    seconds: float = option(8.0, "How long to simulate."),
     parameters_rate: RateOption = 50.0,
-    seed: Annotated[int, typer.Option(help="Of noise and links.", min=0)] = 0,
+    seed: int = option(0, "Of noise and links.", min=0),
     scene: SceneOption = None,
     out: OutOption = None,
-    html: Annotated[Path | None, typer.Option(help="Page to play with: finger, grating, sliders (HTML).")] = None,
+    html: Path | None = option(None, "Page to play with: finger, grating, sliders (HTML)."),
     as_json: JsonOption = False,
 ) -> None:
     """Simulate hand, link, sensor and display, with the local model and with direct feedback on the same signals.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs
+from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs, option
 from papilla.cli.output import INTERRUPTED, print_json, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
@@ -40,7 +40,7 @@ ROWS = 100
 AWAY_S = 5.0
 """Between two live lines of one state where nobody sits at a terminal."""
 
-SecondsOption = Annotated[float | None, typer.Option(help="Stop after this time; without it, at Ctrl-C.")]
+SECONDS = option(None, "Stop after this time; without it, at Ctrl-C.")
 ListenOption = Annotated[str, typer.Option(help="Address at which this end is heard.", metavar="HOST:PORT")]
 PeerOption = Annotated[str, typer.Option(help="The other end: the only address that is heard.", metavar="HOST:PORT")]
 
@@ -51,9 +51,7 @@ class SensorAddress:
 
     listen: ListenOption = "127.0.0.1:47001"
     peer: PeerOption = "127.0.0.1:47002"
-    key_file: Annotated[
-        Path | None, typer.Option(help="File with a secret of 16 bytes or more that both ends share (HMAC).")
-    ] = None
+    key_file: Path | None = option(None, "File with a secret of 16 bytes or more that both ends share (HMAC).")
 
     def endpoint(self) -> "Endpoint":
         """The endpoint; raises `InputError` and `FileAccessError`."""
@@ -81,11 +79,11 @@ def sensor(
     address: SensorAddress,
     grating: GratingOptions,
     specimen: SoftOptions,
-    log: Annotated[Path | None, typer.Option(help="Time log to play again, in place of the grating.")] = None,
+    log: Path | None = option(None, "Time log to play again, in place of the grating."),
     components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
-    seconds: SecondsOption = None,
-    seed: Annotated[int, typer.Option(help="Of the noise.", min=0)] = 0,
+    seconds: float | None = SECONDS,
+    seed: int = option(0, "Of the noise.", min=0),
     scene: SceneOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -126,7 +124,7 @@ def display(
     address: DisplayAddress,
     hand: HandOptions,
     shown_by: DisplayOptions,
-    seconds: SecondsOption = None,
+    seconds: float | None = SECONDS,
     scene: SceneOption = None,
     out: OutOption = None,
     as_json: JsonOption = False,

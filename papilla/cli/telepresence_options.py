@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from papilla.cli.options import about, given
+from papilla.cli.options import about, given, option
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,45 +26,29 @@ QUANTITIES = {
 """Quantities of a message beside the texture, and their columns: value, standard deviation, status."""
 QUANTITY_COLUMNS = tuple(column for columns in QUANTITIES.values() for column in columns)
 
+SOFTNESS, DISPLAY = {"rich_help_panel": "Softness"}, {"rich_help_panel": "Display"}
+
 ComponentsOption = Annotated[int, typer.Option(help="Wavelengths that are sent and displayed at most.", min=1, max=8)]
 RateOption = Annotated[float, typer.Option(help="Messages with parameters a second.")]
 OutOption = Annotated[Path | None, typer.Option(help="Table of what was displayed, a row per ms (CSV).")]
-
-
-def _softness(text: str, **more: Any) -> Any:
-    return typer.Option(help=text, rich_help_panel="Softness", **more)
-
-
-def _display(text: str) -> Any:
-    return typer.Option(help=text, rich_help_panel="Display")
-
-
-CalibrationOption = Annotated[
-    Path | None, _softness("calibration.json of the finger: softness and friction are sent too.")
-]
 
 
 @dataclass(frozen=True)
 class GratingOptions:
     """The simulated texture under the sensor."""
 
-    wavelength: Annotated[float, typer.Option(help="Wavelength (mm) of the grating under the sensor.")] = 1.2
-    amplitude: Annotated[float, typer.Option(help="Amplitude (microstrain) that a gauge reads of it.")] = 50.0
-    noise: Annotated[float, typer.Option(help="Standard deviation (microstrain) of a reading.")] = 3.5
+    wavelength: float = option(1.2, "Wavelength (mm) of the grating under the sensor.")
+    amplitude: float = option(50.0, "Amplitude (microstrain) that a gauge reads of it.")
+    noise: float = option(3.5, "Standard deviation (microstrain) of a reading.")
 
 
 @dataclass(frozen=True)
 class HandOptions:
     """The hand's motion."""
 
-    speed: Annotated[float, typer.Option(help="Greatest speed (mm/s) of the hand.")] = 197.0
-    strokes: Annotated[float, typer.Option(help="Strokes to and fro a second; 0: one at constant speed.")] = 1.07
-    force: Annotated[
-        float,
-        typer.Option(
-            help="Mean force (N) with which the hand presses; it swings by 40 %. Above 2 N displays stop.",
-        ),
-    ] = 0.5
+    speed: float = option(197.0, "Greatest speed (mm/s) of the hand.")
+    strokes: float = option(1.07, "Strokes to and fro a second; 0: one at constant speed.")
+    force: float = option(0.5, "Mean force (N) of the hand; it swings by 40 %; displays stop above 2 N.")
 
     def motion(self) -> "Motion":
         """The motion; raises `InputError`."""
@@ -77,18 +61,19 @@ class HandOptions:
 class SoftOptions:
     """The soft specimen under the texture, and the calibrated finger that feels it."""
 
-    calibration: CalibrationOption = None
-    sweep: Annotated[Path | None, _softness("sweep.csv of the calibration: the contact area too.")] = None
-    modulus: Annotated[
-        float | None, _softness(f"Modulus (MPa) of the simulated specimen, {MODULUS_MPA} unless stated.")
-    ] = None
-    friction: Annotated[float | None, _softness(f"Its coefficient of friction, {FRICTION} unless stated.")] = None
-    thickness: Annotated[
-        float | None,
-        _softness(
-            "Thickness (mm) of the specimen, if the sensor's side knows it; else the sigma of the modulus grows."
-        ),
-    ] = None
+    calibration: Path | None = option(
+        None, "calibration.json of the finger: softness and friction are sent too.", **SOFTNESS
+    )
+    sweep: Path | None = option(None, "sweep.csv of the calibration: the contact area too.", **SOFTNESS)
+    modulus: float | None = option(
+        None, f"Modulus (MPa) of the simulated specimen, {MODULUS_MPA} unless stated.", **SOFTNESS
+    )
+    friction: float | None = option(None, f"Its coefficient of friction, {FRICTION} unless stated.", **SOFTNESS)
+    thickness: float | None = option(
+        None,
+        "Thickness (mm) of the specimen, if the sensor's side knows it; else sigma is larger.",
+        **SOFTNESS,
+    )
 
     def soft(self) -> "Soft | None":
         """The soft specimen under the finger of the calibration; None without one. Raises `InputError`."""
@@ -112,19 +97,16 @@ class DisplayOptions:
     """The display: how many wavelengths it shows, by which actuator and with which amplitude."""
 
     components: ComponentsOption = 1
-    actuator: Annotated[
-        Literal["piezo", "icpf"], _display("Of the display: 55 um to 300 Hz, or ionic polymer to 200 Hz.")
-    ] = "piezo"
-    stroke_um: Annotated[float | None, _display("Stroke of --actuator icpf, peak to peak, which no paper prints.")] = (
-        None
+    actuator: Literal["piezo", "icpf"] = option(
+        "piezo", "Of the display: 55 um to 300 Hz, or ionic polymer to 200 Hz.", **DISPLAY
     )
-    rule: Annotated[
-        Literal["measured", "g_A"],
-        _display("Amplitude of a line: the sensor's own, or by its wavelength alone (2011, eq. 11)."),
-    ] = "measured"
-    curve: Annotated[
-        Path | None, _display("Points of g_A in place of those that ship: CSV with wavelength_mm and power.")
-    ] = None
+    stroke_um: float | None = option(None, "Stroke of --actuator icpf, peak to peak, which no paper prints.", **DISPLAY)
+    rule: Literal["measured", "g_A"] = option(
+        "measured", "Amplitude of a line: the sensor's own, or by its wavelength alone (2011, eq. 11).", **DISPLAY
+    )
+    curve: Path | None = option(
+        None, "Points of g_A in place of those that ship: CSV with wavelength_mm and power.", **DISPLAY
+    )
 
     def model(self) -> "tuple[LocalModel, dict[str, Any]]":
         """The local model, and plain values of its actuator and rule; raises `InputError` for a stroke that is missing

@@ -1,12 +1,11 @@
 """`papilla telepresence timing`: a control period of both ends on this machine, and whether their memory grows."""
 
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-import typer
-
-from papilla.cli.options import JsonOption
+from papilla.cli.options import JsonOption, option
 from papilla.cli.output import print_json, progress, show_rows
-from papilla.cli.telepresence_options import CalibrationOption, SoftOptions
+from papilla.cli.telepresence_options import SoftOptions
 
 if TYPE_CHECKING:
     from papilla.studies.telepresence.soak import SoakRow
@@ -17,19 +16,15 @@ SOAK_NAMES = ("end", "periods", "s", "MB at the end", "MB more an hour", "±", "
 
 
 def timing(
-    seconds: Annotated[float, typer.Option(help="Of each measurement.")] = 10.0,
-    load: Annotated[
-        int | None, typer.Option(help="Busy processes beside the second measurement; one a core by default.", min=0)
-    ] = None,
-    soak_hours: Annotated[
-        float | None,
-        typer.Option(
-            help="Instead: how the memory of each end grows over so many hours of periods, run without waiting.",
-            min=1e-4,
-            max=1000,
-        ),
-    ] = None,
-    calibration: CalibrationOption = None,
+    seconds: float = option(10.0, "Of each measurement."),
+    load: int | None = option(None, "Busy processes beside the second measurement; one a core by default.", min=0),
+    soak_hours: float | None = option(
+        None,
+        "Instead: how the memory of each end grows in so many hours.",
+        min=1e-4,
+        max=1000,
+    ),
+    calibration: Path | None = option(None, "calibration.json of the finger: softness and friction are estimated too."),
     as_json: JsonOption = False,
 ) -> None:
     """Measure one control period of sensor and display on this machine: two processes at 1 kHz, idle and loaded.
@@ -39,7 +34,7 @@ def timing(
     from papilla import checks
     from papilla.studies.telepresence.timing import periods
 
-    soft = SoftOptions(calibration).soft()
+    soft = SoftOptions(calibration, None, None, None, None).soft()
     rows: list[NamedTuple]
     names: tuple[str, ...]
     if soak_hours is not None:

@@ -1,11 +1,9 @@
 """`papilla texture train | classify`: textures told apart over the path, whatever the speed."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from papilla.cli.options import JsonOption, MapOption, keep_inputs
+from papilla.cli.options import JsonOption, MapOption, argument, keep_inputs, option
 from papilla.cli.output import print_json, print_table, tell
 from papilla.errors import InputError
 
@@ -14,14 +12,18 @@ if TYPE_CHECKING:
 
 
 def train(
-    logs: Annotated[list[str], typer.Argument(metavar="LABEL=LOG.csv ...", help="Logs and what they are of.")],
-    out: Annotated[Path, typer.Option(help="Model file to write (JSON).")],
-    window: Annotated[float, typer.Option(help="Path (mm) that one answer takes.")] = 100.0,
-    wavelengths: Annotated[tuple[float, float], typer.Option(metavar="LO HI", help="Wavelengths (mm) that count.")] = (
-        1.0,
-        50.0,
+    logs: list[str] = argument(..., "Logs and what they are of.", metavar="LABEL=LOG.csv ..."),
+    out: Path = option(..., "Model file to write (JSON)."),
+    window: float = option(100.0, "Path (mm) that one answer takes."),
+    wavelengths: tuple[float, float] = option(
+        (
+            1.0,
+            50.0,
+        ),
+        "Wavelengths (mm) that count.",
+        metavar="LO HI",
     ),
-    bands: Annotated[int, typer.Option(help="Bands of wavelength.")] = 8,
+    bands: int = option(8, "Bands of wavelength."),
     log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -44,8 +46,8 @@ def train(
 
 
 def classify(
-    log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="Log with velocity or position.")],
-    model: Annotated[Path, typer.Option(help="Model file of `papilla texture train`.")],
+    log: Path = argument(..., "Log with velocity or position.", metavar="LOG.csv"),
+    model: Path = option(..., "Model file of `papilla texture train`."),
     log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:

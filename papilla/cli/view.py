@@ -1,9 +1,7 @@
 """`papilla view`: pictures of a press and of what the gauges feel."""
 
 from pathlib import Path
-from typing import Annotated, Literal
-
-import typer
+from typing import Literal
 
 from papilla.cli.options import (
     FingerOption,
@@ -11,8 +9,10 @@ from papilla.cli.options import (
     PlaceOption,
     SizeOption,
     SpecimenOptions,
+    argument,
     keep_inputs,
     mesh_size,
+    option,
     scene_of,
     surface_files,
 )
@@ -27,17 +27,12 @@ SHOWN_MODULUS_MPA, SHOWN_FORCE_N = 0.51, 0.588
 
 def view(
     specimen: SpecimenOptions,
-    what: Annotated[
-        What,
-        typer.Argument(help="strain field of a press, contact pressure of a press, or receptive field of a gauge."),
-    ] = "strain",
-    screenshot: Annotated[
-        Path | None, typer.Option(help="File to write: .png, .pdf or .svg.  [default: WHAT.png]", metavar="FILE")
-    ] = None,
-    modulus: Annotated[float | None, typer.Option(help="Modulus of the specimen, MPa.  [default: 0.51]")] = None,
-    force: Annotated[float | None, typer.Option(help="Pressing force, N.  [default: 0.588]")] = None,
+    what: What = argument("strain", "Strain field or contact pressure of a press, or receptive field of a gauge."),
+    screenshot: Path | None = option(None, "File to write: .png, .pdf or .svg.  [default: WHAT.png]", metavar="FILE"),
+    modulus: float | None = option(None, "Modulus of the specimen, MPa.  [default: 0.51]"),
+    force: float | None = option(None, "Pressing force, N.  [default: 0.588]"),
     at: PlaceOption = (0.0, 0.0),
-    gauge: Annotated[str | None, typer.Option(help="Gauge of a receptive field.  [default: the middle one]")] = None,
+    gauge: str | None = option(None, "Gauge of a receptive field.  [default: the middle one]"),
     finger: FingerOption = None,
     size_mm: SizeOption = None,
     as_json: JsonOption = False,
