@@ -127,7 +127,7 @@ def test_a_saved_state_continues_bit_for_bit(calibration, touch):
     np.testing.assert_array_equal(found.modulus_MPa, expected.modulus_MPa[111:])
     np.testing.assert_array_equal(found.status, expected.status[111:])
     with pytest.raises(InputError, match="the state is of 2 gauges, the calibration has 5"):
-        second.state = first.state._replace(zeros=(1.0, 2.0, 0.0))
+        second.state = replace(first.state, zeros=(1.0, 2.0, 0.0))
 
 
 def test_reset_forgets_everything(calibration, touch):

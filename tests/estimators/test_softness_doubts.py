@@ -234,7 +234,7 @@ def test_slots_of_samples_tell_what_every_sample_by_itself_does(calibration, fiv
     for single in (False, True):
         own = kind(calibration if kind is Softness else five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
         if single:
-            own._fitter.slot = lambda belief: 1
+            own._fitter.slot = lambda state: 1
         learn, made = own._fitter.learn, []
         own._fitter.learn = lambda *of, learn=learn, made=made, **how: made.append(1) or learn(*of, **how)
         found = []

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.estimators import Doubts, GaugeSoftness, Softness
-from papilla.estimators.softness.belief import Belief, Contrast, Tangent
+from papilla.estimators.softness.filter_state import FilterState, Residuals, Tangent
 from papilla.estimators.softness.fitter import SHAPE, SPREAD_FORCE, ZERO_WALK
+from papilla.estimators.spread import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])
 DOUBTS = Doubts(gauge_gain=0.03, creep=0.02, zero_microstrain=150.0, force_gain=0.04, force_offset_N=0.006,
@@ -39,7 +40,7 @@ def belief_of(fitter, linear, seed=0):
     mean = 0.2 * np.random.default_rng(seed + 1).standard_normal(fitter.size)
     mean[0] = linear.at[2]
     covariance = root @ root.T + 0.3 * np.eye(fitter.size)
-    return Belief(
+    return FilterState(
         mean, covariance, np.zeros(30), linear, linear, ln_force=linear.at[0], anchor=linear.at[2] - 0.1, samples=40.0
     )
 
@@ -75,7 +76,7 @@ def test_slopes_are_differences(own):
 def test_every_doubt_moves_the_channels_by_its_standard_deviation(own, five):
     """Each column of H is what one standard deviation adds, over the noise."""
     found = near(own)
-    readings, parts = found.expected[:5] * NOISE[:5], own.parts
+    readings, parts = found.expected[:5] * NOISE[:5], own.columns
     moved = {name: found.H[:, columns] * NOISE[:, None] for name, columns in parts.items()}
     np.testing.assert_allclose(moved["the zero of the gauges"][:5], 150.0 * np.eye(5), rtol=1e-12)
     np.testing.assert_allclose(moved["the gain of the gauges"][:5], np.diag(0.03 * readings), rtol=1e-12)
@@ -99,10 +100,10 @@ def test_every_doubt_moves_the_channels_by_its_standard_deviation(own, five):
 
 
 def test_the_doubts_are_all_of_the_columns_and_none_is_in_two(own):
-    places = [own.parts[name] for name in own.parts]
+    places = [own.columns[name] for name in own.columns]
     covered = np.concatenate([np.arange(part.start, part.stop) for part in places])
     assert sorted(covered.tolist()) == list(range(1, own.size))
-    assert {name: part.stop - part.start for name, part in own.parts.items() if part.stop - part.start != 1} == {
+    assert {name: part.stop - part.start for name, part in own.columns.items() if part.stop - part.start != 1} == {
         "the thickness of the specimen": 2, "the zero of the gauges": 5, "the gain of the gauges": 5,
         "the calibration": 9, "the calibration beside the apex": 0, "friction": 0,
     }  # fmt: skip
@@ -111,15 +112,15 @@ def test_the_doubts_are_all_of_the_columns_and_none_is_in_two(own):
 def test_noise_alone_is_least_squares_with_the_samples_own_force_eliminated(own):
     """Information a' S^-1 a and so on, S the covariance of a mean of n: noise, and a force of its own."""
     linear = near(own)
-    belief = belief_of(own, linear)
-    h = own.sharp(belief)
+    state = belief_of(own, linear)
+    h = own.h_of_noise(state)
     for count, rows in ((1, np.arange(6)), (7, np.arange(6)), (7, np.array([0, 2, 3, 5]))):
         y = sample_of(linear, count)
-        found = own.alone(y, rows, belief, count)
+        found = own.noise_fit(y, rows, state, count)
         at, a, B = found.linear, found.linear.H[rows, 0], found.linear.B[:, rows]
         S = np.eye(len(rows)) / count + B.T @ B
         left = (y / NOISE)[rows] - at.expected[rows] - a * (h - at.at[2])
-        away, solved = h - belief.anchor, np.linalg.solve(S, np.column_stack([a, left]))
+        away, solved = h - state.anchor, np.linalg.solve(S, np.column_stack([a, left]))
         at_anchor = left + a * away
         assert found.information == pytest.approx(a @ solved[:, 0], rel=1e-9)
         assert found.score == pytest.approx(at_anchor @ solved[:, 0], rel=1e-9)
@@ -134,64 +135,64 @@ def test_noise_alone_is_least_squares_with_the_samples_own_force_eliminated(own)
 def test_learning_is_kalmans_correction(own, keep):
     """With S = H P H' + B' B + 1 / n and the cell's own errors; zeros and creep fade; of noise alone a share stays."""
     linear = near(own)
-    belief = replace_of(belief_of(own, linear), information=50.0, score=5.0, square=30.0, freedom=70.0)
+    state = replace_of(belief_of(own, linear), information=50.0, score=5.0, square=30.0, freedom=70.0)
     rows, count, y = np.arange(6), 8, sample_of(linear, 3)
-    alone = own.alone(y, rows, belief, count)
-    contrast, learnt = own.learn(y, rows, belief, alone, keep)
-    H, B = belief.node.H, alone.linear.B
-    away = belief.mean - [alone.linear.at[2], alone.linear.at[3], *[0.0] * (own.size - 2)]
-    innovation = y / NOISE - alone.linear.expected - alone.linear.H @ away
-    S = H @ belief.covariance @ H.T + B.T @ B + np.eye(6) / count
+    fit = own.noise_fit(y, rows, state, count)
+    residuals, learnt = own.learn(y, rows, state, fit, keep)
+    H, B = state.node.H, fit.linear.B
+    away = state.mean - [fit.linear.at[2], fit.linear.at[3], *[0.0] * (own.size - 2)]
+    innovation = y / NOISE - fit.linear.expected - fit.linear.H @ away
+    S = H @ state.covariance @ H.T + B.T @ B + np.eye(6) / count
     S += np.diag((SHAPE**2 * H[:, own._shaped] ** 2).sum(axis=1))
-    np.testing.assert_allclose(contrast.precision, np.linalg.inv(S), rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(contrast.weighted, np.linalg.solve(S, innovation), rtol=1e-6, atol=1e-8)
-    assert contrast.misfit == pytest.approx(innovation @ np.linalg.solve(S, innovation), rel=1e-6)
-    gain = belief.covariance @ H.T @ np.linalg.inv(S)
-    zero = own.parts["the zero of the gauges"]
+    np.testing.assert_allclose(residuals.precision, np.linalg.inv(S), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(residuals.weighted, np.linalg.solve(S, innovation), rtol=1e-6, atol=1e-8)
+    assert residuals.misfit == pytest.approx(innovation @ np.linalg.solve(S, innovation), rel=1e-6)
+    gain = state.covariance @ H.T @ np.linalg.inv(S)
+    zero = own.columns["the zero of the gauges"]
     faded = np.ones(own.size)
-    faded[zero], faded[own.parts["creep"]] = math.exp(-ZERO_WALK * count / 2), 0.99 ** (count / 2)
-    expected = np.outer(faded, faded) * (belief.covariance - gain @ H @ belief.covariance) + np.diag(1 - faded**2)
+    faded[zero], faded[own.columns["creep"]] = math.exp(-ZERO_WALK * count / 2), 0.99 ** (count / 2)
+    expected = np.outer(faded, faded) * (state.covariance - gain @ H @ state.covariance) + np.diag(1 - faded**2)
     expected[0] /= keep ** (count / 4)
     expected[:, 0] /= keep ** (count / 4)
     np.testing.assert_allclose(learnt.covariance, expected, rtol=1e-5, atol=1e-7)
-    np.testing.assert_allclose(learnt.mean, faded * (belief.mean + gain @ innovation), rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(learnt.mean, faded * (state.mean + gain @ innovation), rtol=1e-5, atol=1e-7)
     for name, added in (
-        ("information", alone.information), ("score", alone.score), ("square", alone.square), ("freedom", alone.own),
+        ("information", fit.information), ("score", fit.score), ("square", fit.square), ("freedom", fit.own),
         ("samples", count),
     ):  # fmt: skip
-        assert getattr(learnt, name) == pytest.approx(keep**count * getattr(belief, name) + added, rel=1e-12)
-    assert (learnt.anchor, learnt.ln_force, learnt.place_mm) == (belief.anchor, alone.ln_force, alone.place_mm)
+        assert getattr(learnt, name) == pytest.approx(keep**count * getattr(state, name) + added, rel=1e-12)
+    assert (learnt.anchor, learnt.ln_force, learnt.place_mm) == (state.anchor, fit.ln_force, fit.place_mm)
 
 
-def replace_of(belief, **some):
-    return belief._replace(**some)
+def replace_of(state, **some):
+    return state._replace(**some)
 
 
 def test_what_contradicts_by_more_than_a_limit_is_not_learnt(own):
     linear, rows = near(own), np.arange(6)
-    belief, y = belief_of(own, linear), sample_of(linear) * 1.5
-    alone = own.alone(y, rows, belief)
-    contrast = own.contrast(y, rows, belief, alone)
-    first, learnt = own.learn(y, rows, belief, alone)
-    assert contrast.misfit == first.misfit > 10 and learnt.samples == belief.samples + 1
-    assert own.learn(y, rows, belief, alone, limit=0.9 * first.misfit)[1] is belief
-    assert own.learn(y, rows, belief, alone, limit=1.1 * first.misfit)[1].samples == learnt.samples
-    spoilt = own.contrast(y, rows, belief)
-    own_place = belief._replace(ln_force=alone.ln_force, place_mm=alone.place_mm)
-    assert own.contrast(y, rows, own_place).misfit == pytest.approx(contrast.misfit, rel=0.02) != spoilt.misfit
+    state, y = belief_of(own, linear), sample_of(linear) * 1.5
+    fit = own.noise_fit(y, rows, state)
+    residuals = own.residuals(y, rows, state, fit)
+    first, learnt = own.learn(y, rows, state, fit)
+    assert residuals.misfit == first.misfit > 10 and learnt.samples == state.samples + 1
+    assert own.learn(y, rows, state, fit, limit=0.9 * first.misfit)[1] is state
+    assert own.learn(y, rows, state, fit, limit=1.1 * first.misfit)[1].samples == learnt.samples
+    spoilt = own.residuals(y, rows, state)
+    own_place = state._replace(ln_force=fit.ln_force, place_mm=fit.place_mm)
+    assert own.residuals(y, rows, own_place).misfit == pytest.approx(residuals.misfit, rel=0.02) != spoilt.misfit
 
 
 def test_slopes_are_taken_anew_far_from_the_last_node(own):
     """A node holds within 0.05 in ln force and 0.3 in ln E."""
     linear = near(own)
-    belief = belief_of(own, linear)
+    state = belief_of(own, linear)
     for (force, modulus), anew in (
         ((1.04, 1.0), False), ((1 / 1.04, 1.0), False), ((1.06, 1.0), True), ((1 / 1.06, 1.0), True),
         ((1.0, 1.25), False), ((1.0, 1 / 1.25), False), ((1.0, 1.5), True), ((1.0, 1 / 1.5), True),
     ):  # fmt: skip
         other = near(own, FORCE * force, MODULUS * modulus)
-        assert own._near(belief, other).node is (other if anew else linear)
-    assert own._near(belief._replace(node=None), linear).node is linear
+        assert own._near(state, other).node is (other if anew else linear)
+    assert own._near(state._replace(node=None), linear).node is linear
 
 
 def test_a_cell_of_force_tells_its_own_error_once(own):
@@ -244,37 +245,37 @@ def test_a_tangent_reaches_to_the_ends_of_the_domain_at_most(own):
 def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     """Then h is its best, score over information from the anchor; else the filter's. Sigma is the filter's."""
     h = 0.5 * own.top
-    belief = belief_of(own, own.linear(math.log(FORCE), 0.0, h))._replace(
+    state = belief_of(own, own.linear(math.log(FORCE), 0.0, h))._replace(
         anchor=h - 0.2, information=400.0, score=100.0, freedom=1001.0
     )
-    for misfit, stands in ((1000.0, True), (1200.0, True), (1320.0, False)):
-        known = belief._replace(square=misfit + 25.0)
-        assert own.stands(known) == stands
+    for misfit, noise_explains in ((1000.0, True), (1200.0, True), (1320.0, False)):
+        known = state._replace(square=misfit + 25.0)
+        assert own.noise_explains(known) == noise_explains
         best, sigma = own.estimate(known)
-        assert best == pytest.approx(h - 0.2 + 0.25 if stands else belief.mean[0])
-        assert sigma == pytest.approx(math.sqrt(belief.covariance[0, 0]))
-        assert own.sharp(known) == pytest.approx(h + 0.05)
-    assert not own.stands(belief._replace(information=0.0))
-    assert own.sharp(belief._replace(information=0.0)) == pytest.approx(h - 0.2)
-    assert own.sharp(belief._replace(score=1e9)) == own.top and own.sharp(belief._replace(score=-1e9)) == 0.0
+        assert best == pytest.approx(h - 0.2 + 0.25 if noise_explains else state.mean[0])
+        assert sigma == pytest.approx(math.sqrt(state.covariance[0, 0]))
+        assert own.h_of_noise(known) == pytest.approx(h + 0.05)
+    assert not own.noise_explains(state._replace(information=0.0))
+    assert own.h_of_noise(state._replace(information=0.0)) == pytest.approx(h - 0.2)
+    assert own.h_of_noise(state._replace(score=1e9)) == own.top and own.h_of_noise(state._replace(score=-1e9)) == 0.0
 
 
 def test_a_belief_before_the_first_sample_knows_the_doubts_only(own):
     for share in (1.0, 0.5):
-        belief = own.fresh(share)
-        spread = np.sqrt(np.diag(belief.covariance))
-        zero = own.parts["the zero of the gauges"]
+        state = own.prior(share)
+        spread = np.sqrt(np.diag(state.covariance))
+        zero = own.columns["the zero of the gauges"]
         assert spread[zero] == pytest.approx(share) and spread[0] == pytest.approx(own.top / 4)
-        offset, shaped = own.parts["the offset of the force"], own._shaped
+        offset, shaped = own.columns["the offset of the force"], own._shaped
         assert spread[offset] == pytest.approx(share) and spread[shaped] == pytest.approx(math.sqrt(1 - SHAPE**2))
         rest = np.delete(spread, [0, *np.r_[zero, offset, shaped]])
-        assert rest == pytest.approx(1.0) and not belief.mean.any()
-        assert np.count_nonzero(belief.covariance) == own.size
+        assert rest == pytest.approx(1.0) and not state.mean.any()
+        assert np.count_nonzero(state.covariance) == own.size
 
 
 def test_samples_learnt_together_are_an_eighth_of_those_before_up_to_64(own):
-    belief = own.fresh(1.0)
-    assert [own.slot(belief._replace(samples=float(n))) for n in (0, 7, 8, 17, 511, 512, 10**6)] == [
+    state = own.prior(1.0)
+    assert [own.slot(state._replace(samples=float(n))) for n in (0, 7, 8, 17, 511, 512, 10**6)] == [
         0, 0, 1, 2, 63, 64, 64,
     ]  # fmt: skip
 
@@ -298,13 +299,15 @@ def test_the_doubt_that_dominates_is_the_one_that_would_take_most_off_sigma(own)
     size, h = own.size, near(own).at[2]
     for name in ("creep", "the gain of the gauges", "the offset of the force"):
         covariance = np.eye(size)
-        columns = own.parts[name]
+        columns = own.columns[name]
         covariance[0, columns] = covariance[columns, 0] = 0.6 / math.sqrt(columns.stop - columns.start)
-        covariance[0, own.parts["the zero of the gauges"]] = covariance[own.parts["the zero of the gauges"], 0] = 0.1
-        belief = Belief(np.zeros(size), covariance, np.zeros(1), anchor=h, information=4.0)
-        assert own.dominant(belief) == name
-        assert own.dominant(belief._replace(information=2.0)) == "noise"
-    assert own.dominant(belief._replace(information=0.0)) == "noise"
+        covariance[0, own.columns["the zero of the gauges"]] = covariance[own.columns["the zero of the gauges"], 0] = (
+            0.1
+        )
+        state = FilterState(np.zeros(size), covariance, np.zeros(1), anchor=h, information=4.0)
+        assert own.dominant(state) == name
+        assert own.dominant(state._replace(information=2.0)) == "noise"
+    assert own.dominant(state._replace(information=0.0)) == "noise"
 
 
 def test_what_others_expect_of_a_channel_is_the_conditional_mean(own):
@@ -313,36 +316,37 @@ def test_what_others_expect_of_a_channel_is_the_conditional_mean(own):
     root = rng.standard_normal((5, 5))
     S, innovation, rows = root @ root.T + np.eye(5), rng.standard_normal(5), np.array([0, 1, 3, 4, 5])
     precision = np.linalg.inv(S)
-    contrast = Contrast(precision @ innovation, precision, rows, float(innovation @ precision @ innovation))
+    residuals = Residuals(precision @ innovation, precision, rows, float(innovation @ precision @ innovation))
     for gone, kept in (((3,), [0, 1, 3, 4]), ((0, 5), [1, 2, 3])):
         at = [int(np.searchsorted(rows, one)) for one in gone]
         others = np.ix_(kept, kept)
         left = innovation[list(others[1].ravel())]
-        assert contrast.without([gone])[0] == pytest.approx(left @ np.linalg.solve(S[others], left))
+        assert completed(residuals.misfits_without([gone]))[0] == pytest.approx(left @ np.linalg.solve(S[others], left))
         across = S[np.ix_(at, others[1].ravel())]
         mean = across @ np.linalg.solve(S[others], left)
-        rest, variance = contrast.expected(*gone)
+        rest, variance = residuals.expected(*gone)
         assert rest == pytest.approx(innovation[at] - mean)
         conditional = S[np.ix_(at, at)] - across @ np.linalg.solve(S[others], across.T)
         assert variance == pytest.approx(np.diag(conditional))
 
 
 def test_a_sample_is_odd_from_twenty_times_the_usual_misfit():
-    belief = Belief(np.zeros(1), np.eye(1), np.zeros(1))
-    assert belief.usual == 20.0
-    assert belief._replace(square=50.0, freedom=100.0).usual == pytest.approx(30.0)
-    assert belief._replace(square=0.5, freedom=0.1).usual == pytest.approx(30.0)
+    state = FilterState(np.zeros(1), np.eye(1), np.zeros(1))
+    assert state.usual == 20.0
+    assert state._replace(square=50.0, freedom=100.0).usual == pytest.approx(30.0)
+    assert state._replace(square=0.5, freedom=0.1).usual == pytest.approx(30.0)
 
 
 def test_s_d_is_one_channel_beside_the_force(calibration):
     """Its zeros average over the gauges, its reading is the calibration's, and nothing is known of other places."""
     fitter = Softness(calibration, gauge_sigma=50.0, force_sigma_N=0.005, doubts=DOUBTS)._fitter
     assert (
-        fitter.channels == 1 and fitter.parts["the calibration beside the apex"].start == fitter.parts["friction"].start
+        fitter.channels == 1
+        and fitter.columns["the calibration beside the apex"].start == fitter.columns["friction"].start
     )
     found = near(fitter)
     noise = np.array([50.0 / math.sqrt(5), 0.005])
     shift, _ = DOUBTS.thickness_shift(10.0)
     sd = calibration.predict(FORCE, MODULUS * math.exp(shift * FORCE**0.72))
     assert found.expected * noise == pytest.approx([sd, FORCE], rel=1e-5)
-    assert found.H[0, fitter.parts["the zero of the gauges"]] * noise[0] == pytest.approx(150.0 / math.sqrt(5))
+    assert found.H[0, fitter.columns["the zero of the gauges"]] * noise[0] == pytest.approx(150.0 / math.sqrt(5))

@@ -10,7 +10,6 @@ from papilla.calibration import SoftnessStatus, Surface
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
-from papilla.estimators.softness.gauges import at_once
 from papilla.estimators.softness.surfaces import distance_curve
 from papilla.estimators.spread import completed
 from papilla.references.bounds import modulus_bound
@@ -109,7 +108,7 @@ def test_a_saved_state_continues_bit_for_bit(exact):
     second.state = first.state
     np.testing.assert_array_equal(second.process(samples[77:]).modulus_MPa, expected.modulus_MPa[77:])
     with pytest.raises(InputError, match="the state is of 2 gauges, the calibration has 5"):
-        second.state = first.state._replace(zeros=(1.0, 2.0, 0.0))
+        second.state = replace(first.state, zeros=(1.0, 2.0, 0.0))
 
 
 def swapped(samples, one, other):
@@ -309,21 +308,24 @@ def test_mirrored_gauges_with_the_same_error_do_not_blame_another(exact, pair, g
     assert set(faults_of(answer)) >= (set(pair) if told[-1] else set())
 
 
-@pytest.mark.parametrize("alone, blamed", [(15.0, (0,)), (19.9, (0,)), (25.0, (0, 4))])
-def test_a_pair_is_no_rival_of_a_channel_that_explains_as_much_by_itself(exact, alone, blamed):
+@pytest.mark.parametrize("by_itself, blamed", [(15.0, (0,)), (19.9, (0,)), (25.0, (0, 4))])
+def test_a_pair_is_no_rival_of_a_channel_that_explains_as_much_by_itself(exact, by_itself, blamed):
     """Mirrored gauges 0 and 4 leave a squared misfit of 10.5; 0 by itself leaves so much, all others 100."""
-    left = {(0,): alone, (0, 4): 10.5}
-    own = estimator(exact)
-    misfits = at_once(lambda some: [left.get(channels, 100.0) for channels in some])
-    assert completed(own._blamed(np.arange(6), misfits)) == blamed
+    left = {(0,): by_itself, (0, 4): 10.5}
+
+    def misfits(some):
+        yield
+        return [left.get(channels, 100.0) for channels in some]
+
+    assert completed(estimator(exact)._to_blame(np.arange(6), misfits)) == blamed
 
 
 def test_what_cannot_be_explained_is_not_searched_again_at_once(exact):
     samples = touched(exact, 0.2, PRESS[40:80])
     samples[:, :5] *= [0.8, 0.85, 1.0, 1.15, 1.2]
     own, searched = estimator(exact), []
-    plain = own._blamed
-    own._blamed = lambda *args, **options: searched.append(1) or plain(*args, **options)
+    plain = own._to_blame
+    own._to_blame = lambda *args, **options: searched.append(1) or plain(*args, **options)
     for sample in np.tile(samples, (5, 1)):
         assert own.update(sample).status == SoftnessStatus.MISFIT
     assert len(searched) == 1

@@ -8,9 +8,8 @@ import pytest
 from papilla.calibration import SoftnessStatus
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import MISSING, STUCK, Fault
-from papilla.estimators.softness.belief import Alone, Belief
+from papilla.estimators.softness.filter_state import FilterState, NoiseFit
 from papilla.estimators.softness.fitter import SPREAD_FORCE
-from papilla.estimators.softness.gauges import at_once
 from papilla.estimators.softness.touch import TouchState
 from papilla.estimators.spread import completed
 
@@ -63,19 +62,19 @@ def test_a_touch_begins_at_the_contact_that_explains_its_first_sample(made, forc
     own = made(doubts=Doubts.NONE)
     y, h = exact(own, force, modulus)
     for rows, most in ((np.arange(6), 0.03), (np.arange(5), 0.1)):
-        contrast, belief = completed(own._start(y, rows, own._fitter.fresh(1.0)))
-        assert contrast.misfit < 1.0 and belief.ln_force == pytest.approx(math.log(force), abs=0.05)
-        assert belief.anchor == pytest.approx(h, abs=most * own._fitter.top)
-        assert belief.mean[0] == belief.anchor and belief.place_mm == 0.0
+        residuals, state = completed(own._start(y, rows, own._fitter.prior(1.0)))
+        assert residuals.misfit < 1.0 and state.ln_force == pytest.approx(math.log(force), abs=0.05)
+        assert state.anchor == pytest.approx(h, abs=most * own._fitter.top)
+        assert state.mean[0] == state.anchor and state.place_mm == 0.0
 
 
 def test_of_a_sample_that_fits_badly_the_likeliest_explanations_are_worked_out(own):
     """Misfits are those of beginning without the channels; what is not among the likeliest four is not tried."""
     y, _ = exact(own, 0.3, 0.2)
     y[1] *= -1.0
-    rows, prior = np.arange(6), own._fitter.fresh(1.0)
+    rows, prior = np.arange(6), own._fitter.prior(1.0)
     some = [(number,) for number in range(6)]
-    found = completed(own._start.without(y, rows, prior)(some))
+    found = completed(own._start.misfits_without(y, rows, prior)(some))
     tried = [number for number, misfit in enumerate(found) if misfit < math.inf]
     assert len(tried) == 4 and int(np.argmin(found)) == 1 and found[1] < 5.0
     for number in tried:
@@ -87,7 +86,7 @@ def test_of_a_sample_that_fits_badly_the_likeliest_explanations_are_worked_out(o
 def test_s_d_of_noisy_readings_is_that_without_their_noise(calibration, sigma):
     """On average of 4000 samples; left in, the noise would add 8 %."""
     own = Softness(calibration, gauge_sigma=sigma, force_sigma_N=0.005)
-    own._listen = lambda y, faults: y
+    own._gather = lambda y, faults: y
     rng, pattern = np.random.default_rng(0), np.array([-0.9, -0.4, 1.7, -0.6, -0.3])
     clean = 200.0 * sigma / 100 * (pattern - pattern.mean()) / pattern.std()
     told = np.array([own.feel(tuple(clean + sigma * rng.standard_normal(5)), 0.3, ()) for _ in range(4000)])
@@ -97,7 +96,7 @@ def test_s_d_of_noisy_readings_is_that_without_their_noise(calibration, sigma):
 
 def test_s_d_is_refused_outside_the_forces_by_more_than_their_noise(calibration):
     own = Softness(calibration, gauge_sigma=50.0, force_sigma_N=0.005)
-    own._listen = lambda y, faults: "heard"
+    own._gather = lambda y, faults: "heard"
     loud = (-9e3, 0.0, 9e3, 0.0, 0.0)
     for force, told in ((0.031, "heard"), (0.029, SoftnessStatus.FORCE_BELOW), (1.019, "heard"),
                         (1.021, SoftnessStatus.FORCE_ABOVE)):  # fmt: skip
@@ -116,7 +115,7 @@ def test_a_light_force_ends_a_touch_where_the_readings_agree_or_it_lasts(made):
     assert own._is_away(np.full(5, 0.99 * size), least, 0.01) and not own._is_away(np.full(5, 1.01 * size), least, 0.01)
     own.reset()
     for reading, force, away in ((799.0, 0.01, True), (801.0, 0.01, False), (799.0, math.nan, False)):
-        own._light = 0
+        own._memory.light = 0
         found = [own._is_away(np.full(5, reading), 1e-3 * least, force) for _ in range(52)]
         assert found == [False] * 50 + [away] * 2
     fitter = own._fitter
@@ -127,14 +126,14 @@ def test_a_light_force_ends_a_touch_where_the_readings_agree_or_it_lasts(made):
 
 def test_zeros_are_learnt_from_rests_that_agree_and_known_better_after_fifty_samples(made):
     own, rest = made(), (5.0,) * 5 + (0.02,)
-    own._lift(rest, False)
+    own._lose_contact(rest, False)
     assert own.state.rest.samples == 0, "not with a channel missing"
     for count in range(1, 161):
-        own._lift(rest, True)
+        own._lose_contact(rest, True)
         assert own.state.airborne == min(max(count // 20 - 1, 0) * 20, 100)
         known = own._unknown().covariance.diagonal()
         for name in ("the zero of the gauges", "the offset of the force"):
-            assert known[own._fitter.parts[name]] == pytest.approx(0.25 if count >= 80 else 1.0)
+            assert known[own._fitter.columns[name]] == pytest.approx(0.25 if count >= 80 else 1.0)
     assert own.state.zeros == pytest.approx(rest, rel=0.01)
 
 
@@ -143,9 +142,9 @@ def test_a_rest_is_learnt_only_when_the_next_one_agrees(made, step, learnt):
     """Twenty samples of noise 20 each, so 3 microstrain are noise and 60 the begin of a press."""
     own = made()
     for sample in [(5.0,) * 5 + (0.0,)] * 20 + [step] * 20:
-        own._lift(sample, True)
+        own._lose_contact(sample, True)
     assert (own.state.airborne == 20) == learnt
-    own._land()
+    own._make_contact()
     assert own.state.rest.before is None
 
 
@@ -155,8 +154,8 @@ def test_a_contact_outside_is_named(own):
         (low - 0.01, 0.0, SoftnessStatus.FORCE_BELOW), (high + 0.01, 0.0, SoftnessStatus.FORCE_ABOVE),
         (low + 0.01, 0.0, None), (high - 0.01, 0.0, None), (-1.0, 0.1, SoftnessStatus.OFF_REACH),
     ):  # fmt: skip
-        alone = Alone(1.0, 0.0, 0.0, 0.0, 5, ln_force, place, 1, None)
-        assert own._outside(alone) == status
+        fit = NoiseFit(1.0, 0.0, 0.0, 0.0, 5, ln_force, place, 1, None)
+        assert own._outside(fit) == status
 
 
 def told(made, **known):
@@ -166,17 +165,17 @@ def told(made, **known):
     mean = np.zeros(fitter.size)
     mean[0] = h
     covariance = 1e-6 * np.eye(fitter.size)
-    belief = Belief(
+    state = FilterState(
         mean, covariance, np.zeros(1), anchor=h, information=1e4, freedom=50.0, offset=(0.1, 0.2), place_sigma_mm=0.3
     )
-    known = {name: value(belief) if callable(value) else value for name, value in known.items()}
-    own._note(belief=belief._replace(**known))
+    known = {name: value(state) if callable(value) else value for name, value in known.items()}
+    remember(own, filter=state._replace(**known))
     return own._modulus(), fitter, h
 
 
 def changed(place, by):
-    def mean(belief):
-        new = belief.mean.copy()
+    def mean(state):
+        new = state.mean.copy()
         new[place] += by
         return new
 
@@ -203,8 +202,19 @@ def test_what_is_told_of_a_touch(made):
 
 
 def misfits_of(table, rest=1e9):
-    """What is left when a set of channels is left out."""
-    return lambda some: [table.get(own, rest) for own in some]
+    """What is left when a set of channels is left out, in one piece."""
+
+    def misfits(some):
+        yield
+        return [table.get(own, rest) for own in some]
+
+    return misfits
+
+
+def remember(own, **changes):
+    """Set what an estimator remembers."""
+    for name, value in changes.items():
+        setattr(own._memory, name, value)
 
 
 @pytest.mark.parametrize(
@@ -228,35 +238,35 @@ def misfits_of(table, rest=1e9):
 )
 def test_who_is_blamed(own, table, single, blamed):
     """One before two, mirrored gauges as one; who cannot be told apart together; and three channels must be left."""
-    assert completed(own._blamed(np.arange(6), at_once(misfits_of(table)), single)) == blamed
-    assert completed(own._blamed(np.arange(3), at_once(misfits_of({(0,): 1.0})))) is None
-    assert completed(own._blamed(np.arange(4), at_once(misfits_of({(0,): 1.0})))) == (0,)
+    assert completed(own._to_blame(np.arange(6), misfits_of(table), single)) == blamed
+    assert completed(own._to_blame(np.arange(3), misfits_of({(0,): 1.0}))) is None
+    assert completed(own._to_blame(np.arange(4), misfits_of({(0,): 1.0}))) == (0,)
 
 
 def test_distrust_wears_off_by_good_samples_and_lasts_longer_each_time(made):
     own = made()
     for patience in (480, 720, 1080, 1620, 1920, 1920):
         own._distrust()
-        assert own.state.contradicted == patience and not own._trusted()
-    own._note(contradicted=300)
-    assert not own._trusted(99) and own.state.contradicted == 201 and own.state.patience == 1920
-    assert own._trusted(1) and own.state.contradicted == 200
-    assert own._trusted(500) and (own.state.contradicted, own.state.patience) == (0, 480)
+        assert own.state.distrust == patience and not own._trusted()
+    remember(own, distrust=300)
+    assert not own._trusted(99) and own.state.distrust == 201 and own.state.patience == 1920
+    assert own._trusted(1) and own.state.distrust == 200
+    assert own._trusted(500) and (own.state.distrust, own.state.patience) == (0, 480)
 
 
 def test_a_channel_that_fits_ten_times_in_a_row_is_used_again(made):
     own = made(doubts=Doubts.NONE)
     y, h = exact(own, 0.3, 0.2)
-    own._note(faults=(0, int(Fault.OFF_SURFACE), 0, 0, 0, 0))
+    remember(own, faults=(0, int(Fault.OFF_SURFACE), 0, 0, 0, 0))
     rows = np.array([0, 2, 3, 4, 5])
-    _, belief = completed(own._start(y, rows, own._fitter.fresh(1.0)))
-    alone = own._fitter.alone(y, rows, belief)
-    _, belief = own._fitter.learn(y, rows, belief, alone)
+    _, state = completed(own._start(y, rows, own._fitter.prior(1.0)))
+    fit = own._fitter.noise_fit(y, rows, state)
+    _, state = own._fitter.learn(y, rows, state, fit)
 
     def watch(off, samples=1):
         moved = y.copy()
         moved[1] += off
-        own._watch_returning(moved, rows, belief, alone._replace(samples=samples))
+        own._watch_returning(moved, rows, state, fit._replace(samples=samples))
         return own.state.returning[1], own.state.faults[1]
 
     assert [watch(0.0)[0] for _ in range(9)] == list(range(1, 10))
@@ -268,14 +278,14 @@ def test_a_channel_that_fits_ten_times_in_a_row_is_used_again(made):
 def test_a_fault_is_named_by_what_would_explain_the_reading(made):
     own = made(doubts=Doubts.NONE)
     y, _ = exact(own, 0.3, 0.2)
-    _, belief = completed(own._start(y, np.arange(6), own._fitter.fresh(1.0)))
+    _, state = completed(own._start(y, np.arange(6), own._fitter.prior(1.0)))
     off, flipped, swapped = (int(Fault[name]) for name in ("OFF_SURFACE", "SIGN_FLIPPED", "SWAPPED"))
 
     def named(*blamed, **changes):
         spoilt = y.copy()
         for name, value in changes.items():
             spoilt[int(name[1])] = value
-        return own._named(spoilt, blamed, belief)
+        return own._named(spoilt, blamed, state)
 
     assert named(1, g1=-y[1]) == {1: flipped} and named(1, g1=-y[1] + 3000) == {1: off}
     assert named(1, 2, g1=y[2], g2=y[1]) == {1: swapped, 2: swapped}
@@ -285,17 +295,17 @@ def test_a_fault_is_named_by_what_would_explain_the_reading(made):
 
 def test_faults_of_a_sample_are_what_stands_and_what_it_shows(made):
     own = made()
-    own._note(faults=(0, 4, 0, 0, 0, 0))
+    remember(own, faults=(0, 4, 0, 0, 0, 0))
     assert own._watched((), 0.3) == (0, 4, 0, 0, 0, 0)
     assert own._watched((), math.nan) == (0, 4, 0, 0, 0, MISSING)
     assert own._watched((MISSING, MISSING, 0, 0, 0), 0.3) == (MISSING, MISSING, 0, 0, 0, 0)
     assert made(force_sigma_N=math.inf)._watched((), math.nan) == (0,) * 6
     # A gauge that has just become stuck voids what was learnt; one that stays so does not.
     for before, void in (((), True), ((0, 0, STUCK, 0, 0), False)):
-        own._note(found=before, belief="known", contradicted=7, faults=(0, 4, 0, 0, 0, 0))
+        remember(own, found=before, filter="known", distrust=7, faults=(0, 4, 0, 0, 0, 0))
         own._watched((0, 0, STUCK, 0, MISSING), 0.3)
         state = own.state
-        assert (state.belief is None, state.contradicted == 0, not any(state.faults)) == (void,) * 3
+        assert (state.filter is None, state.distrust == 0, not any(state.faults)) == (void,) * 3
     assert own._of((0, 0, 3, 0, 0, 0)).tolist() == [0, 1, 3, 4, 5] and own._of((0, 0, 0, 0, 1, 1)).tolist() == [
         0,
         1,
@@ -312,14 +322,14 @@ def test_a_force_that_all_sensors_place_outside_is_said_to_be_there(made):
         (low, 0.049, SoftnessStatus.FORCE_BELOW), (low, 0.051, None), (low + 0.1, 0.01, None),
         (high, 1.01, SoftnessStatus.FORCE_ABOVE), (high, 0.99, None), (high - 0.1, 2.0, None),
     ):  # fmt: skip
-        belief = Belief(np.zeros(1), np.eye(1), np.zeros(1), ln_force=ln_force)
-        assert own._beyond(np.array([0.0] * 5 + [force]), belief) == status
+        state = FilterState(np.zeros(1), np.eye(1), np.zeros(1), ln_force=ln_force)
+        assert own._beyond(np.array([0.0] * 5 + [force]), state) == status
     assert (
-        blind._beyond(np.full(6, math.nan), Belief(np.zeros(1), np.eye(1), np.zeros(1), ln_force=low))
+        blind._beyond(np.full(6, math.nan), FilterState(np.zeros(1), np.eye(1), np.zeros(1), ln_force=low))
         == SoftnessStatus.FORCE_BELOW
     )
     assert (
-        blind._beyond(np.full(6, math.nan), Belief(np.zeros(1), np.eye(1), np.zeros(1), ln_force=high))
+        blind._beyond(np.full(6, math.nan), FilterState(np.zeros(1), np.eye(1), np.zeros(1), ln_force=high))
         == SoftnessStatus.FORCE_ABOVE
     )
 

@@ -365,13 +365,13 @@ def test_noise_alone_is_least_squares_with_force_and_place_eliminated(build):
     fitter = estimator(build(0.003))._fitter
     h, rng = 0.4 * fitter.top, np.random.default_rng(3)
     linear = fitter.linear(math.log(0.3), 1.2, h)
-    belief = fitter.fresh(1.0)._replace(linear=linear, ln_force=linear.at[0], place_mm=1.2, anchor=h - 0.05)
+    state = fitter.prior(1.0)._replace(linear=linear, ln_force=linear.at[0], place_mm=1.2, anchor=h - 0.05)
     for count, rows in ((1, np.arange(6)), (9, np.array([0, 1, 2, 4, 5]))):
         y = (linear.expected + rng.standard_normal(6)) / fitter.whiten
-        found = fitter.alone(y, rows, belief, count)
+        found = fitter.noise_fit(y, rows, state, count)
         at, a, B = found.linear, found.linear.H[rows, 0], found.linear.B[:, rows]
         S = np.eye(len(rows)) / count + B.T @ B
-        left = (y * fitter.whiten)[rows] - at.expected[rows] - a * (belief.anchor - at.at[2])
+        left = (y * fitter.whiten)[rows] - at.expected[rows] - a * (state.anchor - at.at[2])
         assert found.information == pytest.approx(a @ np.linalg.solve(S, a), rel=1e-7)
         assert found.score == pytest.approx(a @ np.linalg.solve(S, left), rel=1e-7)
         assert found.square == pytest.approx(left @ np.linalg.solve(S, left), rel=1e-7)
@@ -395,7 +395,7 @@ def test_the_fit_s_slopes_beside_the_apex_are_differences(build):
     # A mm of place bends the readings like 0.2 of ln force.
     assert fitter.bend(found, at + 0.3, place + 2.0, h, 0.0) == pytest.approx(0.3**2 + 0.4**2)
     assert fitter.bend(found, at, place, h + 0.1 * fitter.top, 0.0) == pytest.approx(0.01)
-    beside = found.H[:5, fitter.parts["the calibration beside the apex"]] / fitter.whiten[:5, None]
+    beside = found.H[:5, fitter.columns["the calibration beside the apex"]] / fitter.whiten[:5, None]
     stated = fitter.surfaces.place_error(1.2) * 0.3
     assert np.diag(beside) == pytest.approx(stated, rel=0.02) and np.count_nonzero(beside) == 5 and stated.min() > 0
 

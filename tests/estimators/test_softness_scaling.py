@@ -83,11 +83,11 @@ def test_every_doubt_is_in_sigma(five_gauges):
     def variance(**some):
         return told(five_gauges, exact, replace(sure, **some)).modulus_sigma_MPa[-1] ** 2
 
-    noise, alone = variance(), {}
+    noise, fit = variance(), {}
     for name, size in sizes.items():
-        alone[name] = variance(**{name: size})
-        assert 1.0005 * noise < alone[name] < variance(**{name: 2 * size}), name
-    assert variance(**sizes) > max(alone.values())
+        fit[name] = variance(**{name: size})
+        assert 1.0005 * noise < fit[name] < variance(**{name: 2 * size}), name
+    assert variance(**sizes) > max(fit.values())
 
 
 def test_noise_below_a_millionth_of_the_greatest_reading_is_rounding(five_gauges):

@@ -1,17 +1,22 @@
-"""One Kalman filter for every kind of softness: the modulus of a touch, and as further states all that is in doubt.
+"""One Kalman filter for every kind of softness: the modulus of a touch, and every error that is unknown but constant.
 
-State x = (h, theta), mean x and covariance P, constant during a touch. h is a scale of ln E on which readings change
-along straight lines; theta are the `Doubts`, zeros of the gauges and errors of the calibration, each in units of its
-standard deviation. A sample (readings, force), divided by its noise, is y = r + H x + B l + noise, linearised at its
-own contact; l, its own force and place, is eliminated: S = H P H' + B L B' + R, gain K = P H' / S.
+State x = (h, theta) with mean and covariance P, constant during a touch. h is a scale of ln E on which readings change
+along straight lines; theta are the `Doubts`, the zeros of the gauges and the errors of the calibration, each in its
+standard deviations. A sample of readings and force, divided by its noise and linearised at its own contact, is
 
-Two plain ways fail. Linearising at every noisy sample creates information that is not there, so H is taken anew only
-when force, place or ln E have moved (`NODE`). And errors of gains are the same whenever a force comes back: R holds an
-error for each cell of force, and a cell that is pressed again adds only the information that is new (`_own_errors`).
+    y = r + H x + B l + noise,   S = H P H' + B L B' + R,   gain K = P H' / S,
 
-The modulus answered is that of noise alone while it explains the readings, for there is none sharper; else it is the
-filter's. Sigma is always the filter's, widened where the gauges contradict each other (`widening`). A linearisation
-costs 35, a slot learnt 100 microseconds. Where readings do not change with the modulus sigma says so (ADR 0016, 0030).
+where l, the sample's own force and place with covariance L, is eliminated.
+
+Two obvious ways fail. Evaluating H at every noisy sample creates information that is not there, so H is evaluated again
+only when force, place or ln E have moved by `NODE`. And errors of gains are not independent from sample to sample: they
+return whenever a force returns. So R holds an error for each cell of force, and a cell that is pressed again adds only
+the information that is new (`_own_errors`).
+
+The answer is the fit of noise alone while it explains the readings, because no other is sharper; otherwise it is the
+filter's. Sigma is always the filter's, and grows where the gauges contradict each other (`widening`). A linearisation
+costs 35 microseconds, learning a slot 100. Where readings do not change with the modulus, sigma says so (ADR 0016,
+0030).
 """
 
 import math
@@ -19,52 +24,55 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.estimators.softness.belief import BENT_PLACE, Alone, Belief, Contrast, Linear, Tangent
 from papilla.estimators.softness.doubts import SHIFT_POWER, Doubts
+from papilla.estimators.softness.filter_state import BENT_PLACE, FilterState, Linear, NoiseFit, Residuals, Tangent
 from papilla.estimators.softness.surfaces import distance_curve
 from papilla.specimen import THICKNESS_MM
 
 BESIDE_SHARE = 0.017
-"""By so much all readings fall 1 mm beside the apex across the row of gauges, and with the square of it: presses of the
-default finger, 0.4 to 3 % by gauge and load (the rest is within the gauges' gains)."""
+"""All readings fall by this share 1 mm beside the apex across the row of gauges, and with the square of the distance:
+0.4 to 3 % by gauge and load in presses of the default finger (the rest is within the gauges' gains)."""
 SHAPE_ERROR = 0.4
-"""How little is known of how the thickness' effect grows with force: relative, per factor of e of the force."""
+"""Relative error, per factor of e of the force, of how the effect of the thickness grows with force."""
 SPREAD_FORCE = 0.5
-"""A sample's ln force may differ from that of the one before by this, and its place by the reach: next to no prior."""
+"""Prior standard deviation of a sample's ln force about that of the one before (that of its place is the reach of the
+calibration): so wide that it tells next to nothing."""
 BENT, NEAR = 0.4, 0.005
-"""Squared step of ln force times the greatest whitened reading, below which a sample is not linearised anew; and below
-which the linearisation of another sample will do for it."""
+"""Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the
+first a sample is linearised again at its new contact; below the second the linearisation of another sample is used."""
 LEVEL, FAR, JITTER = 0.05, 3.0, 6.0
-"""The same within which the samples of a slot lie; a tangent holds for steps so many times longer; and the standard
-deviations by which noise alone may move a sample."""
+"""Samples of a slot lie within LEVEL of the same measure; a tangent holds for steps FAR times as long; noise alone may
+move a sample by JITTER standard deviations."""
 NODE = (0.05, 0.3, 0.3)
-"""H is taken anew where ln force, place (mm) or ln E have moved by so much: were it taken where noise puts each sample,
-the filter would come to know what no reading tells."""
+"""H is evaluated again after ln force, place (mm) or ln E have changed by this much. Evaluated where noise puts each
+sample, H would create information that no reading holds."""
 CELL, SHAPE = 0.1, 0.5
-"""Gains and calibration errors are not the same at all forces: a cell of ln force so wide has an error of its own, with
-this share of their standard deviation. Pressed again it has the same error, so it tells nothing new but its noise."""
+"""Gains and calibration errors differ from force to force: each cell of ln force, CELL wide, has an error of its own,
+with SHAPE of their standard deviation. It is the same when the cell is pressed again: only its noise averages out."""
 SLOT, SHARE = 64, 8
-"""What is learnt from is the mean of a slot of samples, at most so many, and of what was learnt already one in so many:
-nothing that is looked for changes from one sample to the next."""
+"""A slot holds at most SLOT samples, and at most one in SHARE of those learnt so far: a touch that has just begun is
+learnt sample by sample."""
 LEAST_NOISE = 1e-6
-"""Of the greatest reading and force: noise below it is rounding."""
+"""Least noise, over the greatest reading and force: below it there is only rounding."""
 STEPS = 6
+"""Gauss-Newton steps at most."""
 ZERO_WALK, CREEP_WALK = 1e-4, 1e-2
-"""Zeros and creep change slowly: after n samples all but exp(-n WALK / 2) of what was known of them is forgotten."""
+"""Zeros and creep change slowly: after n samples exp(-n WALK / 2) of what was known of them is left."""
 SURE, SLACK = 5.0, 0.05
-"""The estimate of noise alone stands while its mean squared misfit is within so many standard deviations of 1, and so
-much more, as noise is not known exactly either."""
+"""Noise alone explains the readings while its mean squared misfit is below 1 + SLACK by at most SURE standard
+deviations: noise itself is known to some per cent only."""
 STATED = 1.0
-"""The doubts as stated count like so many squares found, each of its average size, when `widening` compares."""
+"""Weight of the stated standard deviations in `widening`, as a number of squared errors of average size."""
 PRIOR_REACH = 0.25
-"""Of the scale h, by which a first estimate may lie beyond the calibrated moduli."""
+"""Prior standard deviation of h, over its range: a first estimate may lie beyond the calibrated moduli."""
 
 
 class Fitter:
     """Linearises and fits samples (c readings, force).
 
     surfaces : what channels read. reading_sigma (microstrain), force_sigma (N, inf for no sensor) : noise. doubts :
-    what is not known. position_sigma : mm about the apex, inf where nothing is known, None at the apex.
+    standard deviations of errors. position_sigma : of the place, mm about the apex; inf where the place is unknown,
+    None at the apex.
     """
 
     def __init__(
@@ -89,12 +97,12 @@ class Fitter:
         self._faded_by = lru_cache(maxsize=64)(lambda samples: self._faded ** (0.5 * samples))
         self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
         self._shift, self._shift_sigma = doubts.thickness_shift(THICKNESS_MM)
-        self.parts = self._columns()
+        self.columns = self._columns()
         self.curve = distance_curve(*self._distances())
         self.top = self.curve.values[-1]
 
     def _columns(self) -> dict[str, slice]:
-        """Which columns of H belong to which doubt, in words; the first three columns are all of them in ln E."""
+        """Columns of H by the name of their error; the first three columns are those that act like a change of ln E."""
         c, groups, doubts = self.channels, max(self.surfaces.groups) + 1, self.doubts
         sizes = {
             "the thickness of the specimen": 2,
@@ -142,8 +150,8 @@ class Fitter:
         return self.curve.solve(min(max(h, values[0]), values[-1]), 0, len(values) - 1)
 
     def _errors_near(self, force: int, modulus: int, place: int) -> np.ndarray:
-        """(c, m) part of H that is what calibration and friction may be off by, per newton, near a contact: ln force
-        and ln modulus in 1/100, place in 1/50 mm."""
+        """(c, m) part of H for errors of calibration and friction, per newton, near a contact: ln force and ln modulus
+        in 1/100, place in 1/50 mm."""
         H, w, surfaces, ln_force = np.zeros((self.channels, self.size)), self.whiten[:-1], self.surfaces, force / 100
         ln_force = min(max(ln_force, self.low), self.high)
         ln_modulus = min(max(modulus / 100, self._softest), self._hardest)
@@ -157,7 +165,7 @@ class Fitter:
         return H
 
     def linear(self, ln_force: float, place: float, h: float, thickness: float = 0.0) -> Linear:
-        """The channels at the nearest calibrated contact; thickness: the doubt's, in its standard deviations."""
+        """The channels at the nearest calibrated contact; thickness: its error, in standard deviations."""
         ln_modulus, slope = self.ln_modulus(h)
         ln_force, place = self.inside(ln_force, place)
         return Linear((ln_force, place, h, thickness), *self._channels(ln_force, place, ln_modulus, slope, thickness))
@@ -182,14 +190,14 @@ class Fitter:
         B[1, :-1] = d * (self.surfaces.reach * w)
         return expected, H, B
 
-    def fresh(self, zero_share: float) -> Belief:
-        """A belief before the first sample, the zeros being known to a share of their standard deviation."""
+    def prior(self, zero_share: float) -> FilterState:
+        """The filter before the first sample, the zeros being known to a share of their standard deviation."""
         mean, variance = np.zeros(self.size), np.ones(self.size)
         for name in ("the zero of the gauges", "the offset of the force"):
-            variance[self.parts[name]] = zero_share**2
+            variance[self.columns[name]] = zero_share**2
         variance[self._shaped] = 1 - SHAPE**2
         variance[0] = (PRIOR_REACH * self.top) ** 2
-        return Belief(mean, np.diag(variance), np.zeros(1 + int((self.high - self.low) / CELL)))
+        return FilterState(mean, np.diag(variance), np.zeros(1 + int((self.high - self.low) / CELL)))
 
     def _own_errors(self, H: np.ndarray, pressed: np.ndarray, ln_force: float, samples: float):
         """Variances (k,) of what a mean of `samples` reads in its cell of force, noise and the cell's own error: as
@@ -213,11 +221,11 @@ class Fitter:
         at, there, *_ = linear.at
         return at + SPREAD_FORCE * steps[0], there + self.surfaces.reach * steps[1]
 
-    def alone(self, y: np.ndarray, rows: np.ndarray, belief: Belief, count: int = 1) -> Alone:
-        """What a mean (c + 1,) of `count` samples of the channels `rows` says if noise is all that is wrong: its own
-        force and place, and with these eliminated what it says of h."""
-        h, white, near = self.sharp(belief), (y * self.whiten)[rows], belief.linear is not None
-        linear = belief.linear or self.linear(belief.ln_force, belief.place_mm, h)
+    def noise_fit(self, y: np.ndarray, rows: np.ndarray, state: FilterState, count: int = 1) -> NoiseFit:
+        """Fit of a mean (c + 1,) of `count` samples of the channels `rows` in which only noise is wrong: least squares
+        for its own force and place, and with these eliminated the normal equation of h."""
+        h, white, near = self.h_of_noise(state), (y * self.whiten)[rows], state.linear is not None
+        linear = state.linear or self.linear(state.ln_force, state.place_mm, h)
         greatest = float(np.abs(white).max()) * math.sqrt(count)
         table = np.empty((4, len(rows)))
         for _ in range(STEPS):
@@ -235,13 +243,13 @@ class Fitter:
         to_l, to_m = (mm * al - lm * am) / det, (ll * am - lm * al) / det
         here = count * (rr - rl * steps[0] - rm * steps[1])
         information, score = count * (aa - to_l * al - to_m * am), count * (ar - to_l * rl - to_m * rm)
-        away = h - belief.anchor
+        away = h - state.anchor
         square = here + away * (2 * score + away * information)
         freedom = len(rows) - 1 - self.anywhere
-        return Alone(information, score + away * information, square, here, freedom, at, place, count, linear)
+        return NoiseFit(information, score + away * information, square, here, freedom, at, place, count, linear)
 
     def tangent(self, linear: Linear, rows: np.ndarray) -> Tangent:
-        """What samples of some channels say near a linearisation."""
+        """The tangent at a linearisation, for some channels."""
         B, expected = linear.B[:, rows], linear.expected[rows]
         own = np.linalg.inv(B @ B.T + np.eye(2) / SLOT)
         gain, jitter = own @ B, self.spread * np.sqrt(own.diagonal())
@@ -253,144 +261,145 @@ class Fitter:
         reach = tuple([(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in ends])
         return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)
 
-    def slot(self, belief: Belief) -> int:
+    def slot(self, state: FilterState) -> int:
         """How many samples are learnt together."""
-        return min(int(belief.samples) // SHARE, SLOT)
+        return min(int(state.samples) // SHARE, SLOT)
 
     def weighed(self, rows, innovation, H: np.ndarray, B: np.ndarray, P: np.ndarray, R):
-        """Contrast of an innovation (k,) of variances R with H (k, m), B (2, k) and the covariance P (m, m) of x; and
+        """Residuals of an innovation (k,) of variances R with H (k, m), B (2, k) and the covariance P (m, m) of x; and
         P H'."""
         PH = P @ H.T
         S = H @ PH + B.T @ B
         S.flat[:: len(rows) + 1] += R
         precision = np.linalg.inv(S)
         weighted = precision @ innovation
-        return Contrast(weighted, precision, rows, float(innovation @ weighted)), PH
+        return Residuals(weighted, precision, rows, float(innovation @ weighted)), PH
 
-    def contrast(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone | None = None) -> Contrast:
-        """What a mean (c + 1,) of samples of the channels `rows` says against a belief. Without `alone` it is a sample
-        that may be spoilt: it is looked at where the last one lay."""
+    def residuals(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit | None = None) -> Residuals:
+        """Residuals of a mean (c + 1,) of samples of the channels `rows` against the filter. Without a fit it is a
+        sample that may be faulty: it is linearised where the last one lay."""
         white = (y * self.whiten)[rows]
-        linear = self._first(white, belief, alone)
-        return self._against(white, rows, self._near(belief, linear), linear, alone.samples if alone else 1)[0]
+        linear = self._first(white, state, fit)
+        return self._against(white, rows, self._near(state, linear), linear, fit.samples if fit else 1)[0]
 
     def learn(
-        self, y: np.ndarray, rows: np.ndarray, known: Belief, alone: Alone, keep: float = 1.0, limit: float = math.inf
-    ) -> tuple[Contrast, Belief]:
-        """The `contrast` of a mean (c + 1,) of samples of the channels `rows`, and the belief with it, as it was where
-        the misfit is beyond a limit; noise alone learns what `alone` says, and of what it knew each sample leaves a
-        share `keep`."""
-        white, samples, belief = (y * self.whiten)[rows], alone.samples, known
-        linear, greatest = self._first(white, belief, alone), float(np.abs(white).max())
+        self, y: np.ndarray, rows: np.ndarray, known: FilterState, fit: NoiseFit, keep=1.0, limit=math.inf
+    ) -> tuple[Residuals, FilterState]:
+        """The `residuals` of a mean (c + 1,) of samples of the channels `rows`, and the filter after it: unchanged
+        where the misfit is above `limit`. The fit of noise alone is added to those before, of which each sample leaves
+        a share `keep`."""
+        white, samples, state = (y * self.whiten)[rows], fit.samples, known
+        linear, greatest = self._first(white, state, fit), float(np.abs(white).max())
         for step in range(STEPS):
-            belief = self._near(belief, linear)
-            contrast, PH, new, cell = self._against(white, rows, belief, linear, samples)
+            state = self._near(state, linear)
+            residuals, PH, new, cell = self._against(white, rows, state, linear, samples)
             if step == 0:
-                first = contrast
+                first = residuals
                 if first.misfit > limit:
                     return first, known
             B = linear.B[:, rows]
-            at, place = self.moved(linear, (B @ contrast.weighted).tolist())
+            at, place = self.moved(linear, (B @ residuals.weighted).tolist())
             if self.bend(linear, at, place, *linear.at[2:]) * greatest < BENT:
                 break
-            linear = self.linear(at, place, *self._unknowns(belief))
-        place_sigma = self.surfaces.reach * math.sqrt(max(samples * (1 - float(B[1] @ contrast.precision @ B[1])), 0.0))
-        mean, covariance = self._corrected(belief, PH, new, samples, keep)
+            linear = self.linear(at, place, *self._unknowns(state))
+        left = 1 - float(B[1] @ residuals.precision @ B[1])
+        place_sigma = self.surfaces.reach * math.sqrt(max(samples * left, 0.0))
+        mean, covariance = self._corrected(state, PH, new, samples, keep)
         kept = keep**samples
-        pressed = kept * belief.pressed
+        pressed = kept * state.pressed
         pressed[cell] += samples
-        return first, Belief(
-            mean, covariance, pressed, alone.linear, belief.node, (at - alone.ln_force, place - alone.place_mm),
-            place_sigma, alone.ln_force, alone.place_mm, belief.anchor,
-            information=kept * belief.information + alone.information,
-            score=kept * belief.score + alone.score,
-            square=kept * belief.square + alone.square,
-            freedom=kept * belief.freedom + alone.own,
-            samples=kept * belief.samples + samples,
+        return first, FilterState(
+            mean, covariance, pressed, fit.linear, state.node, (at - fit.ln_force, place - fit.place_mm),
+            place_sigma, fit.ln_force, fit.place_mm, state.anchor,
+            information=kept * state.information + fit.information,
+            score=kept * state.score + fit.score,
+            square=kept * state.square + fit.square,
+            freedom=kept * state.freedom + fit.own,
+            samples=kept * state.samples + samples,
         )  # fmt: skip
 
-    def _unknowns(self, belief: Belief) -> tuple[float, float]:
-        """h, within what is calibrated, and the thickness of a belief."""
-        return min(max(float(belief.mean[0]), 0.0), self.top), float(belief.mean[1])
+    def _unknowns(self, state: FilterState) -> tuple[float, float]:
+        """h, within what is calibrated, and the thickness of the filter."""
+        return min(max(float(state.mean[0]), 0.0), self.top), float(state.mean[1])
 
-    def _first(self, white: np.ndarray, belief: Belief, alone: Alone | None) -> Linear:
-        """The linearisation from which whitened channels are looked at: that of `alone`, if it is near enough."""
-        unknowns = self._unknowns(belief)
-        at, place = (alone.ln_force, alone.place_mm) if alone else (belief.ln_force, belief.place_mm)
-        at, place = at + belief.offset[0], place + belief.offset[1]
-        if alone and self.bend(alone.linear, at, place, *unknowns) * float(np.abs(white).max()) <= NEAR:
-            return alone.linear
+    def _first(self, white: np.ndarray, state: FilterState, fit: NoiseFit | None) -> Linear:
+        """The first linearisation for whitened channels: that of the fit, if it is near enough."""
+        unknowns = self._unknowns(state)
+        at, place = (fit.ln_force, fit.place_mm) if fit else (state.ln_force, state.place_mm)
+        at, place = at + state.offset[0], place + state.offset[1]
+        if fit and self.bend(fit.linear, at, place, *unknowns) * float(np.abs(white).max()) <= NEAR:
+            return fit.linear
         return self.linear(at, place, *unknowns)
 
-    def _against(self, white: np.ndarray, rows: np.ndarray, belief: Belief, linear: Linear, samples: int):
-        """`weighed` of whitened channels (k,) near a linearisation, with the slopes of the belief's node; the contrast
-        of what is new in it, and the cell of force."""
-        x = belief.mean.copy()
+    def _against(self, white: np.ndarray, rows: np.ndarray, state: FilterState, linear: Linear, samples: int):
+        """`weighed` of whitened channels (k,) near a linearisation, with the slopes of the filter's node; the residuals
+        with the variances of new information; and the cell of force."""
+        x = state.mean.copy()
         x[:2] -= linear.at[2:]
         innovation = white - linear.expected[rows] - linear.H[rows] @ x
-        H = (belief.node or linear).H[rows]
-        R, new, cell = self._own_errors(H, belief.pressed, linear.at[0], samples)
-        channels = rows, innovation, H, linear.B[:, rows], belief.covariance
-        contrast, PH = self.weighed(*channels, R)
-        return contrast, PH, contrast if new is R else self.weighed(*channels, new)[0], cell
+        H = (state.node or linear).H[rows]
+        R, new, cell = self._own_errors(H, state.pressed, linear.at[0], samples)
+        channels = rows, innovation, H, linear.B[:, rows], state.covariance
+        residuals, PH = self.weighed(*channels, R)
+        return residuals, PH, residuals if new is R else self.weighed(*channels, new)[0], cell
 
     def _corrected(
-        self, belief: Belief, PH: np.ndarray, contrast: Contrast, samples: int, keep: float
+        self, state: FilterState, PH: np.ndarray, residuals: Residuals, samples: int, keep: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of x after a Kalman correction, and after the time of its samples has passed."""
         faded = self._faded_by(samples)
-        covariance = belief.covariance - PH @ contrast.precision @ PH.T
+        covariance = state.covariance - PH @ residuals.precision @ PH.T
         covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
         covariance.flat[:: self.size + 1] += 1 - faded * faded
         if keep < 1.0:
             covariance[0] /= keep ** (0.25 * samples)
             covariance[:, 0] /= keep ** (0.25 * samples)
-        return faded * (belief.mean + PH @ contrast.weighted), covariance
+        return faded * (state.mean + PH @ residuals.weighted), covariance
 
-    def sharp(self, belief: Belief) -> float:
-        """h of noise alone; that of the start before the first sample."""
-        step = belief.score / belief.information if belief.information > 0 else 0.0
-        return min(max(belief.anchor + step, 0.0), self.top)
+    def h_of_noise(self, state: FilterState) -> float:
+        """h of the fit of noise alone; before the first sample, that of the start."""
+        step = state.score / state.information if state.information > 0 else 0.0
+        return min(max(state.anchor + step, 0.0), self.top)
 
-    def _near(self, belief: Belief, linear: Linear) -> Belief:
-        """The belief with a node near a linearisation."""
-        if belief.node is not None:
-            (at, place, h, _), (before, there, known, _) = linear.at, belief.node.at
+    def _near(self, state: FilterState, linear: Linear) -> FilterState:
+        """The filter with a node near a linearisation."""
+        if state.node is not None:
+            (at, place, h, _), (before, there, known, _) = linear.at, state.node.at
             far = at - before, place - there, (h - known) / self.ln_modulus(h)[1]
             if all([abs(distance) <= limit for distance, limit in zip(far, NODE, strict=True)]):
-                return belief
-        return belief._replace(node=linear)
+                return state
+        return state._replace(node=linear)
 
-    def estimate(self, belief: Belief) -> tuple[float, float]:
+    def estimate(self, state: FilterState) -> tuple[float, float]:
         """h and its standard deviation."""
-        h, sigma = float(belief.mean[0]), self.widening(belief) * math.sqrt(max(float(belief.covariance[0, 0]), 0.0))
-        if self.stands(belief):
-            h = belief.anchor + belief.score / belief.information
+        h, sigma = float(state.mean[0]), self.widening(state) * math.sqrt(max(float(state.covariance[0, 0]), 0.0))
+        if self.noise_explains(state):
+            h = state.anchor + state.score / state.information
         return h, sigma
 
-    def widening(self, belief: Belief) -> float:
-        """By how much sigma grows because the readings contradict each other more than doubts of gains and calibration
-        allow: the root of the sum of squares that was found of them over what it is on average if they are right."""
-        found, known = belief.mean[self._shaped], 1 - SHAPE**2
-        told = known - belief.covariance.diagonal()[self._shaped]
-        return math.sqrt(max((STATED * known + float(found @ found)) / (STATED * known + float(told.sum())), 1.0))
+    def widening(self, state: FilterState) -> float:
+        """Factor by which sigma grows where readings contradict each other more than the stated errors of gains and
+        calibration allow: root of the sum of squares of the errors found, over its expectation."""
+        found, known = state.mean[self._shaped], 1 - SHAPE**2
+        left = known - state.covariance.diagonal()[self._shaped]
+        return math.sqrt(max((STATED * known + float(found @ found)) / (STATED * known + float(left.sum())), 1.0))
 
-    def stands(self, belief: Belief) -> bool:
+    def noise_explains(self, state: FilterState) -> bool:
         """Whether noise alone explains the readings."""
-        if not belief.information > 0:
+        if not state.information > 0:
             return False
-        square = belief.square - belief.score * belief.score / belief.information
-        freedom = max(belief.freedom - 1, 1e-9)
+        square = state.square - state.score * state.score / state.information
+        freedom = max(state.freedom - 1, 1e-9)
         return square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom)
 
-    def dominant(self, belief: Belief) -> str:
-        """Which doubt makes most of sigma: the one that, known, would take most off it."""
-        P = belief.covariance
+    def dominant(self, state: FilterState) -> str:
+        """The error that makes most of sigma: the one whose knowledge would lower it most."""
+        P = state.covariance
         taken = {"noise": 0.0}
-        for name, own in self.parts.items():
+        for name, own in self.columns.items():
             if own.stop > own.start:
                 taken[name] = float(P[0, own] @ np.linalg.solve(P[own, own], P[own, 0]))
-        taken["noise"] = 1 / belief.information if belief.information else math.inf
+        taken["noise"] = 1 / state.information if state.information else math.inf
         return max(taken, key=lambda name: taken[name])
 
     def least_reading(self) -> np.ndarray:

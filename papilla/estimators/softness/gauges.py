@@ -1,11 +1,20 @@
 """Young's modulus of what the finger presses on, sample by sample, from every gauge against its own surface.
 
-A single gauge needs the force; five of them measure it as well, so a poor force sensor costs little, and one gauge
-that contradicts the others is found and left out, where nothing else explains it.
+Five gauges and a force are six equations for two unknowns, modulus and force (and the place, if it is asked for), so a
+poor force sensor costs little and a bad channel shows. The misfit of a sample is r' S^-1 r, its residuals r taken against
+the filter of the touch and their covariance S (`fitter`). Without the channels A it falls to
+
+    misfit - r_A' (S^-1)_AA^-1 r_A,   with r_A = (S^-1 r)_A,
+
+so every set of suspects costs one small inverse. A sample whose misfit passes 40 starts a search: does another modulus
+explain it, as after a lift that the force did not show? Else, which single channel, or pair, explains it when left out?
+Suspects that explain it about equally well are all left out. The search is spread over the next samples, none of which
+is answered or learnt, because one sample may cost 0.5 ms. Where nothing explains the readings again and again, as over
+a texture, all of them are distrusted for a while instead of blaming one.
 """
 
 import math
-from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
 
@@ -15,30 +24,56 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
-from papilla.estimators.softness.belief import Alone, Belief, Contrast
 from papilla.estimators.softness.doubts import Doubts
+from papilla.estimators.softness.filter_state import FilterState, NoiseFit, Residuals
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
-from papilla.estimators.softness.touch import PATIENCE, Search, Touch, TouchState
+from papilla.estimators.softness.touch import RULES as TOUCH_RULES
+from papilla.estimators.softness.touch import Touch, TouchState
 from papilla.estimators.spread import Pieces, completed
 
-LEAST_CHANNELS = 3
-"""Readings and force: two unknowns, and one that can contradict."""
-LIMIT = 40.0
-"""Squared misfit of a sample (at most 5 degrees of freedom) from which something is wrong: 1e-7 of good samples."""
-AGREES = 20.0
-"""Squared misfit below which the remaining channels agree."""
-MARGIN = 10.0
-"""Suspects whose absence leaves as good a fit as this, compared with the best, cannot be told apart."""
-FITS = 25.0
-"""Squared residual of a reading that is explained by a flipped sign or by another gauge's place."""
-DOUBTED, TRUSTED, MOST = 80, 200, 1920
-"""Distrust, in good samples that make up for it: what a contradiction adds that no gauge is to blame for; beyond which
-there is no answer, and nobody is blamed, for over a texture all gauges contradict each other; and the most of it."""
-BACK_AFTER = 10
-"""Samples in a row that a channel must fit again to be used again."""
-FITS_AGAIN = 16.0
-"""Squared residual of such a sample."""
+
+@dataclass(frozen=True)
+class BlameRules:
+    """Tuned numbers of who is to blame when channels contradict each other. Misfits are squares in standard deviations
+    of a sample of six channels, with at most five degrees of freedom."""
+
+    least_channels: int = 3
+    """Readings and force: two unknowns, and one channel that can contradict."""
+    contradicts: float = 40.0
+    """Misfit of a sample above which something is wrong: 1e-7 of good samples."""
+    agrees: float = 20.0
+    """Misfit below which the remaining channels agree: 1e-3 of good samples are above."""
+    margin: float = 10.0
+    """Suspects without whom the fit is as good as the best by this much cannot be told apart: a likelihood of e^-5."""
+    explained: float = 25.0
+    """Squared residual up to which a flipped sign or another gauge's place explains a reading."""
+    fits_again: float = 16.0
+    """Squared residual of a sample up to which a channel that was left out fits again."""
+    back_after: int = 10
+    """Samples in a row that a channel must fit again to be used again."""
+    unexplained: int = 80
+    """Distrust that a contradiction adds for which no channel is to blame, in good samples that make up for it."""
+    trusted: int = 200
+    """Distrust above which there is no answer and no gauge is blamed: over a texture all contradict each other."""
+    most_patience: int = 1920
+    """Greatest distrust when again and again nothing explains the readings: 2 s at 1 kHz."""
+
+
+RULES = BlameRules()
+
+
+class Search(NamedTuple):
+    """A search for what explains a sample (c + 1,) with these faults, spread over the next samples: its residuals
+    against the filter of the touch (known), or, in the first sample of a touch, against the best first fit; and how
+    many pieces of the search are done."""
+
+    y: np.ndarray
+    faults: tuple[int, ...]
+    residuals: Residuals
+    state: FilterState
+    known: bool
+    done: int = 0
 
 
 class GaugeEstimate(NamedTuple):
@@ -65,16 +100,6 @@ class GaugeEstimate(NamedTuple):
             columns = (self.status, self.left_out, self.channels)
             return [_words(*map(int, row)) for row in zip(*columns, strict=True)]  # type: ignore[arg-type]
         return _words(self.status, int(self.left_out), int(self.channels))
-
-
-def at_once(misfits) -> Callable[[list[tuple[int, ...]]], Pieces[list[float]]]:
-    """The same function, as a computation of one part."""
-
-    def parts(some: list[tuple[int, ...]]) -> Pieces[list[float]]:
-        yield
-        return misfits(some)
-
-    return parts
 
 
 class GaugeSoftness(Touch):
@@ -119,151 +144,147 @@ class GaugeSoftness(Touch):
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._anywhere = position_sigma_mm is not None
         surfaces = GaugeSurfaces(calibration, self._anywhere)
-        self._least = LEAST_CHANNELS + self._anywhere
+        self._least = RULES.least_channels + self._anywhere
         if surfaces.channels < self._least - 1:
             raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {surfaces.channels}")
         fitter = Fitter(surfaces, gauge_sigma, force_sigma_N, doubts or Doubts(), position_sigma_mm)
-        self._found: Search | None = None
+        self._pieces: Pieces[tuple] | None = None
         self._used: dict[tuple[int, ...], tuple[np.ndarray, int]] = {}
         super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> GaugeEstimate:
-        """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
-        faults = self._watched(found, force)
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.look` finds them."""
+        faults, memory = self._watched(found, force), self._memory
         rows = self._of(faults)
         y = np.array(self._moved((*readings, force)))
         # A light force alone does not end a touch, nor does the zero of the force begin one: the gauges have to agree.
         if y[-1] >= self._low:
-            self._light = 0
+            memory.light = 0
         else:
             gauges = rows[rows < self._gauges]
             if not len(gauges) or self._is_away(y[gauges], self._lowest[gauges], y[-1]):
-                self._found = None
-                self._lift((*readings, force), len(rows) == self._gauges + 1)
+                memory.search = None
+                self._lose_contact((*readings, force), len(rows) == self._gauges + 1)
                 return self._refused(SoftnessStatus.NO_CONTACT, faults)
-        self._land()
+        self._make_contact()
         if len(rows) < self._least:
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
-        if self._found is not None and self._found.faults == faults:
-            return self._searched(self._found)
-        self._found = None
-        return self._listen(y, faults)
+        if memory.search is not None and memory.search.faults == faults:
+            return self._search(memory.search)
+        memory.search = None
+        return self._gather(y, faults)
 
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> GaugeEstimate:
-        """A mean of samples of a touch that is known already."""
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> GaugeEstimate:
         rows = self._of(faults)
-        if alone.here > belief.usual:
-            contrast = self._fitter.contrast(y, rows, belief)
-            if contrast.misfit > LIMIT:
-                return self._contradict(y, faults, belief, contrast)
-        return self._learn(y, rows, faults, belief, alone)
+        if fit.here > state.usual:
+            residuals = self._fitter.residuals(y, rows, state)
+            if residuals.misfit > RULES.contradicts:
+                return self._contradict(y, faults, state, residuals)
+        return self._learn(y, rows, faults, state, fit)
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
-        """The first sample of a touch, or the first that fits."""
         rows = self._of(faults)
         if not self._trusted(1):
             return self._refused(SoftnessStatus.MISFIT, faults)
-        contrast, belief = completed(self._start(y, rows, self._unknown()))
-        if contrast.misfit > LIMIT:
-            self._search(Search(y, faults, contrast, belief, False))
+        residuals, state = completed(self._start(y, rows, self._unknown()))
+        if residuals.misfit > RULES.contradicts:
+            self._memory.search, self._pieces = Search(y, faults, residuals, state, False), None
             return self._refused(SoftnessStatus.MISFIT, faults)
-        return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
+        return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
-    def _contradict(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, contrast: Contrast) -> GaugeEstimate:
-        """A sample that what was learnt does not explain: a bad channel, another specimen, or nothing that is known."""
+    def _contradict(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, residuals: Residuals):
+        """A sample that what was learnt does not explain: a bad channel, another specimen, or an unknown cause."""
         if self._trusted():
-            self._search(Search(y, faults, contrast, belief, True))
+            self._memory.search, self._pieces = Search(y, faults, residuals, state, True), None
         else:
-            # What was learnt is not to be believed either: after a while, from the beginning.
+            # What was learnt is not trusted either: after a while, from the beginning.
             self._distrust()
         return self._refused(SoftnessStatus.MISFIT, faults)
 
-    def _search(self, search: Search | None) -> None:
-        """Look from the next sample on for what explains one that nothing does."""
-        self._found = search
-        self._going = self._explained(search) if search else None
-
-    def _searched(self, search: Search) -> GaugeEstimate:
-        """Do the next part of a search; no sample is learnt, and none has an answer, before its end."""
-        self._found = search._replace(parts=search.parts + 1)
+    def _search(self, search: Search) -> GaugeEstimate:
+        """Do the next piece of a search; no sample is learnt, and none has an answer, before its end."""
+        if self._pieces is None:
+            # A generator cannot be copied with the state: what was done of it is done again.
+            self._pieces = self._explained(search)
+            for _ in range(search.done):
+                next(self._pieces)
+        self._memory.search = search._replace(done=search.done + 1)
         try:
-            next(self._going)  # type: ignore[arg-type]
-        except StopIteration as told:
-            self._found = None
-            return self._conclude(search.y, search.faults, *told.value)
+            next(self._pieces)
+        except StopIteration as end:
+            self._memory.search = None
+            return self._conclude(search.y, search.faults, *end.value)
         return self._refused(SoftnessStatus.MISFIT, search.faults)
 
     def _explained(self, search: Search) -> Pieces[tuple]:
-        """The status of a force that is out of the domain; what is said of the channels to blame; and the belief with
-        which the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
-        y, faults, contrast, belief, known, _ = search
-        rows, misfits, anew, begun = self._of(faults), self._start.without, contrast, belief
+        """The status of a force that is out of the domain; faults of the channels to blame; and the filter with which
+        the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
+        y, faults, residuals, state, known, _ = search
+        rows, anew, begun = self._of(faults), residuals, state
         if known:
             yield
             anew, begun = yield from self._start(y, rows, self._unknown())
         if outside := self._beyond(y, begun):
             return outside, {}, None
         yield
-        single = known and anew.misfit < LIMIT
-        looked = at_once(contrast.without) if known else misfits(y, rows, self._unknown())
-        blame = yield from self._blamed(rows, looked, single=single)
+        single = known and anew.misfit < RULES.contradicts
+        misfits = residuals.misfits_without if known else self._start.misfits_without(y, rows, self._unknown())
+        blame = yield from self._to_blame(rows, misfits, single=single)
         if blame is None:
             return None, {}, begun if single else None
         yield
         left = np.setdiff1d(rows, blame)
         if not known:
-            _, belief = yield from self._start(y, left, self._unknown())
-        named = self._named(y, blame, belief)
+            _, state = yield from self._start(y, left, self._unknown())
+        named = self._named(y, blame, state)
         if known:
             yield
-            alone = self._fitter.alone(y, left, belief)
+            fit = self._fitter.noise_fit(y, left, state)
             yield
-            if self._fitter.contrast(y, left, belief, alone).misfit >= LIMIT:
+            if self._fitter.residuals(y, left, state, fit).misfit >= RULES.contradicts:
                 return None, named, None
         yield
-        return None, named, belief
+        return None, named, state
 
-    def _conclude(self, y, faults: tuple[int, ...], outside, named: dict[int, int], belief) -> GaugeEstimate:
+    def _conclude(self, y, faults: tuple[int, ...], outside, named: dict[int, int], state) -> GaugeEstimate:
         """Take what a search found."""
+        memory = self._memory
         if outside:
             return self._refused(outside, faults)
         if named:
-            self._note(faults=tuple([named.get(channel, fault) for channel, fault in enumerate(self._state.faults)]))
+            memory.faults = tuple([named.get(channel, fault) for channel, fault in enumerate(memory.faults)])
             faults = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
         rows = self._of(faults)
-        if belief is None:
+        if state is None:
             self._distrust()
             return self._refused(SoftnessStatus.MISFIT, faults)
         if not named:
-            self._note(contradicted=self._state.contradicted + DOUBTED)
-        return self._learn(y, rows, faults, belief, self._fitter.alone(y, rows, belief))
-
-    def _snapshot(self) -> TouchState:
-        return super()._snapshot()._replace(search=self._found)
+            memory.distrust += RULES.unexplained
+        return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
     def _remember(self, memory: TouchState) -> None:
         super()._remember(memory)
-        self._search(memory.search)
-        for _ in range(memory.search.parts if memory.search else 0):
-            next(self._going)  # type: ignore[arg-type]
+        self._pieces = None
 
     def _trusted(self, samples: int = 0) -> bool:
-        """Whether the gauges may be believed, after so many more samples that nothing contradicts."""
-        if samples and self._state.contradicted:
-            left = max(self._state.contradicted - samples, 0)
-            self._note(contradicted=left, patience=self._state.patience if left else PATIENCE)
-        return self._state.contradicted <= TRUSTED
+        """Whether the gauges are trusted, after so many more samples that nothing contradicts."""
+        memory = self._memory
+        if samples and memory.distrust:
+            memory.distrust = max(memory.distrust - samples, 0)
+            memory.patience = memory.patience if memory.distrust else TOUCH_RULES.patience
+        return memory.distrust <= RULES.trusted
 
     def _distrust(self) -> None:
-        """Wait, and longer the next time if nothing good comes in between."""
-        patience = self._state.patience
-        self._note(belief=None, contradicted=patience, patience=min(patience + patience // 2, MOST))
+        """Forget the touch and wait, half as long again each time until good samples come in between."""
+        memory = self._memory
+        memory.filter, memory.distrust = None, memory.patience
+        memory.patience = min(memory.patience + memory.patience // 2, RULES.most_patience)
 
-    def _blamed(self, rows: np.ndarray, misfits, single: bool = False) -> Pieces[tuple[int, ...] | None]:
+    def _to_blame(self, rows: np.ndarray, misfits, single: bool = False) -> Pieces[tuple[int, ...] | None]:
         """Channels without which the others agree; None where there are none, or too few are left to contradict.
 
-        misfits : those of the others when each of some sets of channels is left out. One channel comes before two, and
-        gauges that mirror each other (one amplifier, one batch of foil) count as one.
+        misfits : a function of sets of channels: misfits of the others when each set is left out. One channel is tried
+        before two, and gauges that mirror each other (one amplifier, one batch of foil) count as one.
         """
         channels = rows.tolist()
         if len(channels) <= self._least:
@@ -277,25 +298,25 @@ class GaugeSoftness(Touch):
         for stage in stages:
             able = [own for own in stage if len(channels) - len(own) >= self._least]
             left = yield from misfits(able)
-            found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < AGREES)
-            # A pair with a channel that explains as much on its own is no rival to it.
-            rivals = [
+            found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < RULES.agrees)
+            # A pair that holds a channel which explains as much by itself is not suspected.
+            suspects = [
                 own
                 for left, own in found
-                if left < found[0][0] + MARGIN
-                and not any(set(other) < set(own) and less < left + MARGIN for less, other in found)
+                if left < found[0][0] + RULES.margin
+                and not any(set(other) < set(own) and less < left + RULES.margin for less, other in found)
             ]
-            if rivals:
-                blamed = tuple(sorted(set().union(*rivals)))
+            if suspects:
+                blamed = tuple(sorted(set().union(*suspects)))
                 return blamed if len(channels) - len(blamed) >= self._least else None
         return None
 
-    def _named(self, y: np.ndarray, blamed: tuple[int, ...], belief: Belief) -> dict[int, int]:
-        """What can be said of a fault: a flipped sign, two gauges in each other's place, or that it contradicts."""
+    def _named(self, y: np.ndarray, blamed: tuple[int, ...], state: FilterState) -> dict[int, int]:
+        """The fault of each blamed channel: a flipped sign, two gauges in each other's place, else a contradiction."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
-        rest, variance = self._fitter.contrast(y, rows, belief).expected(*blamed)
+        rest, variance = self._fitter.residuals(y, rows, state).expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
-        expected, limit = y[list(blamed)] - rest * scale, FITS * variance * scale**2
+        expected, limit = y[list(blamed)] - rest * scale, RULES.explained * variance * scale**2
 
         def fits(value: float, place: int) -> bool:
             return bool((value - expected[place]) ** 2 < limit[place])
@@ -309,69 +330,66 @@ class GaugeSoftness(Touch):
                 found[a] = found[b] = int(Fault.SWAPPED)
         return found
 
-    def _learn(self, y, rows, faults: tuple[int, ...], belief: Belief, alone: Alone) -> GaugeEstimate:
+    def _learn(self, y, rows, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> GaugeEstimate:
         """Take one sample, and answer."""
-        if any(self._state.faults):
-            self._watch_returning(y, rows, belief, alone)
-        if outside := self._outside(alone):
+        if any(self._memory.faults):
+            self._watch_returning(y, rows, state, fit)
+        if outside := self._outside(fit):
             return self._refused(outside, faults)
-        limit = LIMIT if belief.samples else math.inf
-        contrast = self._learnt(y, rows, belief, alone, limit=limit)
-        if contrast.misfit > limit:
-            return self._contradict(y, faults, belief, contrast)
-        self._trusted(alone.samples)
-        return self._answer(alone.ln_force, alone.place_mm, faults)
+        limit = RULES.contradicts if state.samples else math.inf
+        residuals = self._learnt(y, rows, state, fit, limit=limit)
+        if residuals.misfit > limit:
+            return self._contradict(y, faults, state, residuals)
+        self._trusted(fit.samples)
+        return self._answer(fit.ln_force, fit.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> GaugeEstimate:
         if not self._trusted():
             return self._refused(SoftnessStatus.MISFIT, faults)
-        told, code = self._modulus(), self._used[faults][1]
-        status = int(SoftnessStatus.LEFT_OUT) if code and told.status == SoftnessStatus.OK else told.status
-        force, channels = math.exp(ln_force + told.ln_force), self._gauges + 1
-        if not self._anywhere or told.modulus != told.modulus:
-            return GaugeEstimate(told.modulus, told.sigma, force, status, code, channels)
-        place += told.place_mm
-        return GaugeEstimate(told.modulus, told.sigma, force, status, code, channels, place, told.place_sigma_mm)
+        known, code = self._modulus(), self._used[faults][1]
+        status = int(SoftnessStatus.LEFT_OUT) if code and known.status == SoftnessStatus.OK else known.status
+        placed = self._anywhere and math.isfinite(known.modulus)
+        where = (place + known.place_mm, known.place_sigma_mm) if placed else ()
+        force, channels = math.exp(ln_force + known.ln_force), self._gauges + 1
+        return GaugeEstimate(known.modulus, known.sigma, force, status, code, channels, *where)
 
-    def _watch_returning(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone) -> None:
-        """Use a channel again that has fitted `BACK_AFTER` samples in a row."""
-        faults, returning = list(self._state.faults), list(self._state.returning)
+    def _watch_returning(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit) -> None:
+        """Use a channel again that has fitted for long enough."""
+        faults, returning = list(self._memory.faults), list(self._memory.returning)
         for channel, fault in enumerate(faults):
             if fault and math.isfinite(y[channel]):
-                whole = np.sort(np.append(rows, channel))
-                rest, variance = self._fitter.contrast(y, whole, belief, alone).expected(channel)
-                returning[channel] = (
-                    returning[channel] + alone.samples if rest[0] ** 2 < FITS_AGAIN * variance[0] else 0
-                )
-                if returning[channel] >= BACK_AFTER:
+                every = np.sort(np.append(rows, channel))
+                (rest,), (variance,) = self._fitter.residuals(y, every, state, fit).expected(channel)
+                fits = rest**2 < RULES.fits_again * variance
+                returning[channel] = returning[channel] + fit.samples if fits else 0
+                if returning[channel] >= RULES.back_after:
                     faults[channel] = returning[channel] = 0
-        self._note(faults=tuple(faults), returning=tuple(returning))
+        self._memory.faults, self._memory.returning = tuple(faults), tuple(returning)
 
-    def _beyond(self, y: np.ndarray, belief: Belief) -> SoftnessStatus | None:
-        """The status of a force that all sensors place outside the domain, where nothing is known of the readings."""
+    def _beyond(self, y: np.ndarray, state: FilterState) -> SoftnessStatus | None:
+        """The status of a force that all sensors place outside the domain, where readings are not calibrated."""
         low, high = self._fitter.surfaces.force_N
         force = float(y[-1]) if self._sensed else math.nan
-        if belief.ln_force <= self._fitter.low and not force >= low:
+        if state.ln_force <= self._fitter.low and not force >= low:
             return SoftnessStatus.FORCE_BELOW
-        return SoftnessStatus.FORCE_ABOVE if belief.ln_force >= self._fitter.high and not force <= high else None
+        return SoftnessStatus.FORCE_ABOVE if state.ln_force >= self._fitter.high and not force <= high else None
 
     def _watched(self, found: tuple[int, ...], force: float) -> tuple[int, ...]:
-        """Faults of this sample: those that stand, and what the readings alone show."""
-        before = self._state.found
+        """Faults of this sample: those that stand, and what the readings by themselves show."""
+        memory, before = self._memory, self._memory.found
         if found != before:
-            self._note(found=found)
+            memory.found = found
             if any(new == STUCK and old != STUCK for new, old in zip(found, before or self._clean, strict=False)):
                 # A gauge has just turned out to be stuck: what was learnt with it, and whom it had blamed, is void.
-                self._note(belief=None, faults=self._clean, contradicted=0)
-        standing = self._state.faults
+                memory.filter, memory.faults, memory.distrust = None, self._clean, 0
         if not found and force - force == 0.0:
-            return standing
+            return memory.faults
         missing = MISSING if self._sensed and force - force != 0.0 else 0
         now = (*(found or self._clean[1:]), missing)
-        return tuple([new or old for new, old in zip(now, standing, strict=True)])
+        return tuple([new or old for new, old in zip(now, memory.faults, strict=True)])
 
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
-        """The channels that are used with such faults, looked up the next time."""
+        """The channels that are used with such faults, kept with the faults' code for the next time."""
         known = self._used.get(faults)
         if known is None:
             used = [not fault for fault in faults[:-1]] + [self._sensed and not faults[-1]]

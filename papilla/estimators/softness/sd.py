@@ -10,8 +10,8 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES
-from papilla.estimators.softness.belief import Alone, Belief
 from papilla.estimators.softness.doubts import Doubts
+from papilla.estimators.softness.filter_state import FilterState, NoiseFit
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
 from papilla.estimators.softness.touch import Touch
@@ -86,7 +86,7 @@ class Softness(Touch):
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
-        """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
+        """The estimate after one more sample,"""
         healthy = not found
         if force - force != 0.0:
             return _nothing(SoftnessStatus.BAD_INPUT)
@@ -94,11 +94,11 @@ class Softness(Touch):
         sd = self._sd(moved) if healthy else math.nan
         # A light force alone does not end a touch, nor does its zero begin one: S_d has to agree, where it is trusted.
         if pressed >= self._low:
-            self._light = 0
+            self._memory.light = 0
         elif not healthy or self._is_away(np.array([sd]), self._lowest, pressed):
-            self._lift((*readings, force), healthy)
+            self._lose_contact((*readings, force), healthy)
             return _nothing(SoftnessStatus.NO_CONTACT)
-        self._land()
+        self._make_contact()
         force = pressed
         low, high = self._surface.force_N
         if not low - self._slack <= force <= high + self._slack:
@@ -108,24 +108,24 @@ class Softness(Touch):
         if sd > 0:
             # Noise adds to a standard deviation.
             sd -= 0.5 * (self._gauges - 2) * self._reading_sigma**2 / sd
-        return self._listen(np.array((sd, force)), ())
+        return self._gather(np.array((sd, force)), ())
 
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
         return _BOTH
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        belief = completed(self._start(y, _BOTH, self._unknown()))[1]
-        return self._follow(y, faults, belief, self._fitter.alone(y, _BOTH, belief))
+        state = completed(self._start(y, _BOTH, self._unknown()))[1]
+        return self._follow(y, faults, state, self._fitter.noise_fit(y, _BOTH, state))
 
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone) -> SoftnessEstimate:
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> SoftnessEstimate:
         fitter = self._fitter
-        if outside := self._outside(alone):
+        if outside := self._outside(fit):
             return _nothing(outside)
-        softest, hardest = self._surface.usable(alone.ln_force)
-        if not softest <= fitter.ln_modulus(fitter.sharp(belief))[0] <= hardest:
+        softest, hardest = self._surface.usable(fit.ln_force)
+        if not softest <= fitter.ln_modulus(fitter.h_of_noise(state))[0] <= hardest:
             return _nothing(SoftnessStatus.NOT_IDENTIFIABLE)
-        self._learnt(y, _BOTH, belief, alone, keep=self._keep)
-        return self._answer(alone.ln_force, alone.place_mm, faults)
+        self._learnt(y, _BOTH, state, fit, keep=self._keep)
+        return self._answer(fit.ln_force, fit.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:
         return SoftnessEstimate(*self._modulus()[:3])

@@ -4,17 +4,21 @@ import math
 
 import numpy as np
 
-from papilla.estimators.softness.belief import Belief, Contrast, shares_of
+from papilla.estimators.softness.filter_state import FilterState, Residuals, shares_of
 from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
 from papilla.estimators.spread import Pieces
 
-STEPS, TOGETHER = 15, 3
+STEPS, STEPS_A_PIECE = 15, 3
+"""Gauss-Newton steps at most, and how many of them a sample can wait for."""
 TRIED = 4
-"""Explanations of a first sample that fits badly which are worked out."""
+"""Sets of suspects that are fitted, the likeliest first, when a first sample fits badly."""
 MODULI, PLACES, FORCES = 7, 9, 9
-"""Nodes of the table that a first sample is looked up in."""
+"""Nodes of the table of contacts over h, place and ln force, from the best of which Gauss-Newton starts."""
 WIDE = 4.0
-"""A first sample's ln force and place may differ so much more from those of its node than from a sample before it."""
+"""A first sample may lie this many times further from its node than a sample from the one before it."""
+
+
+Fitted = Pieces[tuple[Residuals, FilterState]]
 
 
 class Start:
@@ -54,56 +58,55 @@ class Start:
         left = (root @ (y * self._fitter.whiten)[rows] - origin).reshape(-1, len(rows))
         return np.einsum("nk,nk->n", left, left)
 
-    def __call__(self, y: np.ndarray, rows: np.ndarray, belief: Belief) -> Pieces[tuple[Contrast, Belief]]:
-        """A sample's own misfit, and the belief that begins with it: from the table of all contacts, then Gauss-Newton
-        for h, force and place with `belief` as prior of the rest."""
-        return self._settled(y, rows, belief, int(self.misfits(y, rows).argmin()))
+    def __call__(self, y: np.ndarray, rows: np.ndarray, prior: FilterState) -> Fitted:
+        """A sample's own misfit, and the filter that begins with it: from the best node of the table, Gauss-Newton for
+        h, force and place with `prior` for the rest."""
+        return self._settled(y, rows, prior, int(self.misfits(y, rows).argmin()))
 
-    def without(self, y: np.ndarray, rows: np.ndarray, belief: Belief):
-        """A function that gives the squared misfits of a sample when each of some sets of channels is left out; only
-        the likeliest few are tried, the others are inf."""
+    def misfits_without(self, y: np.ndarray, rows: np.ndarray, prior: FilterState):
+        """A function that gives the misfits of a sample when each of some sets of channels is left out; only the
+        likeliest few are fitted, the others are inf."""
 
-        def misfits(some: list[tuple[int, ...]]) -> Pieces[list[float]]:
+        def misfits(sets: list[tuple[int, ...]]) -> Pieces[list[float]]:
             precision, left = self._table(rows)[0], self.misfits(y, rows)
             rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
             weighted = (precision @ rest[..., None])[..., 0]
-            each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in some])
-            likely = each.min(axis=0).argsort(kind="stable")[:TRIED].tolist()
-            found = [math.inf] * len(some)
-            for number in likely:
-                others = np.setdiff1d(rows, some[number])
-                contrast, _ = yield from self._settled(y, others, belief, int(each[:, number].argmin()))
-                found[number] = contrast.misfit
+            each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in sets])
+            found = [math.inf] * len(sets)
+            for number in each.min(axis=0).argsort(kind="stable")[:TRIED].tolist():
+                others = np.setdiff1d(rows, sets[number])
+                residuals, _ = yield from self._settled(y, others, prior, int(each[:, number].argmin()))
+                found[number] = residuals.misfit
             return found
 
         return misfits
 
-    def _settled(self, y: np.ndarray, rows: np.ndarray, belief: Belief, node: int) -> Pieces[tuple[Contrast, Belief]]:
-        """Gauss-Newton from a node of the table, so many steps a part."""
+    def _settled(self, y: np.ndarray, rows: np.ndarray, prior: FilterState, node: int) -> Fitted:
+        """Gauss-Newton from a node of the table."""
         fitter, (at, place, h) = self._fitter, self._nodes[node]
         white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
         # A prior of the place counts here and for no later sample.
         wide = np.array([WIDE, fitter.position_sigma / reach if self._known else WIDE])
         far = np.array([1.0, 1.0 / reach if reach else 0.0])
         most = max(float(np.abs(white).max()), 1.0)
-        mean, longest = belief.mean.copy(), 1.5 * fitter.top / MODULI
+        mean, longest = prior.mean.copy(), 1.5 * fitter.top / MODULI
         mean[0] = 0.0
         for step in range(STEPS):
-            if step % TOGETHER == 0:
+            if step % STEPS_A_PIECE == 0:
                 yield
             linear = fitter.linear(at, place, h)
             H, B = linear.H[rows], linear.B[:, rows] * wide[:, None]
             innovation = white - linear.expected[rows] - H @ mean
             if self._known:
                 innovation = innovation + B[1] * (place / fitter.position_sigma)
-            contrast, PH = fitter.weighed(rows, innovation, H, B, belief.covariance, 1)
-            moved = wide * (B @ contrast.weighted)
+            residuals, PH = fitter.weighed(rows, innovation, H, B, prior.covariance, 1)
+            moved = wide * (B @ residuals.weighted)
             if self._known:
                 moved[1] -= place / reach
-            change = float(PH[0] @ contrast.weighted)
+            change = float(PH[0] @ residuals.weighted)
             h = min(max(h + min(max(change, -longest), longest), 0.0), fitter.top)
             at, place = fitter.inside(*fitter.moved(linear, moved.clip(np.negative(far), far).tolist()))
             if fitter.bend(linear, at, place, h, 0.0) * most < BENT:
                 break
         mean[0] = h
-        return contrast, belief._replace(mean=mean, ln_force=at, place_mm=place, anchor=h)
+        return residuals, prior._replace(mean=mean, ln_force=at, place_mm=place, anchor=h)

@@ -1,8 +1,20 @@
-"""What both estimators of softness share: the gauges' health, contact, zeros in the air, and the answer of a fit."""
+"""What both estimators of softness share: contact, zeros in the air, slots of samples, and the answer of a fit.
+
+A touch is a filter (`filter_state`, `fitter`) that begins where a first sample fits best (`start`) and lives until
+contact is lost. At 1 kHz most samples repeat the one before, so samples that lie near each other are summed in a slot,
+and the filter learns the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot is
+still answered: its own force and place are read off a tangent, y - y_0 = B (force, place), which is one small matrix
+product. A sample beyond the tangent's reach, or with a large misfit, closes the slot.
+
+In the air the readings are zeros. Means of 20 samples are learnt as zeros, each only when the next one agrees, so that
+the begin of a press is never taken for a zero. Whether it is air is judged by force and readings together: either alone
+may be a zero that has drifted.
+"""
 
 import math
 from abc import abstractmethod
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,33 +22,42 @@ from papilla import checks
 from papilla.calibration import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import GaugeHealth, HealthState, numbered
-from papilla.estimators.softness.belief import Alone, Belief, Contrast, Tangent
+from papilla.estimators.softness.filter_state import FilterState, NoiseFit, Residuals, Tangent
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.start import Start
 from papilla.estimators.stream import Stream
 
-DOUBT_LIMIT = 60.0
-"""Squared length of the nuisances from which none of them, and no modulus, is believed."""
-AIR_SHARE = 0.5
-"""What is left of the standard deviation of a zero once it was seen in the air: it drifts in the touch too."""
-REST_SAMPLES, REST_SHARE, REST_LIMIT = 20, 0.05, 4.0
-"""Means of so many samples (a period of 50 Hz at 1 kHz) are of the air where two in a row agree: their squared
-difference over that of noise and of this share of the doubts is at most so much a channel. A press of 10 mN/s moves the
-middle gauge by 10 microstrain from one to the next, a twentieth of what its zero is doubted by."""
-LONG, FAR = 50, 8.0
-"""Samples in a row without a force after which readings below so many standard deviations of a zero are those of the
-air."""
-PATIENCE = 480
-"""Distrust of the gauges when for the first time nothing explains them, in good samples that make up for it."""
-AIR_SAMPLES = 100.0
-"""Time constant, in samples, of the zeros in the air."""
+
+@dataclass(frozen=True)
+class TouchRules:
+    """Tuned numbers of contact, air and answers."""
+
+    largest_errors: float = 60.0
+    """Squared length of the unknown errors, each in its standard deviations, above which the fit is not trusted."""
+    air_share: float = 0.5
+    """Standard deviation of a zero that was seen in the air, over that of one that was not: it drifts in the touch."""
+    rest_samples: int = 20
+    """Samples whose mean is compared with the next such mean: a period of 50 Hz at 1 kHz."""
+    rest_share: float = 0.05
+    """Two means agree within noise and this share of a zero's standard deviation. A press of 10 mN/s moves the middle
+    gauge by 10 microstrain from one to the next, a twentieth of the 200 microstrain that its zero may be off."""
+    rest_limit: float = 4.0
+    """Mean square over the channels, in these units, up to which two means agree."""
+    zero_samples: float = 100.0
+    """Time constant of the zeros in the air."""
+    light_samples: int = 50
+    """Samples in a row with a force below that of contact after which drifted readings count as air."""
+    largest_drift: float = 8.0
+    """Drift of a zero, in its standard deviations, up to which that holds."""
+    patience: int = 480
+    """Good samples that make up for the first time that nothing explains the readings."""
+
+
+RULES = TouchRules()
 
 
 class Rest(NamedTuple):
-    """Samples in the air that are not yet learnt: their sum (g + 1,) and number, and the mean of those before, if any.
-
-    They are learnt only when those after them agree, so that no begin of a press is ever taken for a zero.
-    """
+    """Samples in the air that are not yet learnt: their sum (g + 1,) and number, and the mean before them, if any."""
 
     total: np.ndarray | float = 0.0
     samples: int = 0
@@ -45,30 +66,18 @@ class Rest(NamedTuple):
 
 class Slot(NamedTuple):
     """Samples that are learnt together: their sum (c + 1,), their number, the (lowest, highest) steps from the tangent
-    that they may have, the faults that all of them have, and once there are enough what noise alone makes of them."""
+    that they may have, the faults that all of them have, and the fit of their mean once there are enough."""
 
     total: np.ndarray
     samples: int
     reach: tuple[tuple[float, float], ...]
     faults: tuple[int, ...]
-    alone: Alone | None = None
+    fit: NoiseFit | None = None
 
 
-class Search(NamedTuple):
-    """For what explains a sample (c + 1,) with these faults that nothing does: what it says against a belief, which is
-    known or, in the first sample of a touch, begun with it; and how many parts of the search are done."""
-
-    y: np.ndarray
-    faults: tuple[int, ...]
-    contrast: Contrast
-    belief: Belief
-    known: bool
-    parts: int = 0
-
-
-class Told(NamedTuple):
-    """What is known of a touch, in words of the answer: modulus and sigma in MPa (NaN where there is none), status; by
-    how much ln force and place differ from those of noise alone, and the latter's standard deviation."""
+class TouchEstimate(NamedTuple):
+    """The modulus and its sigma in MPa (NaN where there is none), and the status; by how much ln force and place (mm)
+    of the filter differ from those of noise alone, and the standard deviation of the place."""
 
     modulus: float
     sigma: float
@@ -78,37 +87,38 @@ class Told(NamedTuple):
     place_sigma_mm: float
 
 
-class TouchState(NamedTuple):
+@dataclass(eq=False)
+class TouchState:
     """All that an estimator of softness remembers: the gauges' health; the zeros of the channels (microstrain, and N),
-    for how many samples they were seen in the air, and what of the air is not yet learnt; what is known of this touch
-    (None in the air), and the samples of it that are not yet learnt.
+    for how many samples they were seen in the air, and the samples of the air that are not yet learnt; the filter of
+    this touch (None in the air), and the samples that it has not yet learnt.
 
     faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
-    found : what the last sample's readings showed by themselves. contradicted : distrust of the gauges, from how often
-    what was learnt did not explain them; patience : how much of it there will be when nothing explains them. dominant :
-    which doubt made most of sigma in the last touch. light : samples in a row with a force below that of contact.
-    search : the one under way, if any.
+    found : faults that the last sample's readings showed by themselves. distrust : good samples that are needed before
+    the gauges are trusted again; patience : what distrust becomes when nothing explains the readings. dominant : the
+    error that made most of sigma in the last touch. light : samples in a row with a force below that of contact.
+    search : the search under way for what explains a sample, if any.
     """
 
     health: HealthState
     zeros: tuple[float, ...]
     airborne: float = 0.0
     rest: Rest = Rest()
-    belief: Belief | None = None
+    filter: FilterState | None = None
     slot: Slot | None = None
     faults: tuple[int, ...] = ()
     returning: tuple[int, ...] = ()
     found: tuple[int, ...] = ()
-    contradicted: int = 0
-    patience: int = PATIENCE
+    distrust: int = 0
+    patience: int = RULES.patience
     dominant: str = ""
     light: int = 0
-    search: Search | None = None
+    search: Any = None
 
     @property
     def information(self) -> float:
-        """What noise alone tells of the modulus in this touch; 0 where there is none."""
-        return self.belief.information if self.belief else 0.0
+        """Information of noise alone about h in this touch; 0 where there is none."""
+        return self.filter.information if self.filter else 0.0
 
 
 class Touch(Stream):
@@ -117,11 +127,14 @@ class Touch(Stream):
     A sample without an answer (status says why) leaves what was learnt untouched, except that lost contact ends it.
     """
 
+    _memory: TouchState
+
     def __init__(self, fitter: Fitter, gauges: int, contact_force_N: float, saturation: float, stuck_samples: int):
         self._fitter, self._start, self._gauges = fitter, Start(fitter), gauges
         self.columns = (*numbered(gauges), "force_N")
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(gauges, saturation, stuck_samples)
+        self._healthy = self._health.state
         self._low = max(self._contact, fitter.surfaces.force_N[0])
         self._lowest = fitter.least_reading() * (self._contact / fitter.surfaces.force_N[0])
         # S_d has the noise and the zero of a gauge over the root of their number.
@@ -129,7 +142,6 @@ class Touch(Stream):
         self._zero_noise = each * fitter.noise[[0] * gauges + [-1]]
         self._zero_sigma = each * ([fitter.doubts.zero_microstrain] * gauges + [fitter.doubts.force_offset_N])
         self._clean = (0,) * (gauges + 1)
-        self._new = TouchState(self._health.state, (0.0,) * (gauges + 1), faults=self._clean, returning=self._clean)
         self.reset()
 
     def _take(self, sample: tuple[float, ...]):
@@ -138,86 +150,82 @@ class Touch(Stream):
 
     @abstractmethod
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]):
-        """The estimate after one more sample, of which somebody has looked at the gauges' health (`GaugeHealth`)."""
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.look` finds them."""
 
     def _fresh(self) -> TouchState:
-        return self._new
+        return TouchState(self._healthy, (0.0,) * (self._gauges + 1), faults=self._clean, returning=self._clean)
 
     def _snapshot(self) -> TouchState:
-        return self._state._replace(health=self._health.state, light=self._light, slot=self._slot)
+        self._memory.health = self._health.state
+        return self._memory
 
     def _remember(self, memory: TouchState) -> None:
         if len(memory.zeros) != self._gauges + 1:
             raise InputError(f"the state is of {len(memory.zeros) - 1} gauges, the calibration has {self._gauges}")
-        self._health.state, self._state, self._light = memory.health, memory, memory.light
-        self._slot = memory.slot
-        self._told: Told | None = None
+        self._health.state, self._memory = memory.health, memory
+        self._estimated: tuple[FilterState | None, Any] = (None, None)
         self._tangent: Tangent | None = None
-
-    def _note(self, **changes) -> None:
-        """Remember what has changed."""
-        self._state, self._told = self._state._replace(**changes), None
 
     @property
     def dominant(self) -> str:
-        """Which doubt makes most of the modulus' sigma in the last touch, in words; empty before it."""
-        return self._fitter.dominant(self._state.belief) if self._state.belief else self._state.dominant
+        """The error that makes most of the modulus' sigma in the last touch, in words; empty before it."""
+        return self._fitter.dominant(self._memory.filter) if self._memory.filter else self._memory.dominant
 
     def _is_away(self, moved: np.ndarray, least: np.ndarray, force: float) -> bool:
         """Whether a finger is in the air whose force (less its zero) is below those that are calibrated: readings (less
-        their zeros) are below those of contact, so that the force is a zero; or, below the force of contact, they have
-        been for long what zeros may have moved by."""
-        self._light = 0 if force >= self._contact else self._light + 1
-        square = float(moved @ moved)
-        drifted = FAR * self._fitter.doubts.zero_microstrain
-        return square < float(least @ least) or (
-            self._light > LONG and force == force and square < len(moved) * drifted * drifted
-        )
+        their zeros) are below those of contact, so that the force is a zero; or, for a long time, the force is below
+        that of contact and the readings are what zeros may have drifted by."""
+        memory = self._memory
+        memory.light = 0 if force >= self._contact else memory.light + 1
+        square, drift = float(moved @ moved), RULES.largest_drift * self._fitter.doubts.zero_microstrain
+        long = memory.light > RULES.light_samples and force == force
+        return square < float(least @ least) or (long and square < len(moved) * drift * drift)
 
-    def _lift(self, sample: tuple[float, ...], good: bool) -> None:
+    def _lose_contact(self, sample: tuple[float, ...], good: bool) -> None:
         """Contact is lost: what was learnt of the touch is dropped, and in the air the zeros are learnt."""
-        self._slot = None
-        if self._state.belief is not None:
-            self._note(belief=None, contradicted=0, patience=PATIENCE, dominant=self.dominant)
+        memory = self._memory
+        memory.slot = None
+        if memory.filter is not None:
+            memory.dominant = self.dominant
+            memory.filter, memory.distrust, memory.patience = None, 0, RULES.patience
         if good:
-            total, samples, before = self._state.rest
+            total, samples, before = memory.rest
             total, samples = total + np.array(sample), samples + 1
-            full = samples == REST_SAMPLES
-            self._note(rest=self._rested(total / samples, before) if full else Rest(total, samples, before))
+            full = samples == RULES.rest_samples
+            memory.rest = self._rested(total / samples, before) if full else Rest(total, samples, before)
 
     def _rested(self, mean: np.ndarray, before: np.ndarray | None) -> Rest:
-        """Learn the zeros (g + 1,) of the means before, if those after them agree; what is then not yet learnt."""
+        """Learn the zeros (g + 1,) of the mean before, if the one after it agrees; what is then not yet learnt."""
+        memory, count = self._memory, RULES.rest_samples
         if before is not None:
-            noise = self._zero_noise**2 / REST_SAMPLES
-            apart = (mean - before) ** 2 / (2 * noise + (REST_SHARE * self._zero_sigma) ** 2)
-            if apart.mean() <= REST_LIMIT:
-                # Kalman gain of one more mean: zeros that are in no doubt are not learnt from noise.
-                zeros, airborne = np.array(self._state.zeros), self._state.airborne
-                known, doubted = airborne / REST_SAMPLES + 1, self._zero_sigma**2
-                zeros += (before - zeros) * doubted / (doubted * known + noise)
-                airborne = min(airborne + REST_SAMPLES, AIR_SAMPLES)
-                self._note(zeros=tuple(zeros.tolist()), airborne=airborne)
+            noise = self._zero_noise**2 / count
+            apart = (mean - before) ** 2 / (2 * noise + (RULES.rest_share * self._zero_sigma) ** 2)
+            if apart.mean() <= RULES.rest_limit:
+                # Kalman gain of one more mean: zeros that are known exactly are not learnt from noise.
+                zeros, variance = np.array(memory.zeros), self._zero_sigma**2
+                zeros += (before - zeros) * variance / (variance * (memory.airborne / count + 1) + noise)
+                memory.zeros, memory.airborne = tuple(zeros.tolist()), min(memory.airborne + count, RULES.zero_samples)
         return Rest(before=mean)
 
-    def _land(self) -> None:
+    def _make_contact(self) -> None:
         """In contact: what was just taken for the air may have been the begin of the press."""
-        if self._state.rest.samples or self._state.rest.before is not None:
-            self._note(rest=Rest())
+        if self._memory.rest.samples or self._memory.rest.before is not None:
+            self._memory.rest = Rest()
 
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
         """Readings and force less their zeros; in plain numbers, as arrays cost more for so few."""
-        return [value - zero for value, zero in zip(sample, self._state.zeros, strict=True)]
+        return [value - zero for value, zero in zip(sample, self._memory.zeros, strict=True)]
 
-    def _unknown(self) -> Belief:
-        """What is known at the begin of a touch."""
-        return self._fitter.fresh(AIR_SHARE if self._state.airborne >= AIR_SAMPLES / 2 else 1.0)
+    def _unknown(self) -> FilterState:
+        """The filter at the begin of a touch."""
+        return self._fitter.prior(RULES.air_share if self._memory.airborne >= RULES.zero_samples / 2 else 1.0)
 
-    def _outside(self, alone: Alone) -> SoftnessStatus | None:
+    def _outside(self, fit: NoiseFit) -> SoftnessStatus | None:
         """The status of a contact outside what is calibrated."""
         fitter = self._fitter
-        if not fitter.low <= alone.ln_force <= fitter.high:
-            return SoftnessStatus.FORCE_BELOW if alone.ln_force < fitter.low else SoftnessStatus.FORCE_ABOVE
-        return SoftnessStatus.OFF_REACH if abs(alone.place_mm) > fitter.surfaces.reach else None
+        if not fitter.low <= fit.ln_force <= fitter.high:
+            return SoftnessStatus.FORCE_BELOW if fit.ln_force < fitter.low else SoftnessStatus.FORCE_ABOVE
+        return SoftnessStatus.OFF_REACH if abs(fit.place_mm) > fitter.surfaces.reach else None
 
     @abstractmethod
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
@@ -228,80 +236,81 @@ class Touch(Stream):
         """The answer after the first sample (c + 1,) of a touch."""
 
     @abstractmethod
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], belief: Belief, alone: Alone):
-        """The answer after a mean of samples of a touch that is known already, and what noise alone makes of it."""
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit):
+        """The answer after a mean of samples of a touch that is known already, and its fit."""
 
     @abstractmethod
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]):
-        """The answer of what is known, at a contact as noise alone has it."""
+        """The answer of what is known, at the force and place of noise alone."""
 
-    def _listen(self, y: np.ndarray, faults: tuple[int, ...]):
+    def _gather(self, y: np.ndarray, faults: tuple[int, ...]):
         """The answer after one more sample: most are like the one before, and wait until their slot is full."""
-        belief, slot, flushed = self._state.belief, self._slot, False
-        if slot and belief and (slot.alone or slot.faults != faults or not self._steps(y, faults, belief, slot)):
-            self._follow(slot.total / slot.samples, slot.faults, belief, slot.alone or self._alone(slot, belief))
-            belief, slot, flushed = self._state.belief, None, True
-        self._slot = slot
-        if belief is None:
+        memory, flushed = self._memory, False
+        state, slot = memory.filter, memory.slot
+        if slot and state and (slot.fit or slot.faults != faults or not self._steps(y, faults, state, slot)):
+            memory.slot = None
+            self._follow(slot.total / slot.samples, slot.faults, state, slot.fit or self._fit_of(slot, state))
+            state, slot, flushed = memory.filter, None, True
+        if state is None:
+            memory.slot = slot
             return self._begin(y, faults)
-        size, steps = self._fitter.slot(belief), self._steps(y, faults, belief, slot)
+        steps, rows = self._steps(y, faults, state, slot), self._of(faults)
         if steps is None:
-            alone = self._fitter.alone(y, self._of(faults), belief)
-            odd = alone.here > belief.usual or self._outside(alone)
+            fit = self._fitter.noise_fit(y, rows, state)
+            odd = fit.here > state.usual or self._outside(fit)
             if odd or not flushed or self._fitter.channels == 1:
-                return self._follow(y, faults, belief, alone)
-            # It is learnt beside the next sample: none has to wait for two.
-            self._slot = Slot(y, 1, (), faults, alone)
-            return self._answer(alone.ln_force, alone.place_mm, faults)
-        tangent = self._near(belief, self._of(faults))
+                return self._follow(y, faults, state, fit)
+            # It is learnt with the next sample: no sample has to wait for two.
+            memory.slot = Slot(y, 1, (), faults, fit)
+            return self._answer(fit.ln_force, fit.place_mm, faults)
+        tangent = self._near(state, rows)
         if slot:
-            slot = Slot(slot.total + y, slot.samples + 1, slot.reach, faults)
+            slot = slot._replace(total=slot.total + y, samples=slot.samples + 1)
         else:
             slot = Slot(y, 1, tangent.about(steps), faults)
-        if slot.samples >= size:
-            # The rest of it is done beside the next sample: neither then costs too much.
-            slot = slot._replace(alone=self._alone(slot, belief))
-        self._slot = slot
+        if slot.samples >= self._fitter.slot(state):
+            # The rest of it is done with the next sample: neither then costs too much.
+            slot = slot._replace(fit=self._fit_of(slot, state))
+        memory.slot = slot
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
 
-    def _steps(self, y, faults: tuple[int, ...], belief: Belief, slot: Slot | None) -> tuple[float, float] | None:
+    def _steps(self, y, faults: tuple[int, ...], state: FilterState, slot: Slot | None) -> tuple[float, float] | None:
         """Steps from the tangent to a sample that is like those of the slot, or begins one; None for another."""
-        if self._fitter.slot(belief) <= 1:
+        if self._fitter.slot(state) <= 1:
             return None
-        tangent = self._near(belief, self._of(faults))
-        return tangent.steps(y, slot.reach if slot else tangent.reach, belief.usual)
+        tangent = self._near(state, self._of(faults))
+        return tangent.steps(y, slot.reach if slot else tangent.reach, state.usual)
 
-    def _alone(self, slot: Slot, belief: Belief) -> Alone:
-        """What noise alone makes of a slot."""
-        return self._fitter.alone(slot.total / slot.samples, self._of(slot.faults), belief, slot.samples)
+    def _fit_of(self, slot: Slot, state: FilterState) -> NoiseFit:
+        return self._fitter.noise_fit(slot.total / slot.samples, self._of(slot.faults), state, slot.samples)
 
-    def _near(self, belief: Belief, rows: np.ndarray) -> Tangent:
+    def _near(self, state: FilterState, rows: np.ndarray) -> Tangent:
         """The tangent of a touch, for these channels."""
         known = self._tangent
-        if known is None or known.linear is not belief.linear or known.rows is not rows:
-            assert belief.linear is not None
-            self._tangent = known = self._fitter.tangent(belief.linear, rows)
+        if known is None or known.linear is not state.linear or known.rows is not rows:
+            assert state.linear is not None
+            self._tangent = known = self._fitter.tangent(state.linear, rows)
         return known
 
-    def _learnt(self, y: np.ndarray, rows: np.ndarray, belief: Belief, alone: Alone, **options: float) -> Contrast:
-        """Learn a mean of samples, with the options of `Fitter.learn`; what it says against what was known."""
-        contrast, learnt = self._fitter.learn(y, rows, belief, alone, **options)
-        self._note(belief=learnt)
-        return contrast
+    def _learnt(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit, **options) -> Residuals:
+        """Learn a mean of samples, with the options of `Fitter.learn`; its residuals against what was known."""
+        residuals, self._memory.filter = self._fitter.learn(y, rows, state, fit, **options)
+        return residuals
 
-    def _modulus(self) -> Told:
-        """What is known now, worked out when it is asked for."""
-        if self._told is None:
-            self._told = self._worked_out()
-        return self._told
+    def _modulus(self) -> TouchEstimate:
+        """What is known now, worked out when the filter has changed."""
+        state = self._memory.filter
+        if state is None or state is not self._estimated[0]:
+            self._estimated = state, self._worked_out(state)
+        return self._estimated[1]
 
-    def _worked_out(self) -> Told:
-        fitter, belief = self._fitter, self._state.belief
-        assert belief is not None
-        modulus, sigma, offset = math.nan, math.nan, (0.0, 0.0) if fitter.stands(belief) else belief.offset
-        h, sigma_h = fitter.estimate(belief)
-        if float(belief.mean[1:] @ belief.mean[1:]) > DOUBT_LIMIT:
+    def _worked_out(self, state: FilterState | None) -> TouchEstimate:
+        fitter = self._fitter
+        assert state is not None
+        modulus, sigma, offset = math.nan, math.nan, (0.0, 0.0) if fitter.noise_explains(state) else state.offset
+        h, sigma_h = fitter.estimate(state)
+        if float(state.mean[1:] @ state.mean[1:]) > RULES.largest_errors:
             status = SoftnessStatus.MISFIT
         elif not 0.0 <= h <= fitter.top:
             status = SoftnessStatus.SOFTER if h < 0 else SoftnessStatus.HARDER
@@ -310,4 +319,4 @@ class Touch(Stream):
             modulus, relative = math.exp(ln_modulus), sigma_h / slope
             sigma = relative * modulus
             status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE else SoftnessStatus.OK
-        return Told(modulus, sigma, int(status), *offset, belief.place_sigma_mm)
+        return TouchEstimate(modulus, sigma, int(status), *offset, state.place_sigma_mm)

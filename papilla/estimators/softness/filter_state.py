@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.spread import Pieces
+
 BENT_PLACE = 0.2
-"""A mm of place bends the readings like so much of ln force."""
+"""A step of 1 mm bends the readings as much as a step of ln force by this much."""
 ODD = 20.0
-"""A sample whose squared misfit is so many times the usual one is looked at by itself."""
+"""A sample whose squared misfit is this many times the average one is examined by itself."""
 
 
 class Linear(NamedTuple):
@@ -44,18 +46,18 @@ class Tangent(NamedTuple):
         return (force, place) if within and sum([one * one for one in rest]) <= usual else None
 
     def about(self, steps: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-        """What is left of its reach for samples that lie in one slot with the first, which has these steps."""
+        """The part of the reach for samples that share a slot with a first sample, which has these steps."""
         each = zip(steps, self.slack, self.reach, strict=True)
         return tuple([(max(low, step - slack), min(high, step + slack)) for step, slack, (low, high) in each])
 
 
-class Belief(NamedTuple):
-    """All that is known of a touch. mean (m,), covariance (m, m) of h and theta; pressed: samples learnt in each cell
-    of force; node: where slopes (c + 1, m) are taken; offset: by how much ln force and place of the filter differ from
+class FilterState(NamedTuple):
+    """Everything known of a touch. mean (m,), covariance (m, m) of h and theta; pressed: samples learnt in each cell of
+    force; node: where slopes (c + 1, m) are taken; offset: by how much ln force and place of the filter differ from
     those of noise alone.
 
-    Of noise alone: ln_force, place_mm: of the last slot; linear: what samples near it read; information, score,
-    square: for h - anchor; freedom: degrees of freedom of `square`; samples: how many were learnt.
+    If noise alone is wrong: ln_force, place_mm: of the last slot; linear: the linearisation near it; information,
+    score, square: of the least squares for h - anchor; freedom: degrees of freedom of `square`; samples: number learnt.
     """
 
     mean: np.ndarray
@@ -76,22 +78,23 @@ class Belief(NamedTuple):
 
     @property
     def usual(self) -> float:
-        """Squared misfit of a sample that is like those before."""
+        """Largest squared misfit of a sample that is like those before."""
         return ODD * (1 + self.square / max(self.freedom, 1.0))
 
 
-class Contrast(NamedTuple):
-    """What channels say about each other: weighted (k,) = S^-1 times the innovation, precision (k, k) = S^-1, their
-    numbers, and the squared misfit."""
+class Residuals(NamedTuple):
+    """Residuals r of channels, with covariance S = H P H' + B B' + R: weighted (k,) = S^-1 r, precision (k, k) = S^-1,
+    rows (k,) : numbers of the channels, misfit = r' S^-1 r."""
 
     weighted: np.ndarray
     precision: np.ndarray
     rows: np.ndarray
     misfit: float
 
-    def without(self, some: list[tuple[int, ...]]) -> list[float]:
-        """Squared misfits of the others when each of some sets of channels is left out."""
-        places = [np.searchsorted(self.rows, own) for own in some]
+    def misfits_without(self, sets: list[tuple[int, ...]]) -> Pieces[list[float]]:
+        """Misfits of the others when each of some sets of channels is left out, in one piece."""
+        yield
+        places = [np.searchsorted(self.rows, own) for own in sets]
         return (self.misfit - shares_of(self.weighted, self.precision, places)).tolist()
 
     def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -114,9 +117,9 @@ def shares_of(weighted: np.ndarray, precision: np.ndarray, sets: list[np.ndarray
     return shares
 
 
-class Alone(NamedTuple):
-    """A mean of `samples` with which nothing is wrong but noise: information, score and square of h - anchor, the
-    square at the best h so far, degrees of freedom, ln force and place, and the linearisation that told it."""
+class NoiseFit(NamedTuple):
+    """Fit of a mean of `samples` in which nothing but noise is wrong: information, score and square of h - anchor, the
+    square at the best h so far (here), degrees of freedom (own), ln force and place, and the linearisation used."""
 
     information: float
     score: float
