@@ -1,7 +1,7 @@
 """Young's modulus of what the finger presses on, sample by sample, from every gauge against its own surface.
 
 Five gauges and a force are six equations for two unknowns, modulus and force (and the place, if it is asked for), so a
-poor force sensor costs little and a bad channel shows. The misfit of a sample is r' S^-1 r, its residuals r taken against
+poor force sensor costs little and a bad channel shows. The misfit of a sample is r' S^-1 r, r its residuals against
 the filter of the touch and their covariance S (`fitter`). Without the channels A it falls to
 
     misfit - r_A' (S^-1)_AA^-1 r_A,   with r_A = (S^-1 r)_A,
