@@ -1,12 +1,12 @@
 """A cache of named arrays on disk: keyed by the code and the values behind them, locked, atomic, checked on reading.
 
-It lies in the user's cache folder, or where the environment variable `PAPILLA_CACHE` says. What cannot be kept there
-(a full disk, no permission) is computed all the same, with one warning.
+The environment variable `PAPILLA_CACHE` names its folder; without it, it lies in the user's cache folder. If a result
+cannot be stored (full disk, no permission), papilla warns once and computes it each time.
 
-An entry is believed for what it says, so nobody else may have written it. The folder, the folder of a kind, the entry
-that was opened and links to any of them must belong to the user, and group and others must not be able to write to
-them; otherwise the cache is not used. Folders above are not checked: whoever can write there can move the cache away
-or put another in its place, but cannot make a file that belongs to this user. Windows has no such bits, and no check.
+papilla uses what an entry says, so nobody else may be able to write one. The cache folder, the folder of a kind, the
+opened entry and links to any of them must belong to the user, and group and others must not be able to write to them;
+otherwise the cache is not used. Parent folders are not checked: who can write there can move the cache away or replace
+it, but cannot create a file that belongs to this user. Windows has no such permission bits, so nothing is checked.
 """
 
 import ast
@@ -35,7 +35,7 @@ from papilla.files import reason, replacing
 ENVIRONMENT = "PAPILLA_CACHE"
 
 PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
-"""How long another process may hold an entry before this one says that it waits, and before it goes on by itself."""
+"""Times for which another process may hold an entry: then this one says that it waits, and then computes it itself."""
 
 PACKAGES = {
     "numpy": "numpy",
@@ -46,8 +46,8 @@ PACKAGES = {
     "vtkmodules": "vtk",
     "matplotlib": "matplotlib",
 }
-"""Other packages that decide results, by the name that is imported: their versions count for code that imports them.
-pytetwild is none of them: it makes meshes alone, and what is computed on a mesh depends on the mesh's own content."""
+"""Packages that influence results, by the name that is imported. Their versions count for the code that imports them.
+pytetwild is not among them: it only makes meshes, and results depend on the content of the mesh."""
 
 _ROOT = Path(__file__).parent
 
@@ -55,18 +55,18 @@ Arrays = Mapping[str, np.ndarray]
 
 
 def key(maker: str, *values: object) -> str:
-    """The key of a result that module `maker` (its `__name__`) makes from `values`: all that it depends on.
+    """The key of a result that the module `maker` (its `__name__`) computes from `values`.
 
-    The code counts of `maker` and of every module of papilla that it imports, directly or through others, at the top or
-    in a function, without docstrings, comments and formatting; so do the versions of those of `PACKAGES` that this code
-    imports. Values are numbers, text, bytes, arrays, None, dataclasses, and tuples, lists and dicts of these; raises
-    `InputError` for others.
+    The key contains the code of `maker` and of every papilla module that it imports, directly or indirectly, at the top
+    or in a function, without docstrings, comments and formatting; the versions of those `PACKAGES` that this code
+    imports; and the values: numbers, text, bytes, arrays, None, dataclasses, and tuples, lists and dicts of these.
+    Raises `InputError` for other values.
     """
     return _hash(_code(maker), [_content(value) for value in values])
 
 
 def versioned_key(name: str, version: int, *values: object) -> str:
-    """The key of a result `name` that depends on `values` and on a version that is raised by hand: on no code."""
+    """The key of a result `name` that depends on `values` and on a version raised by hand, but on no code."""
     return _hash(name, version, [_content(value) for value in values])
 
 
@@ -87,10 +87,10 @@ def entry(kind: str, key: str) -> Path:
 
 
 def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarray]:
-    """The arrays of entry `key` of `kind`; made by `make()`, and kept, where there are none.
+    """The arrays of entry `key` of `kind`. If there is no such entry, `make()` computes them and they are stored.
 
-    A second process that wants the same entry waits for the first. A damaged entry is reported by a warning and made
-    again. Raises whatever `make` raises; nothing is kept then. Arrays of Python objects are refused (no pickle).
+    A second process that asks for the same entry waits for the first. A damaged entry causes a warning and is computed
+    again. Raises whatever `make` raises, and stores nothing then. Arrays of Python objects are refused (no pickle).
     """
     found = find(kind, key)
     if found is None:
@@ -103,7 +103,7 @@ def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarr
 
 
 def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
-    """The arrays of an entry, None where it is missing or damaged; `report` warns of the latter."""
+    """The arrays of an entry, None if it is missing or damaged; with `report` a damaged one causes a warning."""
     try:
         content = _own_bytes(entry(kind, key))
     except _NotOwnError as error:
@@ -124,7 +124,7 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
 
 
 def keep(kind: str, key: str, arrays: Arrays) -> None:
-    """Write an entry, in place of what it was; a cache that cannot be written is one warning a process."""
+    """Write an entry, replacing an older one. If the cache cannot be written, a process warns once."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
     body, path = buffer.getvalue(), entry(kind, key)
@@ -138,13 +138,13 @@ def keep(kind: str, key: str, arrays: Arrays) -> None:
 
 
 def _seal(kind: str, key: str, body: bytes) -> bytes:
-    """What an entry begins with: the hash of its body, of its kind and of its key, so that none stands for another."""
+    """First line of an entry: a hash of its kind, key and body, so that no entry can stand for another."""
     return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode() + b"\n"
 
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """The lock of an entry for the time of a block, which runs without it where there is none to be had."""
+    """Hold the lock of an entry during a block; the block runs without it if the lock cannot be had."""
     lock = FileLock(f"{path}.lock", mode=0o600)
     try:
         _make_folders(path)
@@ -162,11 +162,11 @@ def _locked(path: Path) -> Iterator[None]:
 
 
 class _NotOwnError(PermissionError):
-    """Others may have written what lies in the cache."""
+    """Somebody else may have written what lies in the cache."""
 
 
 def _make_folders(path: Path) -> None:
-    """Make the folders of an entry, for the user alone; raises `_NotOwnError` where others can write there."""
+    """Make the folders of an entry, for the user alone; raises `_NotOwnError` if others can write there."""
     folder().mkdir(mode=0o700, parents=True, exist_ok=True)
     path.parent.mkdir(mode=0o700, exist_ok=True)
     _check_own(path)
@@ -176,7 +176,7 @@ def _own_bytes(path: Path) -> bytes:
     """The content of an entry; raises `_NotOwnError` where others may have written it, and `OSError`."""
     _check_own(path)
     with path.open("rb") as file:
-        # The entry that is read, whatever lay under its name a moment ago.
+        # Check the file that is open: its name may stand for another file by now.
         _check_status(path, os.fstat(file.fileno()))
         return file.read()
 
@@ -197,14 +197,14 @@ def _check_status(place: Path, status: os.stat_result) -> None:
         raise _NotOwnError(f"others can write to {place}")
 
 
-_told: set[str] = set()
-"""Folders of which this process has said that they cannot be used."""
+_warned: set[str] = set()
+"""Folders for which this process has warned that it cannot use them."""
 
 
 def _go_on_without(error: BaseException) -> None:
     place = str(folder())
-    if place not in _told:
-        _told.add(place)
+    if place not in _warned:
+        _warned.add(place)
         advice = f"make room there, or set {ENVIRONMENT} to another folder"
         if isinstance(error, _NotOwnError):
             advice = f"set {ENVIRONMENT} to a folder that only you can write to, or empty this one and chmod go-w it"
@@ -214,18 +214,18 @@ def _go_on_without(error: BaseException) -> None:
 
 @lru_cache(maxsize=32)
 def _code(maker: str) -> str:
-    """Hash of the code that a module may run through, and the versions of other packages that this imports.
+    """Hash of the code that a module may run, and the versions of the packages that this code imports.
 
-    Reading the meaning of the code takes a few tenths of a second: it is kept in the cache, by the bytes of all files.
+    Parsing takes a few tenths of a second. So the result is cached, with the bytes of all source files as its key.
     """
     if _file(maker) is None:
-        raise InputError(f"{maker} is no module of papilla: a cached result names the one that makes it")
+        raise InputError(f"{maker} is no module of papilla: a cached result must name the module that computes it")
     found = fetch("code", _hash(maker, _sources(), sys.version_info[:2]), lambda: _meaning(maker))
     return repr((str(found["code"]), [(name, _version(name)) for name in found["packages"].tolist()]))
 
 
 def _meaning(maker: str) -> Arrays:
-    """Hash of the code of `maker` and of all that it imports of papilla, and the others of `PACKAGES` among that."""
+    """Hash of the code of `maker` and of every papilla module that it imports, and the `PACKAGES` among the imports."""
     reached, waiting, packages = {}, [maker], set()
     while waiting:
         name = waiting.pop()
@@ -239,7 +239,7 @@ def _meaning(maker: str) -> Arrays:
 
 @lru_cache(maxsize=512)
 def _parsed(name: str, file: str, _content: str) -> tuple[str, list[str]]:
-    """Hash of a module's syntax tree without texts that stand alone, and what it imports, in functions too."""
+    """Hash of a module's syntax tree without docstrings, and what it imports, also inside functions."""
     path, imported = _ROOT / file, []
     trees = [ast.parse(path.read_bytes())]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
@@ -257,12 +257,12 @@ def _parsed(name: str, file: str, _content: str) -> tuple[str, list[str]]:
 
 
 def _is_text(line: ast.AST) -> bool:
-    """Whether a statement is nothing but text: a docstring, or one that stands after a constant."""
+    """Whether a statement is only text: a docstring, also one after a constant."""
     return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
 
 
 def _file(module: str) -> str | None:
-    """The file of a module of papilla, None for the name of anything else and for papilla itself, which has no code."""
+    """The file of a papilla module; None for any other name, and for papilla itself, which has no code."""
     inside = module.removeprefix("papilla.").replace(".", "/")
     named = (f"{inside}.py", f"{inside}/__init__.py") if module.startswith("papilla.") else ()
     return next((file for file in named if file in _sources()), None)
@@ -287,7 +287,7 @@ def _version(distribution: str) -> str:
 
 
 def _content(value: object) -> object:
-    """A value as plain text and numbers that differ wherever it does."""
+    """A value as plain text and numbers; two different values give different results."""
     if isinstance(value, np.ndarray):
         return (value.dtype.str, value.shape, hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest())
     if isinstance(value, np.generic):

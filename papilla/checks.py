@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from papilla.errors import InputError
 
 SIZE_OPTION = "--size-mm of press, calibrate and view"
-"""What the command line calls the element size, `size_mm`: messages that advise another one name both."""
+"""Name of the element size `size_mm` on the command line; messages that advise another size name both."""
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +56,7 @@ def rising(name: str, value: Any) -> tuple[float, float]:
 
 
 LARGEST = 1e12
-"""No sensor gives a greater number; its square and the square's square are still finite."""
+"""Largest sample that counts as a reading, in any unit. Its fourth power is still a finite float."""
 
 
 def place(name: str, value: "Sequence[float]") -> tuple[float, float]:
@@ -66,12 +66,12 @@ def place(name: str, value: "Sequence[float]") -> tuple[float, float]:
 
 
 def believable(values: "np.ndarray") -> "np.ndarray":
-    """Samples with NaN in place of what is infinite or greater than `LARGEST`."""
+    """Samples with NaN where |value| is infinite or greater than `LARGEST`."""
     import numpy as np
 
     return np.where(np.abs(values) <= LARGEST, values, np.nan)
 
 
 def poisson(name: str, value: Any) -> float:
-    """A Poisson's ratio in [0, 0.5]; 0.5 exactly is the incompressible limit and allowed."""
+    """A Poisson's ratio in [0, 0.5]; exactly 0.5 (incompressible) is allowed."""
     return within(name, value, 0.0, 0.5)

@@ -1,16 +1,16 @@
-"""One error tree: every error of papilla is a `PapillaError` and also the builtin that a caller would expect."""
+"""One error tree: each error is a `PapillaError` and also the builtin error that a caller expects."""
 
 
 class PapillaError(Exception):
-    """Root of all errors that papilla raises on purpose; the message is one clear line."""
+    """Root of all errors that papilla raises; the message is one line."""
 
 
 class InputError(PapillaError, ValueError):
-    """A value is not usable: the message names it, shows it, and says what was expected."""
+    """A value cannot be used; the message names it, shows it and says what was expected."""
 
 
 class FileFormatError(InputError):
-    """A file could be read but does not hold what it should; the message names file and place."""
+    """A file can be read, but its content is wrong; the message names the file and the place in it."""
 
 
 class FileAccessError(PapillaError, OSError):
@@ -18,20 +18,20 @@ class FileAccessError(PapillaError, OSError):
 
 
 class MeshError(PapillaError, RuntimeError):
-    """The mesher failed, or produced a mesh that must not be used."""
+    """The mesher failed, or made a mesh that cannot be used."""
 
 
 class SolverError(PapillaError, RuntimeError):
-    """A linear or contact solve did not reach its tolerance."""
+    """A linear or a contact solver did not reach its tolerance."""
 
 
 class MemoryEstimateError(PapillaError, MemoryError):
-    """A job would need more memory than is free; the message says how much, and what would fit."""
+    """A computation needs more memory than is free; the message says how much, and what would fit."""
 
 
 class ContactRangeError(InputError):
-    """The press leaves what the model covers: too deep, or the contact reaches the rim of its patch."""
+    """A press leaves the range of the model: it is too deep, or the contact reaches the rim of the patch."""
 
 
 class MissingExtraError(PapillaError, ImportError):
-    """An optional dependency is absent; the message says which extra to install."""
+    """An optional package is not installed; the message names the extra that installs it."""

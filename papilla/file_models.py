@@ -1,4 +1,4 @@
-"""Models of files, made of the classes that they describe: keys, types and defaults stand once, in the class."""
+"""Pydantic models of files, derived from dataclasses: keys, types and defaults are written once, in the dataclass."""
 
 import reprlib
 from collections.abc import Callable, Mapping
@@ -12,15 +12,15 @@ from pydantic import AfterValidator, ConfigDict, Field, ValidationError, create_
 from papilla.errors import InputError
 
 RULES = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
-"""Whole numbers do where a number is wanted, text and booleans do not."""
+"""An integer is accepted for a float; text and booleans are not."""
 
 
 def keys_of(of: type, *, unit: str | Mapping[str, str] = "", **changed: Any) -> dict[str, Any]:
-    """The keys of a dataclass for `table`: each field with its type and default, under its name and unit.
+    """The keys of a dataclass for `table`: field name -> (type, default), with the unit appended to the key's name.
 
-    unit : of every key, or of those named. changed : types of the fields that are written otherwise.
+    unit : of every key, or of the named ones. changed : types of fields that the file writes in another form.
     """
-    # Names that a module knows to type checkers alone are among those that are written otherwise
+    # Material is imported for type checkers only; `changed` replaces its type
     hints = {**get_type_hints(of, localns={"Material": Any}), **changed}
     keys = {}
     for item in fields(of):
@@ -42,10 +42,10 @@ def table(
     *,
     known: bool = False,
 ) -> Any:
-    """The type of a table of a file that becomes `makes(**keys)`.
+    """The type of a table in a file; validation returns `makes(**keys)`.
 
-    keys : name -> type, or type and field. constants : keys of one value, which tell what the table holds. known : no
-    other keys may stand there. An `InputError` of `makes` becomes a problem of the table.
+    keys : name -> type, or (type, field). constants : keys with a fixed value, which identify the table. known : refuse
+    other keys. An `InputError` of `makes` is reported as an error of the table.
     """
     fixed: dict[str, Any] = {key: (_one_of(value), value) for key, value in constants.items()}
     given: dict[str, Any] = {name: key if isinstance(key, tuple) else (key, ...) for name, key in keys.items()}
@@ -65,14 +65,14 @@ def _same(expected: Any, value: Any) -> Any:
 
 
 def first_of(error: ValidationError) -> Mapping[str, Any]:
-    """The problem of a validation that tells most: a misspelt key is both unknown and missing."""
+    """The most helpful error of a validation: of a misspelt key, that it is unknown, not that another is missing."""
     return min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
 
 
 def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
-    """A problem as one line: key, what is wrong, value.
+    """An error as one line: key, what is wrong, value.
 
-    tags : what pydantic puts into the place of a problem, after its first key, although it is no key.
+    tags : names that pydantic inserts into the location of an error, after its first key, although they are no keys.
     """
     first, *inside = problem["loc"] or ("",)
     places = (first, *(part for part in inside if part not in tags))

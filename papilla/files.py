@@ -1,7 +1,7 @@
-"""Files that appear whole or not at all, alone or as a set, and what killed processes left of them.
+"""Atomic writing of files, alone or as a set, and removal of temporary files that killed processes left behind.
 
-A temporary file or folder carries the machine and the number of the process that made it: once that process is gone,
-the next write into the same folder removes what it left.
+The name of a temporary file or folder contains its machine and its process number. Once that process has ended, the
+next write into the same folder removes the file.
 """
 
 import os
@@ -24,20 +24,20 @@ from papilla.errors import FileAccessError, FileFormatError
 _HOST = f"{zlib.crc32(socket.gethostname().encode()):08x}"
 _TEMPORARY = re.compile(r"\.?.*papilla-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.tmp")
 _given: set[Path] = set()
-"""Temporary paths of sets that are being written."""
+"""Temporary paths that an open `replacing_set` has handed out."""
 
-OLD_S = 86400.0  # Temporaries of other machines, whose processes cannot be asked for, count as left behind after a day
+OLD_S = 86400.0  # Age of a temporary file of another machine, whose processes cannot be checked, at which it is removed
 
 
 @contextmanager
 def replacing(path: str | PathLike) -> Iterator[Path]:
-    """A temporary path beside `path` to write to; it takes the place of `path` when the block ends without an error.
+    """A temporary path to write to; it replaces `path` when the block ends without an error.
 
-    A file that was there keeps its permissions. Raises `FileAccessError` where the file cannot be written (no such
+    The permissions of an existing file are kept. Raises `FileAccessError` if the file cannot be written (no such
     folder, no permission, full disk).
     """
     if path in _given:
-        # A file of a set: that takes its place with the others, and names what could not be written.
+        # A path of an open set: `replacing_set` moves it with the others, and reports errors.
         yield path
         return
     with replacing_set([path]) as (temporary,):
@@ -46,10 +46,11 @@ def replacing(path: str | PathLike) -> Iterator[Path]:
 
 @contextmanager
 def replacing_set(paths: Sequence[str | PathLike]) -> Iterator[list[Path]]:
-    """Temporary paths for files that belong together; they take their places when the block ends without an error.
+    """Temporary paths for files that belong together; they replace the old files when the block ends without an error.
 
-    Whenever the process is killed, no file of the new set stands beside one of the old: the others go first. Raises
-    `FileAccessError` as `replacing`, and leaves the old set then. What writes by `replacing` itself may write there.
+    Old and new files are never mixed, even if the process is killed: all old files but the first are removed before
+    the new ones are moved. Functions that call `replacing` themselves may write to these paths. Raises
+    `FileAccessError` as `replacing` does; the old files then remain.
     """
     targets = [_target(path) for path in paths]
     temporaries = [_temporary(target) for target in targets]
@@ -90,9 +91,9 @@ def write_text(path: str | PathLike, text: str) -> None:
 
 
 def read_text(path: str | PathLike, what: str = "") -> str:
-    """The text of a file in UTF-8; `what` it is, in words, for the message.
+    """The text of a file in UTF-8; `what` names the kind of file in messages.
 
-    Raises `FileAccessError` where it cannot be read, `FileFormatError` where it is not UTF-8.
+    Raises `FileAccessError` if it cannot be read, `FileFormatError` if it is not UTF-8.
     """
     try:
         return read_bytes(path, what).decode("utf-8-sig").replace("\r\n", "\n")
@@ -101,7 +102,7 @@ def read_text(path: str | PathLike, what: str = "") -> str:
 
 
 def read_bytes(path: str | PathLike, what: str = "") -> bytes:
-    """The content of a file; raises `FileAccessError` where it cannot be read."""
+    """The content of a file; raises `FileAccessError` if it cannot be read."""
     try:
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
@@ -109,7 +110,7 @@ def read_bytes(path: str | PathLike, what: str = "") -> bytes:
 
 
 def read_toml(path: str | PathLike, what: str = "") -> dict[str, Any]:
-    """The tables of a TOML file; raises as `read_text`, and `FileFormatError` where it is not TOML."""
+    """The tables of a TOML file; raises as `read_text` does, and `FileFormatError` if it is not TOML."""
     import tomllib
 
     try:
@@ -121,7 +122,7 @@ def read_toml(path: str | PathLike, what: str = "") -> dict[str, Any]:
 
 
 def check_writable(folder: str | PathLike) -> None:
-    """Make `folder` where it is missing and see that a file can be created in it: before long work, not after.
+    """Make `folder` if it is missing and create a file in it, so that a long computation does not fail at its end.
 
     Raises `FileAccessError`.
     """
@@ -136,8 +137,8 @@ def check_writable(folder: str | PathLike) -> None:
 
 @contextmanager
 def scratch(purpose: str) -> Iterator[Path]:
-    """A folder in the system's temporary directory for the time of a block; those that killed processes left are
-    removed first. Raises `FileAccessError` where the directory cannot be used."""
+    """A folder in the system's temporary directory that exists during a block. Folders that killed processes left
+    are removed first. Raises `FileAccessError` if the directory cannot be used."""
     with ExitStack() as stack:
         try:
             place = Path(tempfile.gettempdir())
@@ -151,7 +152,7 @@ def scratch(purpose: str) -> Iterator[Path]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the temporary files and folders that processes of this user left in `folder` when they were killed."""
+    """Remove from `folder` the temporary files and folders of this user's processes that have ended."""
     with suppress(OSError), os.scandir(folder) as found:
         for item in found:
             made = _TEMPORARY.fullmatch(item.name)
@@ -169,7 +170,7 @@ def _shown(path) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """Why a file could not be used, in the system's words."""
+    """Why a file could not be used, as the operating system says it."""
     return str(getattr(error, "strerror", None) or error)
 
 

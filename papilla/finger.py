@@ -1,9 +1,9 @@
 """The sensor: shape, layers, bone, gauges and ridges, as frozen values in mm and MPa.
 
 `Finger.default()` is the human-finger-mimetic sensor of the papers; its file, `papilla/data/default_finger.toml`,
-lists every assumption. `Finger.published()` is the same with the parameters that come closest to what was published of
-it. Axes: origin in the middle of the base plane, z out of the skin at the apex, x across the finger
-(the row of gauges), y along it.
+lists every assumption. `Finger.published()` has the parameters that come closest to the published measurements.
+Axes: the origin is in the middle of the base plane, z points out of the skin at the apex, x runs across the finger (the
+row of gauges), y along it.
 """
 
 import hashlib
@@ -31,16 +31,16 @@ SHIPPED_FINGERS = {
     "published": DEFAULT_FINGER.with_name("published_finger.toml"),
     "one-gauge": DEFAULT_FINGER.with_name("one_gauge_finger.toml"),
 }
-"""Names that `Finger.load` takes instead of a file."""
+"""Names that `Finger.load` accepts instead of a file."""
 
 
 @dataclass(frozen=True)
 class Finger:
     """A two-layer soft finger over a bone.
 
-    `bone` is a `Layer`, or None where the bone is rigid (its surface is then clamped, like the base plane).
-    `patch_radius` (mm) is how far from the touch-down point contact may spread. `bench` and `identified`, what presses
-    of the real finger told of it, are no part of the finger, and of none of its hashes.
+    `bone` is a `Layer`, or None for a rigid bone (its surface is then clamped, like the base plane). `patch_radius` is
+    the largest distance (mm) of the contact from the touch-down point. `bench` and `identified` record how the finger
+    was measured; they are not part of the finger, and no hash contains them.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Finger:
 
     @classmethod
     def default(cls) -> "Finger":
-        """The human-finger-mimetic sensor of the papers (every assumption is listed in its file)."""
+        """The human-finger-mimetic sensor of the papers; its file lists every assumption."""
         return cls.load(DEFAULT_FINGER)
 
     @classmethod
@@ -78,24 +78,24 @@ class Finger:
 
     @classmethod
     def load(cls, path: str | Path) -> "Finger":
-        """A finger from its TOML design file, or that of a name of `SHIPPED_FINGERS`.
+        """A finger from a TOML design file, or a shipped one by its name in `SHIPPED_FINGERS`.
 
-        Raises `FileAccessError` where the file cannot be read, `FileFormatError` where it is not a finger; the
-        message names the file and the key.
+        Raises `FileAccessError` if the file cannot be read, `FileFormatError` if it is not a finger; the message names
+        the file and the key.
         """
         from papilla.finger_file import read_design
 
         return read_design(cls, SHIPPED_FINGERS.get(str(path)) or Path(path))
 
     def save(self, path: str | Path) -> None:
-        """Write the design file, whole or not at all; raises `FileAccessError`."""
+        """Write the design file atomically; raises `FileAccessError`."""
         from papilla.finger_file import write_design
 
         write_design(self, Path(path))
 
     @property
     def ridge_pitch_mm(self) -> float:
-        """Pitch of its ridges, 0 for a smooth skin."""
+        """Pitch of the ridges (mm), 0 for a smooth skin."""
         return self.ridges.pitch if self.ridges else 0.0
 
     def __repr__(self) -> str:
@@ -104,7 +104,7 @@ class Finger:
         return f"Finger({self.name!r}, {type(self.shape).__name__.lower()}, {layers}, {len(self.gauges)} gauges)"
 
     def describe(self) -> dict:
-        """The design as plain nested values, ready for JSON; `Surfaces` shapes name their files."""
+        """The design as plain nested values for JSON; a `Surfaces` shape is described by its file names."""
         layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
         own = {name: value for name, value in asdict(self).items() if name not in ("bench", "identified")}
         own["gauges"] = tuple(map(_describe_gauge, self.gauges))
@@ -112,12 +112,12 @@ class Finger:
 
     @cached_property
     def sha256(self) -> str:
-        """Content hash of the whole design; of `Surfaces`, the files' bytes count, not their names."""
+        """Hash of the whole design; for `Surfaces` it contains the bytes of the files, not their names."""
         return _digest({**self.describe(), "shape": self._shape_content()})
 
     @cached_property
     def geometry_sha256(self) -> str:
-        """Content hash of what a mesh depends on: shape, patch radius, gauge sites, and whether the bone is meshed."""
+        """Hash of what the mesh depends on: shape, patch radius, gauge sites, and whether the bone is meshed."""
         sites = [
             [gauge.angle_deg, gauge.x_mm, gauge.y_mm, *(gauge.moved_mm if any(gauge.moved_mm) else ())]
             for gauge in self.gauges
@@ -127,9 +127,12 @@ class Finger:
 
     @cached_property
     def strain_sha256(self) -> str:
-        """Content hash of what all strains depend on besides the ratio of the layers, force and specimen being in units
-        of the inner one: geometry, gauge sites, Poisson's ratios, the shape of the cards, bone over inner layer. Gauges
-        that were moved a little feel what large strain changes as where they were meant to be."""
+        """Hash that selects the tables of large strain.
+
+        With force and moduli over E_inner, strain depends on E_outer / E_inner, which the tables have as a variable,
+        and on what is hashed here: geometry, gauge sites, Poisson's ratios, the material laws over their shear modulus,
+        and E_bone / E_inner. `moved_mm` of a gauge is left out: the table of its designed site serves it.
+        """
         layers = {name: _describe_shape(getattr(self, name)) for name in ("outer", "inner")}
         bone = self.bone and [round(self.bone.modulus / self.inner.modulus, 9), self.bone.nu]
         reads = ("name", "membrane_gain", "lever_mm", "moved_mm")
@@ -143,12 +146,12 @@ class Finger:
 
 
 def _describe_gauge(gauge: Gauge) -> dict:
-    """A gauge as plain values; where it was not moved there is no word of it, so that hashes stay what they were."""
+    """A gauge as plain values, without a `moved_mm` of zero, so that the hashes of older designs stay the same."""
     return {key: value for key, value in asdict(gauge).items() if key != "moved_mm" or any(value)}
 
 
 def _describe(layer: Layer | None) -> dict | None:
-    """A layer as plain values; without a card there is no word of one, so that hashes stay what they were."""
+    """A layer as plain values, without `material` if it has none, so that the hashes of older designs stay the same."""
     if layer is None:
         return None
     card = {} if layer.material is None else {"material": layer.material.describe()}
@@ -156,7 +159,7 @@ def _describe(layer: Layer | None) -> dict | None:
 
 
 def _describe_shape(layer: Layer) -> dict:
-    """A layer without its stiffness: Poisson's ratio, and its card over its shear modulus."""
+    """A layer without its stiffness: Poisson's ratio, and its material law divided by the shear modulus."""
     if layer.material is None or layer.material.kind == "neo-hookean":
         return {"nu": layer.nu, "kind": "neo-hookean"}
     mu, card = layer.material.shear_modulus, layer.material.describe()
@@ -177,7 +180,7 @@ def _file_digest(path: str) -> str:
 
 
 def _check_site(gauge: Gauge, shape: Shape) -> None:
-    """A gauge of an analytic shape must sit on the interface, away from its edge; files are checked when meshed."""
+    """Refuse a gauge that is not on the interface of a dome or slab; surfaces from files are checked by the mesher."""
     if isinstance(shape, Surfaces):
         if gauge.x_mm is None:
             raise InputError(f"gauge {gauge.name}: a finger from surface files needs x_mm, not angle_deg")

@@ -10,15 +10,15 @@ from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
 if TYPE_CHECKING:
     from papilla.materials import Material
 
-ROUNDING = 0.005  # Relative difference of a layer's modulus from its material's that three written digits explain
+ROUNDING = 0.005  # Relative difference between a layer's modulus and that of its card: rounding to three digits
 
 
 @dataclass(frozen=True)
 class Layer:
     """An isotropic layer: small-strain Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5].
 
-    `material` is its hyperelastic card (`papilla.materials`) at finite strain, None for neo-Hookean with `modulus`.
-    Raises `InputError` for values out of range and for a card whose small-strain modulus is another one.
+    `material` is its hyperelastic law at finite strain (`papilla.materials`); None means neo-Hookean with `modulus`.
+    Raises `InputError` for values out of range, and for a material whose small-strain modulus differs from `modulus`.
     """
 
     modulus: float
@@ -38,13 +38,13 @@ class Layer:
 
     @classmethod
     def of(cls, material: "Material", nu: float = 0.4999) -> "Layer":
-        """A layer of a hyperelastic material, its modulus E = 2 mu (1 + nu) taken from the card."""
+        """A layer of a hyperelastic material, with the material's small-strain modulus E = 2 mu (1 + nu)."""
         return cls(_small_strain_modulus(material, checks.poisson("layer nu", nu)), nu, material)
 
 
 @dataclass(frozen=True)
 class Dome:
-    """Half ellipsoids about the origin, cut at z = 0; semi-axes (x, y, z) in mm, each nested in the one before."""
+    """Half ellipsoids z >= 0 about the origin, with semi-axes (x, y, z) in mm; each lies inside the one before."""
 
     outer: tuple[float, float, float]
     interface: tuple[float, float, float]
@@ -56,7 +56,7 @@ class Dome:
 
 @dataclass(frozen=True)
 class Slab:
-    """A half-elliptic section in x-z, extruded over -depth/2 <= y <= depth/2; semi-axes (x, z) and depth in mm."""
+    """A half-elliptic x-z section, extruded over -depth/2 <= y <= depth/2; semi-axes (x, z) and depth in mm."""
 
     outer: tuple[float, float]
     interface: tuple[float, float]
@@ -70,7 +70,7 @@ class Slab:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Three closed surfaces from STL, PLY or VTP files in mm, each nested in the one before."""
+    """Three closed surfaces in mm from STL, PLY or VTP files; each lies inside the one before."""
 
     outer: str
     interface: str
@@ -87,19 +87,19 @@ Shape = Dome | Slab | Surfaces
 
 @dataclass(frozen=True)
 class Gauge:
-    """A foil gauge on the interface of the layers.
+    """A foil gauge on the interface between the layers.
 
     Parameters
     ----------
     name : label, used in logs and files.
     angle_deg : site as the ellipse parameter in the x-z section at `y_mm` (0 at the apex); for `Dome` and `Slab`.
-    x_mm : site by its x instead (any shape); exactly one of `angle_deg` and `x_mm` is given.
-    y_mm : site along the finger.
-    moved_mm : how far it was glued from that site, along the interface towards greater x, and towards greater y.
+    x_mm : site by its x coordinate instead (any shape). Give exactly one of `angle_deg` and `x_mm`.
+    y_mm : y coordinate of the site.
+    moved_mm : distance of the real gauge from this site, along the interface towards +x, and towards +y.
     direction_deg : grid direction in the tangent plane, from the interface's x-z tangent towards y.
-    length_mm, width_mm : of the grid, over which strain is the mean: the elongation between interface points a length
-        apart, averaged over the width.
-    backing_mm : length and width of the foil over which the curvature is fitted.
+    length_mm, width_mm : of the grid. Strain is the elongation between interface points one length apart, averaged over
+        length and width.
+    backing_mm : length and width of the foil; the curvature is fitted over it.
     membrane_gain, lever_mm : reading = membrane_gain * strain + lever_mm * curvature change (1/mm).
     """
 
@@ -137,7 +137,7 @@ class Gauge:
 
 @dataclass(frozen=True)
 class Ridges:
-    """Ridges of the skin, along y, in mm: only sliding scenes use them."""
+    """Ridges of the skin, parallel to y, in mm; only sliding scenes use them."""
 
     pitch: float
     width: float
@@ -152,10 +152,10 @@ class Ridges:
 
 @dataclass(frozen=True)
 class Bench:
-    """How a finger was pressed when its parameters were told, and is again unless something else is asked for.
+    """The bench on which a finger was identified: specimen and friction that presses and sweeps use by default.
 
-    thickness : of the blocks (mm). friction : Coulomb's coefficient, "stick", or None where it is not known.
-    touch_down : what depths of the bench exceed the indentation by (mm), its touch being told that much early.
+    thickness : of the blocks, mm. friction : Coulomb coefficient, "stick", or None if unknown. touch_down : by how much
+    a depth measured on the bench exceeds the indentation (mm), because the bench reports the touch too early.
     """
 
     thickness: float = THICKNESS_MM
@@ -169,7 +169,7 @@ class Bench:
             friction_coefficient(self.friction)
 
     def specimen(self, modulus: float) -> Block:
-        """The block of a modulus (MPa) that is pressed."""
+        """The block of this bench with a modulus (MPa)."""
         return Block(modulus, self.thickness)
 
 
@@ -182,7 +182,7 @@ def _small_strain_modulus(material: "Material", nu: float) -> float:
 
 
 def _check_nested(shape: Dome | Slab, axes: tuple[str, ...]) -> None:
-    """Each surface must lie strictly inside the one before, or a layer would be thicker than the finger."""
+    """Refuse semi-axes that are not smaller than those of the surface around them."""
     for surface in ("outer", "interface", "bone"):
         for axis, value in zip(axes, getattr(shape, surface), strict=True):
             checks.positive(f"{surface} semi-axis {axis} (mm)", value)

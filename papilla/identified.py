@@ -1,4 +1,4 @@
-"""What an identification found out about a finger: the `[identified]` table of its design file."""
+"""Result of an identification: the `[identified]` table of a design file."""
 
 import math
 from dataclasses import dataclass
@@ -8,18 +8,23 @@ from papilla.errors import InputError
 
 @dataclass(frozen=True)
 class Identified:
-    """Parameters of a finger that were fitted to measured presses, with covariance, and what its bench read.
+    """Parameters of a finger fitted to measured presses, their covariance, and the zeros of its bench.
 
-    status : in a sentence. presses : how many were fitted. specimen, friction : what was pressed, and how it rubs.
-    zeros_microstrain : readings of the gauges in the air; touch_down_mm : what a measured indentation is more than the
-    approach. Neither is in a `Press`.
-    parameters : names, p of them. values, lower, upper : (p,) in their units, with 95 % intervals. logarithmic : (p,)
-    whose logarithm `covariance` (p, p) is of. chi_square, freedom : of the weighted residuals. force_error,
-    noise_microstrain : errors of a press that the fit took or told. notes : what to doubt, a sentence each.
-    relaxation_shares, relaxation_times_s : of the silicone's Prony series, where a hold told it; crept : range of the
-    equivalent force over the force in the touches that were fitted, two numbers, or none.
+    Parameters
+    ----------
+    status : one sentence. presses : number of fitted presses. specimen, friction : of these presses.
+    zeros_microstrain : (g,) readings of the gauges in the air. touch_down_mm : measured indentation less the approach.
+        A `Press` contains neither.
+    parameters : (p,) names. values, lower, upper : (p,) values and ends of the 95 % intervals, in their units.
+    logarithmic : (p,) whether `covariance` (p, p) is that of the parameter's logarithm.
+    chi_square, freedom : of the weighted residuals, and its degrees of freedom.
+    force_error, noise_microstrain : standard deviations of the force (relative) and of a reading, as stated or
+        estimated from repeated presses.
+    notes : weaknesses of the fit, a sentence each.
+    relaxation_shares, relaxation_times_s : Prony series of the silicone; empty if no hold was measured.
+    crept : lowest and highest ratio of equivalent force to force in the fitted touches (creep), or empty.
 
-    Raises `InputError` for lists that do not fit together, or numbers that are not finite.
+    Raises `InputError` if the lists do not fit together or a number is not finite.
     """
 
     status: str
@@ -65,6 +70,6 @@ class Identified:
                 raise InputError(f"identified {name} must be greater than 0, got {value:g}")
 
     def sigma(self, name: str) -> float:
-        """Standard deviation of a parameter, relative for a logarithmic one."""
+        """Standard deviation of a parameter in its unit; relative if the parameter is logarithmic."""
         place = self.parameters.index(name)
         return math.sqrt(self.covariance[place][place])

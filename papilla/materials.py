@@ -1,7 +1,7 @@
 """Hyperelastic rubbers: energy, derivatives and closed forms of the three classical tests, in MPa.
 
-Each material gives the energy per reference volume of an isochoric deformation. Its volume change is not its business:
-the finger's layer has the Poisson's ratio.
+A material gives the energy per reference volume of an isochoric deformation. The change of volume is described by the
+Poisson's ratio of the finger's layer.
 """
 
 from abc import ABC, abstractmethod
@@ -16,10 +16,10 @@ from papilla import checks
 from papilla.errors import InputError
 
 MODES = ("uniaxial", "equibiaxial", "pure_shear")
-"""The tests with a closed form; stretch below 1 in `uniaxial` is compression."""
+"""Tests with a closed form; a stretch below 1 is compression."""
 
 _FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
-"""The stress-free principal stretch is stretch ** exponent."""
+"""Test -> exponent: the principal stretch in the stress-free direction is stretch ** exponent."""
 
 
 class _Material(ABC):
@@ -36,7 +36,7 @@ class _Material(ABC):
         return 3 * self.shear_modulus
 
     def nominal_stress(self, stretch: ArrayLike, mode: str) -> np.ndarray:
-        """Force per reference area (MPa), of the shape of `stretch` (> 0), in a test of the incompressible material.
+        """Nominal stress (force per reference area, MPa; shape of `stretch` > 0) of the incompressible material.
 
         P = dW/dl1 - (l3/l1) dW/dl3 with l3 the stress-free principal stretch (Ogden 1997, Non-Linear Elastic
         Deformations, section 4.4). Raises `InputError` for a mode not in `MODES` or a stretch that is not positive.
@@ -48,13 +48,14 @@ class _Material(ABC):
 
     @abstractmethod
     def stability(self, stretches: ArrayLike) -> np.ndarray:
-        """Least curvature (...) of the energy over logarithmic strains that keep the volume, over mu, at principal
-        stretches (..., 3): positive where the law is stable in Hill's sense (1958, doi:10.1016/0022-5096(58)90029-2).
+        """Smallest curvature (...) of W / mu over isochoric logarithmic strains, at principal stretches (..., 3).
+
+        The material is stable in Hill's sense where it is positive (1958, doi:10.1016/0022-5096(58)90029-2).
         """
 
     @abstractmethod
     def _stretch_slope(self, at, stretch, free, mode) -> np.ndarray:
-        """dW/dl at the principal stretch `at`, for a test with principal stretches `stretch` and `free`."""
+        """dW/dl at the principal stretch `at`, in a test with the principal stretches `stretch` and `free`."""
 
     def describe(self) -> dict:
         """Kind and parameters as plain values."""
@@ -166,9 +167,9 @@ class Ogden(_Material):
 
 
 def _log_curvature(powers: np.ndarray, factor: float) -> np.ndarray:
-    """Second derivatives (..., 2, 2) of factor / a^2 sum l^a over the first two logarithmic strains, of l^a (..., 3).
+    """Second derivatives (..., 2, 2) of (factor / a^2) sum l^a by the first two logarithmic strains, from l^a (..., 3).
 
-    The third strain follows them by volume; a = 2 for the sum of squares.
+    The third logarithmic strain is minus the sum of the two; a = 2 for the first invariant.
     """
     both = np.broadcast_to(powers[..., 2, None, None], (*powers.shape[:-1], 2, 2)).copy()
     both[..., [0, 1], [0, 1]] += powers[..., :2]
@@ -176,8 +177,8 @@ def _log_curvature(powers: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _least(matrices: np.ndarray) -> np.ndarray:
-    """Least eigenvalue (...) of symmetric (..., 2, 2), against the strains' own measure e1^2 + e2^2 + (e1 + e2)^2."""
-    # The measure's inverse square root brings both to unit length
+    """Smallest eigenvalue (...) of symmetric (..., 2, 2) relative to the norm e1^2 + e2^2 + (e1 + e2)^2 of a strain."""
+    # Inverse square root of the matrix of that norm
     root = np.array([[np.sqrt(3) + 1, 1 - np.sqrt(3)], [1 - np.sqrt(3), np.sqrt(3) + 1]]) / (2 * np.sqrt(3))
     return np.linalg.eigvalsh(root @ matrices @ root)[..., 0]
 
@@ -185,20 +186,20 @@ def _least(matrices: np.ndarray) -> np.ndarray:
 Material = NeoHookean | Yeoh | Ogden
 
 MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
-"""Kind, as a design file names it, -> material."""
+"""Name of a material in a design file -> its class."""
 
 
 def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
-    """The class of a kind; raises `InputError` for one that is not in `MATERIALS`."""
+    """The class with the name `kind`; raises `InputError` if it is not in `MATERIALS`."""
     if kind not in MATERIALS:
         raise InputError(f"material must be one of {', '.join(MATERIALS)}, got {kind!r}")
     return MATERIALS[kind]
 
 
 def principal_pair(stretch: ArrayLike, mode: str) -> tuple[np.ndarray, np.ndarray]:
-    """The stretch that is driven and the one that is free of stress, in a test of an incompressible material.
+    """The imposed stretch and the stretch in the stress-free direction, in a test of an incompressible material.
 
-    Raises `InputError` for a mode that is not in `MODES` or a stretch that is not finite and positive.
+    Raises `InputError` for a mode not in `MODES`, or a stretch that is not finite and positive.
     """
     if mode not in _FREE_EXPONENT:
         raise InputError(f"test mode must be one of {', '.join(MODES)}, got {mode!r}")

@@ -1,19 +1,19 @@
-"""How much memory is left, what a job on a mesh takes, and the refusal of one that takes more, before it starts.
+"""Free memory, the memory that a computation on a mesh needs, and its refusal before it starts if that is more.
 
-What counts as free: on Linux what the kernel could give without swapping, or less where a control group (a container, a
-batch job) allows less; elsewhere the free pages or, where the system does not count them, all of its memory. Where
-nothing is known (Windows) nothing is refused.
+Free memory is, on Linux, what the kernel can give without swapping, or what a control group (container, batch job)
+allows if that is less. Elsewhere it is the free pages, or all memory if the system does not count them. On Windows it
+is unknown, and nothing is refused.
 
-The law, in bytes, of condensing a cell of c tetrahedra and n unknowns (`FingerModel.reduce`), with p parities
-factorised and k patch nodes:
+`FingerModel.reduce` condenses a cell of the mesh (the meshed quarter, or the whole) with c tetrahedra, n unknowns and k
+patch nodes. With p parities (even and odd parts of a load) to factorise it needs, in bytes,
 
-    OVERHEAD + ASSEMBLY c + p (FACTOR n^(4/3) + SCRATCH n) + PAIRS k^2
+    OVERHEAD + ASSEMBLY c + p (FACTOR n^(4/3) + SCRATCH n) + PAIRS k^2.
 
-n^(4/3) is what nested dissection fills in three dimensions (George 1973, doi:10.1137/0710032). Against the peak
-resident size of a process of its own, less its size before, on the default finger (`tests/fem/test_memory.py` repeats
-the lines of 0.7 mm), the law is within a factor of `SPREAD`:
+n^(4/3) is the fill of nested dissection in three dimensions (George 1973, doi:10.1137/0710032). On the default finger
+the formula is within a factor of `SPREAD` of the growth of the peak resident memory of a separate process
+(`tests/fem/test_memory.py` repeats the rows of 0.7 mm):
 
-| size_mm, where | tetrahedra | measured GB | law / measured |
+| size_mm, place | tetrahedra | measured GB | formula / measured |
 |---|---|---|---|
 | 2.0, 0.7, 0.35, apex | 2632, 7425, 40,157 | 0.25, 0.62, 3.53 | 0.89, 0.94, 1.03 |
 | 2.0, 0.7, 0.5, off the apex (p = 4) | 2632, 7425, 15,038 | 0.52, 1.49, 3.54 | 1.02, 1.16, 1.11 |
@@ -32,11 +32,11 @@ from papilla.errors import MemoryEstimateError
 OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
 
 FINITE_ASSEMBLY = 30e3
-"""In place of ASSEMBLY for a press at finite strain, whose tangents are made for all cells at once."""
+"""Replaces ASSEMBLY for a press at finite strain, which computes the tangents of all cells at once."""
 
-SPREAD = 1.4  # Largest factor between the law and what was measured
+SPREAD = 1.4  # Largest factor between formula and measurement
 UNKNOWNS_PER_CELL, COLUMNS = 4.8, 0.4
-"""n of c tetrahedra, and k over c^(2/3), of Taylor-Hood on meshes of the default finger."""
+"""n / c, and k / c^(2/3), of Taylor-Hood elements on meshes of the default finger."""
 
 MEMINFO = Path("/proc/meminfo")
 CGROUPS_OF_SELF = Path("/proc/self/cgroup")
@@ -45,32 +45,32 @@ CGROUP_FILES = {
     "v1": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
     "v2": ("memory.max", "memory.current", "inactive_file"),
 }
-"""Limit and usage in bytes, and the line of `memory.stat` with the cached files in it, which the kernel gives back."""
+"""Files of limit and usage in bytes, and the line of `memory.stat` that counts cached files, which can be freed."""
 
 GIB = 2**30
 
 
 def reduction_bytes(cells: float, unknowns: float, columns: float, parities: int = 1) -> float:
-    """Peak memory (bytes) of assembling, factorising for some parities and condensing to patch columns."""
+    """Peak memory (bytes) of assembling, factorising for `parities` and condensing to `columns` patch nodes."""
     factors = parities * (FACTOR * unknowns ** (4 / 3) + SCRATCH * unknowns)
     return OVERHEAD + ASSEMBLY * cells + factors + PAIRS * columns**2
 
 
 def finite_bytes(cells: float, unknowns: float, columns: float) -> float:
-    """Peak memory (bytes) of a press at finite strain: one parity, and the response to all columns kept."""
+    """Peak memory (bytes) of a press at finite strain: one parity, and the stored response to all patch columns."""
     factor = FACTOR * unknowns ** (4 / 3) + SCRATCH * unknowns
     return OVERHEAD + FINITE_ASSEMBLY * cells + factor + 8 * unknowns * columns
 
 
 def least_bytes(cells: float) -> float:
-    """Peak memory (bytes) of the cheapest use of a mesh with so many tetrahedra in its cell: pressed at the apex."""
+    """Peak memory (bytes) of the cheapest use of a mesh with `cells` tetrahedra in its cell: a press at the apex."""
     return reduction_bytes(cells, UNKNOWNS_PER_CELL * cells, COLUMNS * cells ** (2 / 3))
 
 
 def refuse_reduction(cells: int, unknowns: int, columns: int, parities: int, size_mm: float) -> None:
-    """Raise `MemoryEstimateError` where condensing a cell to `columns` patch nodes would not fit.
+    """Raise `MemoryEstimateError` if condensing a cell to `columns` patch nodes needs more memory than is free.
 
-    `parities` are those still to factor; with none there is nothing to refuse.
+    `parities` still have to be factorised; if there are none, nothing is refused.
     """
     if parities:
         job = f"factorising {parities} times " if parities > 1 else "factorising "
@@ -78,7 +78,7 @@ def refuse_reduction(cells: int, unknowns: int, columns: int, parities: int, siz
 
 
 def refuse_finite(cells: int, unknowns: int, columns: int, size_mm: float) -> None:
-    """Raise `MemoryEstimateError` where a press at finite strain with `columns` patch nodes would not fit."""
+    """Raise `MemoryEstimateError` if a press at finite strain with `columns` patch nodes needs too much memory."""
     _refuse_mesh("pressing at finite strain ", (cells, unknowns, columns), size_mm, finite_bytes)
 
 
@@ -89,15 +89,15 @@ def _refuse_mesh(job: str, size: tuple[int, int, int], size_mm: float, law: Call
 
 
 def refuse_size(job: str, size_mm: float, needed: Callable[[float], float]) -> None:
-    """Raise `MemoryEstimateError` where `job` does not fit, with the element size that would.
+    """Raise `MemoryEstimateError` if `job` needs more memory than is free; the message says which element size fits.
 
-    `needed(ratio)` are its bytes with elements that are `ratio` times as large as `size_mm`.
+    `needed(ratio)` is its memory (bytes) with elements `ratio` times as large as `size_mm`.
     """
     refuse_beyond(needed(1), job, lambda free: _coarser(size_mm, needed, free))
 
 
 def refuse_beyond(needed: float, job: str, advice: Callable[[int], str]) -> None:
-    """Raise `MemoryEstimateError` where `job` needs more bytes than are free; `advice(free)` says what would do."""
+    """Raise `MemoryEstimateError` if `job` needs more bytes than are free; `advice(free)` says what would fit."""
     free = available_bytes()
     if free is not None and needed > free:
         found = f"{job} needs about {in_gib(needed)} of memory, {in_gib(free)} are free"
@@ -108,19 +108,19 @@ def _coarser(size_mm: float, needed: Callable[[float], float], free: int) -> str
     ratios = (10 ** (step / 200) for step in range(401))
     fitting = next((ratio for ratio in ratios if needed(ratio) <= free), None)
     if fitting is None:
-        return "no coarser mesh would do, free some memory"
+        return "no coarser mesh would fit, free some memory"
     size = size_mm * fitting
     step = 10.0 ** (math.floor(math.log10(size)) - 1)
     return f"mesh with size_mm >= {math.ceil(size / step) * step:.2g} ({SIZE_OPTION})"
 
 
 def in_gib(number: float) -> str:
-    """Bytes in words, to two digits."""
+    """Bytes as text in GiB, with two digits."""
     return f"{number / GIB:.2g} GiB" if number < 99.5 * GIB else f"{number / GIB:.0f} GiB"
 
 
 def available_bytes() -> int | None:
-    """Memory (bytes) that this process may still take without swapping; None where the system does not tell."""
+    """Memory (bytes) that this process can still use without swapping; None if the system does not say."""
     known = [free for free in (_of_machine(), *_of_cgroups()) if free is not None]
     return min(known) if known else None
 
@@ -142,7 +142,7 @@ def _of_machine() -> int | None:
 
 
 def _of_cgroups() -> list[int]:
-    """What each control group around this process still allows."""
+    """Memory (bytes) that each control group around this process still allows."""
     try:
         lines = CGROUPS_OF_SELF.read_text().splitlines()
     except OSError:
@@ -164,5 +164,5 @@ def _left_in(group: Path, limit: str, usage: str, cached: str) -> int | None:
         counts = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
         return max(0, allowed - used + int(counts.get(cached, 0)))
     except (OSError, ValueError):
-        # No such file, or "max": this group has no limit
+        # No such file, or "max": the group has no limit
         return None

@@ -1,4 +1,4 @@
-"""JSON files with a schema and a checksum of their values: whether a file was edited after papilla wrote it."""
+"""JSON files with a schema and a checksum of their values, which shows whether a file was edited."""
 
 import hashlib
 import json
@@ -10,22 +10,22 @@ from papilla.errors import FileAccessError, FileFormatError
 from papilla.files import write_text
 
 CHECKSUM = "content_sha256"
-NO_CHECKSUM = "the file has no checksum: nothing tells whether it is as papilla wrote it"
-EDITED = "the file was changed after papilla wrote it: its checksum does not match, so nothing vouches for its answers"
+NO_CHECKSUM = "the file has no checksum, so papilla cannot say whether it was edited"
+EDITED = "the file was changed after papilla wrote it: its checksum does not match, so its answers may be wrong"
 
 
 def write_sealed(document: dict[str, Any], path: Path) -> None:
-    """Write a document with its checksum, whole or not at all; raises `FileAccessError`."""
+    """Write a document and its checksum atomically; raises `FileAccessError`."""
     text = json.dumps(document | {CHECKSUM: checksum(document)}, indent=1, allow_nan=False, ensure_ascii=False)
-    # Innermost lists of numbers on one line each: a row of coefficients is a line.
+    # Write each innermost list of numbers on one line: a row of coefficients is one line.
     text = re.sub(r"\[\s+([^\[\]{}\"]*?)\s+\]", lambda match: "[" + " ".join(match[1].split()) + "]", text)
     write_text(path, text + "\n")
 
 
 def read_sealed(path: Path, schema: str, what: str) -> tuple[dict[str, Any], str]:
-    """The document of a file without its checksum, and a remark: empty where it is as papilla wrote it.
+    """The document in a file, without its checksum, and a remark that is empty if the checksum matches.
 
-    what : it is, in words. Raises `FileAccessError`, or `FileFormatError` for what is no such document.
+    what : kind of document, for messages. Raises `FileAccessError`; `FileFormatError` if the file is no such document.
     """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -43,6 +43,6 @@ def read_sealed(path: Path, schema: str, what: str) -> tuple[dict[str, Any], str
 
 
 def checksum(document: dict[str, Any]) -> str:
-    """SHA-256 of a document's values, whatever the spaces and the order of its keys."""
+    """SHA-256 of a document's values; spaces and the order of keys do not matter."""
     text = json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

@@ -1,4 +1,4 @@
-"""A status: a small integer whose name and sentence say what became of an answer."""
+"""A status: a small integer with a name and a sentence that say whether and how an estimator answered."""
 
 from enum import IntEnum
 
@@ -6,24 +6,24 @@ import numpy as np
 
 
 class Status(IntEnum):
-    """Base of all statuses; a member carries its sentence: `OK = 0, "ok"`."""
+    """Base of all statuses; each member has a value and a sentence: `OK = 0, "ok"`."""
 
     sentence: str
 
     def __new__(cls, value: int, sentence: str = ""):
-        """A member of this value with its sentence."""
+        """A member with this value and sentence."""
         member = int.__new__(cls, value)
         member._value_, member.sentence = value, sentence
         return member
 
     @property
     def good(self) -> bool:
-        """Whether the answer may be used: the sentence begins with "ok"."""
+        """Whether the answer may be used, which is so if the sentence begins with "ok"."""
         return self.sentence.startswith("ok")
 
     @classmethod
     def in_words(cls, status):
-        """The sentence of a status, or, of an array (n,) of them, a list of n."""
+        """The sentence of a status; for an array (n,) of statuses a list of n sentences."""
         if isinstance(status, np.ndarray):
             return [cls(code).sentence for code in status.tolist()]
         return cls(status).sentence

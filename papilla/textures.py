@@ -1,4 +1,4 @@
-"""Surfaces that a finger slides over: what sliding asks of one, and measured profiles (mm)."""
+"""Textures that a finger slides over: the protocol that sliding needs, a flat plate, and measured profiles (mm)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,25 +12,25 @@ if TYPE_CHECKING:
 
 COLUMNS = ("x_mm", "height_mm")
 GAP_STEPS = 5.0
-"""Steps of x longer than so many median steps are gaps: what lies there is not known."""
+"""A step of x longer than this many median steps is a gap: the surface is unknown there."""
 COARSEST_MM, HIGHEST_MM, SHORTEST_MM = 2.0, 20.0, 1.0
-"""Median step of x and range of heights beyond which, and length below which, a profile was hardly written in mm or is
-none of a texture."""
+"""Largest median step of x, largest range of heights, and shortest length of a profile. Beyond these the file is
+probably not in mm, or not a texture."""
 
 
 class Texture(Protocol):
-    """A rigid surface, straight along y."""
+    """A rigid surface whose height depends on x alone."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """x (mm) from where to where it is known."""
+        """First and last x (mm) at which the surface is known."""
 
     @property
     def wavelength(self) -> float | None:
-        """Spatial period in mm, None where it has none."""
+        """Spatial period in mm, None if it has none."""
 
     def recess(self, x: "np.ndarray") -> "np.ndarray":
-        """How far (k,) in mm the surface lies below its highest points at x (k,) inside the span."""
+        """Depth (k,) in mm of the surface below its highest point, at x (k,) in mm inside the span."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,10 @@ class Flat:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredProfile:
-    """A profile through points (x, height), straight between them; height grows towards the finger.
+    """A profile through points (x, height), linear between them; height grows towards the finger.
 
-    Raises `InputError` where x does not rise, a number is not finite, there are fewer than three points, a gap of x is
-    longer than `GAP_STEPS` median steps, or the numbers are hardly mm.
+    x_mm, height_mm : (k,) in mm. Raises `InputError` if x does not rise, a number is not finite, there are fewer than
+    three points, a gap of x is longer than `GAP_STEPS` median steps, or the numbers are probably not in mm.
     """
 
     x_mm: "np.ndarray"
@@ -71,10 +71,10 @@ class MeasuredProfile:
             raise InputError(f"x_mm of a profile must rise, but {x[at + 1]:g} follows {x[at]:g} (point {at + 2})")
         if steps.max() > GAP_STEPS * np.median(steps):
             at = int(np.argmax(steps))
-            raise InputError(f"the profile has a gap from x_mm {x[at]:g} to {x[at + 1]:g}: nothing is known there")
+            raise InputError(f"the profile has a gap from x_mm {x[at]:g} to {x[at + 1]:g}: it must have no gaps")
         if np.median(steps) > COARSEST_MM or np.ptp(height) > HIGHEST_MM:
             raise InputError(
-                f"a profile with steps of {np.median(steps):g} and heights over {np.ptp(height):g} mm is no texture: "
+                f"a profile with steps of {np.median(steps):g} mm and a height of {np.ptp(height):g} mm is no texture: "
                 "are x_mm and height_mm in mm?"
             )
         if np.ptp(x) < SHORTEST_MM:
@@ -86,7 +86,7 @@ class MeasuredProfile:
 
     @classmethod
     def read(cls, path: str | Path) -> "MeasuredProfile":
-        """A profile from a table `x_mm,height_mm`; raises `FileAccessError` or `FileFormatError`."""
+        """A profile from a CSV file `x_mm,height_mm`; raises `FileAccessError` or `FileFormatError`."""
         from papilla.tables import TableReader
 
         with TableReader(path, lambda name: name in COLUMNS) as reader:
@@ -102,12 +102,12 @@ class MeasuredProfile:
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last x."""
+        """First and last x (mm)."""
         return float(self.x_mm[0]), float(self.x_mm[-1])
 
     @property
     def wavelength(self) -> None:
-        """Not known."""
+        """None: a measured profile has no known period."""
         return
 
     @cached_property
@@ -115,7 +115,7 @@ class MeasuredProfile:
         return float(self.height_mm.max())
 
     def recess(self, x: "np.ndarray") -> "np.ndarray":
-        """How far (k,) in mm the surface lies below its highest point at x (k,) inside the span."""
+        """Depth (k,) in mm of the surface below its highest point, at x (k,) in mm inside the span."""
         import numpy as np
 
         return self._highest - np.interp(x, self.x_mm, self.height_mm)

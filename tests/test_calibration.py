@@ -372,7 +372,7 @@ def test_a_file_without_checksum_loads_with_a_remark(tmp_path):
     """Files of older versions have none."""
     path = tmp_path / "c.json"
     path.write_text(json.dumps(to_document(record())))
-    with pytest.warns(UserWarning, match="the file has no checksum: nothing tells whether it is as papilla wrote it"):
+    with pytest.warns(UserWarning, match="the file has no checksum, so papilla cannot say whether it was edited"):
         assert Calibration.load(path).notes == record().notes
 
 

@@ -138,7 +138,7 @@ def test_a_finite_press_that_does_not_fit_is_refused_and_one_that_does_is_not(mo
 
 def test_where_nothing_would_do_no_size_is_named(monkeypatch):
     monkeypatch.setattr(memory, "available_bytes", lambda: 1000)
-    with pytest.raises(MemoryEstimateError, match="no coarser mesh would do, free some memory$"):
+    with pytest.raises(MemoryEstimateError, match="no coarser mesh would fit, free some memory$"):
         memory.refuse_size("a job", 1.0, lambda ratio: 1e6 + 1 / ratio)
     with pytest.raises(MemoryEstimateError, match=r"mesh with size_mm >= 99 \(--size-mm of "):
         memory.refuse_size("a job", 1.0, lambda ratio: 98_000 / ratio)

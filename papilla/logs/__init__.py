@@ -1,6 +1,6 @@
 """Logs of a finger: gauge readings over time, and presses on specimens of known modulus.
 
-Readings are in microstrain, one column a gauge (`g1`, `g2`, ...); other units stand in the column names.
+Readings are in microstrain, with one column per gauge (`g1`, `g2`, ...). Other columns have the unit in their name.
 """
 
 from papilla.logs.presses import PressLog, read_presses

@@ -1,4 +1,4 @@
-"""Columns that every log of a finger shares: gauges `g1`, `g2` ... in microstrain, and known names with their units."""
+"""Columns that all logs of a finger share: gauges `g1`, `g2`, ... in microstrain, and named quantities with a unit."""
 
 import re
 from collections.abc import Iterable
@@ -14,11 +14,12 @@ from papilla.logs.mapped import Reader, opened
 from papilla.tables import Table, closest
 
 TORQUE = "torque_Nmm"
-"""Of a sensor at the base about an axis along y: with its distance from the skin it tells the tangential force."""
+"""Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it
+gives the tangential force."""
 SD_ALONE = (
-    "S_d alone tells no gauge's gain, lever or zero: add the readings that it was computed from, in microstrain. What "
-    "all gauges have in common papilla identify tells from it too. To fit the published quadratic to it there is "
-    "papilla.calibrate.published_form.fit_quadratic"
+    "S_d alone does not determine gain, lever and zero of a gauge: add the readings that it was computed from, in "
+    "microstrain. What all gauges have in common papilla identify finds from S_d, too; "
+    "papilla.calibrate.published_form.fit_quadratic fits the published quadratic to it"
 )
 MOST_NAMED = 40  # Columns that a message lists
 
@@ -31,11 +32,11 @@ def open_log(
     instead: tuple[str, ...] = ("tangential_N", TORQUE),
     log_map: LogMap | str | Path | None = None,
 ) -> tuple[Reader, tuple[str, ...]]:
-    """A reader of the known columns, and the gauges; refuses missing columns and probable slips of known names.
+    """A reader of the known columns, and the names of the gauges; refuses missing columns and misspelt names.
 
-    path : of a file, or a frame (`papilla.logs.frames`). words : columns of text. instead : of which one must be there
-    where there is no gauge. log_map : what the columns are, or the file that says so; None takes the map beside the
-    log, if there is one.
+    path : of a file, or a frame (`papilla.logs.frames`). words : columns of text. instead : columns of which a log
+    without gauges must have one. log_map : meaning of the columns, or its file; None takes the map beside the log, if
+    there is one.
     """
     known = (*needed, *optional)
     source = Path(path) if isinstance(path, str | PathLike) else path
@@ -73,7 +74,7 @@ def _gauges(
 
 
 def check_finite(table: Table, names: Iterable[str]) -> None:
-    """Refuse the first row in which a column holds no finite number."""
+    """Raise `FileFormatError` for the first row in which one of the columns has no finite number."""
     names = tuple(names)
     bad = ~np.isfinite(np.column_stack([table.columns[name] for name in names]))
     if bad.any():

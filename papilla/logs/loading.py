@@ -1,7 +1,7 @@
-"""Presses over time: which rows of a log load the finger, and what a loop of loading and unloading lost.
+"""Presses over time: the rows that load the finger, and the work lost in a loop of loading and unloading.
 
-Silicone gives back less than it took, so a finger is calibrated on loading alone. With `t_s` the rows of one specimen
-are taken to be one touch, sampled: a row loads where its force is above that of the row before.
+Silicone dissipates energy, so a finger is calibrated on loading alone. In a log with `t_s`, consecutive rows on one
+specimen are one touch. A row belongs to loading if its force exceeds that of the row before.
 """
 
 from dataclasses import dataclass
@@ -9,17 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 HELD = 0.005
-"""Relative change of force between two rows below which it is held."""
+"""Relative rise of the force between two rows up to which the force is held, not raised: noise of a force sensor."""
 
 RETURNED = 0.2
-"""Share of its largest force to which a touch must come back for its loop to be told."""
+"""Share of its largest force to which a touch must return for its loop to count as closed."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A touch that was loaded and unloaded: modulus of its specimen (MPa), largest force (N), and the work it lost.
+    """A touch with loading and unloading: modulus of the specimen (MPa), largest force (N), and the lost work.
 
-    lost_N_mm : area of the loop of force over indentation; share : of the work that loading took.
+    lost_N_mm : area of the loop of force over indentation. share : this area over the work of loading.
     """
 
     modulus_MPa: float
@@ -29,13 +29,13 @@ class Loop:
 
 
 def touches(modulus_MPa: np.ndarray) -> list[np.ndarray]:
-    """Row numbers of each run of rows on one specimen."""
+    """Row numbers of each touch: consecutive rows on a specimen of one modulus."""
     starts = np.flatnonzero(np.diff(modulus_MPa) != 0) + 1
     return np.split(np.arange(len(modulus_MPa)), starts)
 
 
 def loading(force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
-    """(n,) bool: rows whose force rose from the row before, and the first of each touch."""
+    """(n,) bool: rows with a higher force than the row before, and the first row of each touch."""
     found = np.zeros(len(force_N), bool)
     for rows in touches(modulus_MPa):
         force = force_N[rows]
@@ -44,7 +44,7 @@ def loading(force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
 
 
 def loops(force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarray) -> tuple[Loop, ...]:
-    """The loops of all touches that come back to `RETURNED` of their largest force."""
+    """The loops of all touches that return to `RETURNED` of their largest force."""
     found = []
     for rows in touches(modulus_MPa):
         force, depth = force_N[rows], indentation_mm[rows]

@@ -1,4 +1,4 @@
-"""Logs of presses on specimens of known modulus, a row a press."""
+"""Logs of presses on specimens of known modulus, one press a row."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,29 +17,30 @@ from papilla.tables import Table, write_table
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
 SPECIMENS = ("specimen", "thickness_mm", "radius_mm", "modulus_sigma_MPa")
-"""What each press was on: "block", "half-space" or "sphere", its measure, and how well its modulus is known."""
+"""Columns that describe the specimen of a press: its kind, its dimension, and the standard deviation of its modulus."""
 
 KINDS: dict[str, str | None] = {"block": "thickness_mm", "half-space": None, "sphere": "radius_mm"}
 SD_TOLERANCE = 0.01
-"""A stated S_d may differ from that of the gauges by rounding, this fraction of it; ddof 1 would differ by 12 %."""
+"""Relative difference by rounding between a stated S_d and that of the gauges (ddof 0); ddof 1 would differ by 12 %."""
 
 
 @dataclass(frozen=True, eq=False)
 class PressLog:
-    """Presses on specimens of known modulus, a row a press.
+    """Presses on specimens of known modulus, one press a row.
 
     Parameters
     ----------
     force_N, modulus_MPa : (n,), > 0.
     readings : (n, g) in microstrain, all finite.
-    gauge_names : the g column names, by their number.
+    gauge_names : the g column names, sorted by number.
     indentation_mm : (n,) > 0, or None.
     x_mm, y_mm : (n,) touch-down points, or None.
-    specimens : what was pressed in the order of `on`, (n,) their numbers; empty where the log does not say.
-    modulus_sigma_MPa : (n,) standard deviations of the specimens' moduli, 0 where they are exact, or None.
-    stated_sd : (n,) S_d in microstrain of a log that holds nothing else of the gauges (g = 0), or None.
-    t_s : (n,) rising, when each row was taken, or None. loops : of the touches that were loaded and unloaded.
-    notes : what a person should be told of the file, a sentence each.
+    specimens, on : the different specimens (of 1 MPa), and (n,) the number of each press's specimen in that list; empty
+        and None if the log does not name specimens.
+    modulus_sigma_MPa : (n,) standard deviations of the specimens' moduli, 0 if exact, or None.
+    stated_sd : (n,) S_d in microstrain of a log without gauge readings (g = 0), else None.
+    t_s : (n,) rising times, or None. loops : of the touches with loading and unloading.
+    notes : remarks for the user, a sentence each.
     """
 
     force_N: np.ndarray
@@ -63,11 +64,11 @@ class PressLog:
 
     @cached_property
     def sd_microstrain(self) -> np.ndarray:
-        """(n,) population standard deviation (ddof 0) of the gauge readings of each press, or that which is stated."""
+        """(n,) population standard deviation (ddof 0) of the readings of each press, or the stated one."""
         return self.readings.std(axis=1) if self.stated_sd is None else self.stated_sd
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the presses in the form that `read_presses` reads, with their S_d; raises `FileAccessError`."""
+        """Write the presses and their S_d as a file for `read_presses`; raises `FileAccessError`."""
         columns: dict[str, Any] = {"force_N": self.force_N, "modulus_MPa": self.modulus_MPa}
         columns |= dict(zip(self.gauge_names, self.readings.T, strict=True))
         for name in PRESS_OPTIONAL:
@@ -88,14 +89,18 @@ def read_presses(
 ) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain,t_s`.
 
-    With `t_s` the rows in which a touch is loaded are kept alone, and `notes` and `loops` tell of the others, unless
-    the `whole` log is asked for. mixed : what is pressed where the log does not say; then it may say so with
-    `SPECIMENS`, and hold `sd_microstrain` instead of gauges. log_map : as in `read_time_log`.
+    Parameters
+    ----------
+    path, log_map : as of `read_time_log`.
+    whole : keep all rows of a log with `t_s`. By default only the rows of loading are kept; `notes` and `loops` report
+        the others.
+    mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMENS`, and
+        `sd_microstrain` instead of gauges.
 
-    Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
+    Raises `FileAccessError` or `FileFormatError` for what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
     positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a `t_s` that does not
-    rise; a specimen without its measure, or with that of another.
+    rise, or a specimen without its dimension or with that of another kind.
     """
     instead = ("sd_microstrain",) if mixed is not None else ()
     optional = (*PRESS_OPTIONAL, *SPECIMENS)
@@ -149,7 +154,7 @@ def _check_sd(table: Table, log: PressLog, stated: np.ndarray | None) -> None:
 
 
 def _specimens(table: Table, given: dict[str, np.ndarray], otherwise: Specimen) -> dict[str, Any]:
-    """`specimens`, `on` and `modulus_sigma_MPa` of a table's columns; an empty cell is what is pressed otherwise."""
+    """`specimens`, `on` and `modulus_sigma_MPa` of a table; an empty cell means the specimen `otherwise`."""
     found: dict[str, Any] = {}
     if (sigma := given.get("modulus_sigma_MPa")) is not None:
         if (wrong := ~(sigma >= 0) | ~np.isfinite(sigma)).any():
@@ -164,7 +169,7 @@ def _specimens(table: Table, given: dict[str, np.ndarray], otherwise: Specimen) 
 
 
 def _specimen(table: Table, row: int, given: dict[str, np.ndarray], otherwise: Specimen) -> Specimen:
-    """The specimen of a row, of 1 MPa: its kind, or that which the measure in it is of."""
+    """The specimen of a row, with 1 MPa: of the named kind, or of the kind that has the given dimension."""
     measures = {name: float(given[name][row]) for name in ("thickness_mm", "radius_mm") if name in given}
     measures = {name: value for name, value in measures.items() if not np.isnan(value)}
     kind = str(given["specimen"][row]) if "specimen" in given else ""
@@ -190,9 +195,9 @@ def _specimen(table: Table, row: int, given: dict[str, np.ndarray], otherwise: S
 
 
 def loaded_part(log: PressLog) -> PressLog:
-    """The rows of a log over time that load the finger, with notes on the others and the loops that they close.
+    """The rows of loading of a log over time, with notes on the other rows, and the loops.
 
-    Raises `FileFormatError` where fewer than two rows do.
+    Raises `FileFormatError` if fewer than two rows load the finger.
     """
     kept = loading(log.force_N, log.modulus_MPa)
     if kept.all():

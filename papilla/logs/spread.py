@@ -1,22 +1,23 @@
-"""Medians and noise of columns of any length, in bounded memory."""
+"""Median and noise of columns of any length, in bounded memory."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 KEPT, KEPT_SHIFT = 2**20, 38
-"""Numbers that a median is taken of as they are; beyond that those count as one that agree in their first 14 bits."""
+"""Up to `KEPT` numbers are stored exactly. Beyond that, numbers whose floats differ only in the last `KEPT_SHIFT` bits
+form a group."""
 
 
 class Magnitudes:
-    """Numbers >= 0 in bounded memory: as they are up to `KEPT` of them, beyond that grouped to 1 part in 10,000."""
+    """Numbers >= 0 in bounded memory: the first `KEPT` exactly, more of them in groups 1 part in 10,000 wide."""
 
     def __init__(self) -> None:
         self._grouped, self._counts = np.empty(0), np.empty(0)
         self._new: list[np.ndarray] = []
 
     def add(self, values: np.ndarray) -> None:
-        """Take in values (n,)."""
+        """Add values (n,)."""
         self._new.append(values)
         if len(self._grouped) + sum(map(len, self._new)) > KEPT:
             values, counts = self._all()
@@ -25,7 +26,7 @@ class Magnitudes:
             self._grouped, self._new = np.bincount(group, counts * values) / self._counts, []
 
     def median(self) -> float:
-        """The median; NaN where there are none."""
+        """The median; NaN if there are no values."""
         values, counts = self._all()
         if not values.size:
             return float("nan")
@@ -35,26 +36,26 @@ class Magnitudes:
         return float(values[order[middle]].mean())
 
     def above(self, limit: float) -> int:
-        """How many are above the limit."""
+        """Number of values above the limit."""
         values, counts = self._all()
         return int(counts[values > limit].sum())
 
     def mean_up_to(self, limit: float) -> float:
-        """Mean of those that are not above the limit."""
+        """Mean of the values up to the limit."""
         values, counts = self._all()
         return float(np.average(values[values <= limit], weights=counts[values <= limit]))
 
     def _all(self) -> tuple[np.ndarray, np.ndarray]:
-        """Values, and how often each counts."""
+        """Values and the number of times that each counts."""
         new = np.concatenate([*self._new, np.empty(0)])
         return np.concatenate([self._grouped, new]), np.concatenate([self._counts, np.ones(len(new))])
 
 
 def white_noise(samples: np.ndarray | Sequence[float]) -> float:
-    """Standard deviation of the white noise of evenly sampled samples (n,); NaN for fewer than three finite ones.
+    """Standard deviation of the white noise in evenly spaced samples (n,); NaN for fewer than three finite ones.
 
-    From the median of the second differences, which a ramp does not move and a few steps hardly: 0.6745 is the median
-    of |normal|, and the second difference of white noise has 6 times its variance.
+    sigma = median |second difference| / (0.6745 sqrt(6)): 0.6745 is the median of |N(0, 1)|, and the second difference
+    of white noise has 6 times its variance. A ramp does not change the median, and a few steps change it little.
     """
     noise = Noise()
     noise.add(np.asarray(samples, float)[:, None])
@@ -62,14 +63,14 @@ def white_noise(samples: np.ndarray | Sequence[float]) -> float:
 
 
 class Noise:
-    """White noise of columns that come block by block."""
+    """Standard deviation of the white noise of columns that arrive block by block."""
 
     def __init__(self) -> None:
         self._before: np.ndarray | None = None
         self._columns: list[Magnitudes] = []
 
     def add(self, rows: np.ndarray) -> None:
-        """Take in the next rows (n, columns)."""
+        """Add the next rows (n, columns)."""
         joined = rows if self._before is None else np.concatenate([self._before, rows])
         self._columns = self._columns or [Magnitudes() for _ in rows.T]
         with np.errstate(invalid="ignore", over="ignore"):
@@ -80,5 +81,5 @@ class Noise:
 
     @property
     def sigma(self) -> list[float]:
-        """Standard deviation of each column's white noise; NaN where it cannot be told."""
+        """Standard deviation of the white noise of each column; NaN if it cannot be estimated."""
         return [column.median() / (0.6744897501960817 * np.sqrt(6)) for column in self._columns]

@@ -1,4 +1,4 @@
-"""Logs of gauge readings over time: read as a whole, or block by block in bounded memory."""
+"""Logs of gauge readings over time, read as a whole or block by block in bounded memory."""
 
 import math
 from collections import Counter
@@ -21,18 +21,18 @@ from papilla.short_repr import short_repr
 from papilla.tables import Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
-"""Columns that a log may have; tangential_N may be there as `TORQUE` instead."""
-GAP_STEPS = 1.5  # A step of time longer than this many median steps is a gap
-SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Mean steps that a log of a finger can have
+"""Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
+GAP_STEPS = 1.5  # A time step longer than this many median steps is a gap
+SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Limits of the mean time step: beyond them t_s is not in seconds
 
 
 @dataclass(frozen=True)
 class LogReport:
-    """What a reader of a time log has to know: counts, never silently dropped rows.
+    """Counts of a time log; no row is dropped silently.
 
-    gaps : steps over 1.5 median steps; duplicates : rows that repeat the time before them.
-    nan_rows, nan_cells : rows and cells of used columns without a finite number; unbelievable : cells with one that no
-    sensor gives. notes : what a person should be told of the file, a sentence each.
+    gaps : time steps longer than 1.5 median steps. duplicates : rows with the time of the row before.
+    nan_rows, nan_cells : rows and cells of used columns without a finite number. unbelievable : cells with a number
+    beyond `papilla.checks.LARGEST`. notes : remarks for the user, a sentence each.
     """
 
     rows: int
@@ -54,9 +54,9 @@ class TimeLog:
     readings : (n, g) in microstrain; cells without a number are NaN.
     gauge_names : the g column names, by their number.
     force_N, velocity_mm_s, position_mm, tangential_N : (n,) or None where the log has no such column.
-    sample_rate_Hz : mean rate over the steps that are neither gaps nor duplicates; of the rows where most share their
-    time with the one before, as samples do that come in packets.
-    report : what was counted while reading.
+    sample_rate_Hz : mean rate over the steps that are neither gaps nor duplicates. If most rows share the time of the
+        row before (samples in packets), the rate of the rows.
+    report : counts of the reader.
     """
 
     t_s: np.ndarray
@@ -75,7 +75,7 @@ class TimeLog:
 
 
 class _Scan:
-    """What has to be known of a time log before its rows are used, from one look at its blocks."""
+    """First pass over the blocks of a time log: sampling rate, noise and counts."""
 
     def __init__(self, reader: Reader, gauges: tuple[str, ...], lever_mm: float | None):
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
@@ -110,7 +110,7 @@ class _Scan:
         self.sizes.add(believable(rows))
 
     def finish(self) -> tuple[float, LogReport]:
-        """Sampling rate in Hz and what was counted; raises `FileFormatError` where there is no rate."""
+        """Sampling rate in Hz and the counts; raises `FileFormatError` if there is no rate."""
         path = self._reader.path
         if self.counts["rows"] < 2:
             raise FileFormatError(f"{path} has one row: a time log needs two at least to have a sampling rate")
@@ -120,7 +120,7 @@ class _Scan:
         step = self._steps.mean_up_to(longest)
         if not SHORTEST_STEP_S <= step <= LONGEST_STEP_S:
             raise FileFormatError(f"{path}: steps of t_s of {step:g} s on average; are these times in s?")
-        # Rows of one packet share its time: the rate is that of the rows.
+        # Rows of a packet share its time: the sampling rate is the rate of the rows.
         bunched = 2 * self.counts["duplicates"] > self.counts["rows"]
         step *= 1 - bunched * self.counts["duplicates"] / self.counts["rows"]
         beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST:g}: they count as missing"]
@@ -135,14 +135,14 @@ class _Scan:
 
 
 class TimeLogFile:
-    """A time log that is read block by block: checked and counted as a whole when it is opened, then as often as asked.
+    """A time log that is read block by block: opening it checks the whole file; `blocks` can then be called repeatedly.
 
-    Use it as a context manager. gauge_names : by their number; optional : the columns of `TIME_OPTIONAL` that there
-    are; sample_rate_Hz, report : as in `TimeLog`; noise : standard deviation of the white noise of each of these
-    columns by its name, NaN where it cannot be told.
+    Use it as a context manager. gauge_names : sorted by number. optional : the columns of `TIME_OPTIONAL` in the file.
+    sample_rate_Hz, report : as in `TimeLog`. noise : column name -> standard deviation of its white noise, NaN if it
+    cannot be estimated.
 
-    lever_mm : of a column `torque_Nmm`, which becomes tangential_N. Raises what `read_time_log` raises; progress is
-    called with the number of rows seen so far.
+    lever_mm : lever arm of a column `torque_Nmm`, which becomes tangential_N. progress : called with the number of rows
+    read so far. Raises what `read_time_log` raises.
     """
 
     def __init__(
@@ -174,9 +174,9 @@ class TimeLogFile:
         self._reader.__exit__()
 
     def blocks(self) -> Iterator[np.ndarray]:
-        """Blocks (n, 1 + gauges + optional columns) of the rows that were counted: time, readings, optional columns.
+        """Blocks (n, 1 + gauges + optional columns) of the counted rows: time, readings, optional columns.
 
-        What is no finite number, or one that no sensor gives, is NaN.
+        Cells without a finite number, or beyond `papilla.checks.LARGEST`, are NaN.
         """
         left = self.report.rows
         for block in self._reader.blocks():
@@ -188,14 +188,14 @@ class TimeLogFile:
 
 
 def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:
-    """A column of a block; tangential_N (N) of a torque (N mm) by its lever arm (mm)."""
+    """A column of a block; with a lever arm (mm) tangential_N (N) is the torque (N mm) over it."""
     if name == "tangential_N" and lever_mm is not None:
         return block.columns[TORQUE] / lever_mm
     return block.columns[name]
 
 
 def _lever(reader: Reader, lever_mm: float | None) -> float | None:
-    """The lever arm, where there is a torque to use it for."""
+    """The lever arm, if the log has a torque; raises `FileFormatError` if one is there without the other."""
     if lever_mm is None:
         if TORQUE in reader.names:
             problem = f"column {TORQUE} needs its lever arm (--lever-mm), the distance from its axis to the skin"
@@ -210,16 +210,19 @@ def _lever(reader: Reader, lever_mm: float | None) -> float | None:
 
 
 def read_time_log(path: Any, *, lever_mm: float | None = None, log_map: LogMap | str | Path | None = None) -> TimeLog:
-    """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`; with the last of these
-    the gauges may be missing.
+    """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`.
 
+    A log with tangential_N needs no gauges. Cells without a finite number up to `papilla.checks.LARGEST` become NaN and
+    are counted; their rows stay.
+
+    Parameters
+    ----------
     path : of a file (CSV, TSV, .gz, Parquet), or a frame: a dict of columns, a structured array, pandas, polars.
-    lever_mm : of a log with `torque_Nmm` in place of tangential_N: the distance from the torque's axis to the skin.
-    log_map : what the columns are, or its file; None takes the map `log_map.toml` beside the log, if there is one.
+    lever_mm : distance from the axis of `torque_Nmm`, which may stand in place of tangential_N, to the skin.
+    log_map : meaning of the columns, or its file; None takes `log_map.toml` beside the log, if there is one.
 
-    Cells without a finite number that a sensor can give become NaN and are counted: they are answered row by row.
-    Raises `FileAccessError` or `FileFormatError`: what `papilla.tables.TableReader` refuses, a missing or misspelt
-    column, fewer than two rows, a time that is no number or earlier than the one before, all times equal.
+    Raises `FileAccessError` or `FileFormatError` for what `papilla.tables.TableReader` refuses, a missing or misspelt
+    column, fewer than two rows, a time that is no number or earlier than the one before, or equal times in all rows.
     """
     with TimeLogFile(path, lever_mm=lever_mm, log_map=log_map) as file:
         rows = np.concatenate(list(file.blocks()))

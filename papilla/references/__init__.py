@@ -1,4 +1,4 @@
-"""Closed forms of contact and layered elasticity, shared by tests, verification, documentation and fem (mm, N, MPa)."""
+"""Closed forms of contact and layered elasticity, used by tests, verification, documentation and fem (mm, N, MPa)."""
 
 from papilla.references.halfspace import (
     StackLayer,

@@ -1,7 +1,7 @@
-"""Cramér-Rao bounds: of a grating's wavelength, of a gliding frequency, and of a specimen's modulus.
+"""Cramér-Rao bounds of a grating's wavelength, of a varying frequency, and of a specimen's modulus.
 
-Wavelength and frequency are those of `y_i = b + sum_h Re(c_h exp(-j h theta_i))` in white noise: every complex
-amplitude c_h and the offset b are unknown, and theta is the wavenumber times a known position, or a polynomial of time.
+The readings of a grating are `y_i = b + sum_h Re(c_h exp(-j h theta_i))` plus white noise. The offset b and the complex
+amplitudes c_h are unknown. The phase theta is the wavenumber times a known position, or a polynomial of time.
 """
 
 import math
@@ -21,25 +21,25 @@ def wavelength_bound(
     noise_sd: float,
     present: ArrayLike | None = None,
 ) -> float:
-    """Smallest relative standard deviation (a fraction) of an unbiased wavelength, the positions being known.
+    """Smallest relative standard deviation (a fraction) of an unbiased wavelength estimate at known positions.
 
     Parameters
     ----------
     position_mm : (n,) where each sample was taken, along the sliding direction.
     wavelength_mm : the true wavelength, > 0.
-    amplitudes : (H,) complex harmonic amplitudes c_1 ... c_H; their phases do not matter to long windows.
+    amplitudes : (H,) complex harmonic amplitudes c_1 ... c_H; in long windows their phases do not matter.
     noise_sd : standard deviation of the white noise of a sample, in the unit of the amplitudes.
-    present : (n, H) bool, which harmonics pass the anti-aliasing of each sample; all of them by default.
+    present : (n, H) bool, harmonics that pass the anti-aliasing filter at each sample; all by default.
 
-    Returns inf where the window cannot tell the wavelength at all (it spans no distance, or less than the model needs).
-    Raises `InputError` for arrays whose shapes do not fit. Source: Kay, Fundamentals of Statistical Signal Processing I
-    (1993), section 3.9 (the Fisher information of a signal in white noise), ISBN 978-0133457117.
+    Returns inf if the window does not determine the wavelength (it has no length, or too little for the number of
+    unknowns). Raises `InputError` for arrays whose shapes do not fit. Source: Kay, Fundamentals of Statistical Signal
+    Processing I (1993), section 3.9 (the Fisher information of a signal in white noise), ISBN 978-0133457117.
     """
     wavelength = checks.positive("wavelength (mm)", wavelength_mm)
     position = np.asarray(position_mm, float)
     wavenumber = 2 * math.pi / wavelength
     centred = position - position.mean() if position.size else position
-    # A small step of the wavenumber turns the phase by the distance from the middle; scaled, its sd is relative.
+    # d phase / d ln wavenumber is the phase, measured from the middle of the window
     variance = _end_variance(wavenumber * centred, (wavenumber * centred)[:, None], amplitudes, noise_sd, present)
     return math.sqrt(variance)
 
@@ -54,10 +54,11 @@ def frequency_bound(
     degree: int,
     at_s: float | None = None,
 ) -> float:
-    """Smallest relative standard deviation (a fraction) of a frequency at `at_s`, nothing being known of the velocity.
+    """Smallest relative standard deviation (a fraction) of a frequency estimate at `at_s`; the velocity is unknown.
 
-    The phase deviates from `phase` (n,) in rad by a polynomial of time, so the frequency by one of degree `degree`
-    (0 constant, 1 a chirp); `rate_Hz` is the true frequency at `at_s`, by default the last sample (no delay).
+    time_s, phase : (n,) times in s and true phases in rad. The unknown frequency deviates from the true one by a
+    polynomial of time of degree `degree` (0 constant, 1 a chirp). rate_Hz : true frequency at `at_s`, by default the
+    last sample (no delay).
 
     Raises `InputError` for shapes that do not fit, a rate that is not positive, or a negative degree.
     Source: as `wavelength_bound`; the polynomial phase after Peleg & Porat (1991), doi:10.1109/18.61122.
@@ -69,7 +70,7 @@ def frequency_bound(
     at = float(time[-1]) if at_s is None else checks.finite("at_s", at_s)
     span = max(float(np.ptp(time)), 1e-300)
     powers = ((time - at) / span)[:, None] ** np.arange(1, degree + 2)
-    # Constant phase belongs to the amplitudes; the first power's coefficient over the span is the frequency wanted.
+    # A constant phase is part of the amplitudes; the coefficient of the first power, over the span, is 2 pi frequency
     variance = _end_variance(np.asarray(phase, float), powers, amplitudes, noise_sd, None)
     return math.sqrt(variance) / (2 * math.pi * rate * span)
 
@@ -79,10 +80,10 @@ def chirp_bound(
 ) -> float:
     """Smallest relative standard deviation (a fraction) of the frequency `lag_s` before the last of `count` samples.
 
-    `frequency_bound` of degree 1 in closed form, for windows of many periods: the phase is a parabola in white noise of
-    information `sum_h h^2 |c_h|^2 / (2 noise_sd^2)` a sample, so with Legendre's polynomials over the window, whose
-    slopes at x are 1 and 3 x and whose squares sum up to count/3 and count/5, the slope at x has the variance
-    `(3 + 45 x^2) / (count information)`; x is 1 at the last sample, 0 in the middle.
+    This is `frequency_bound` of degree 1 in closed form, for windows of many periods. A sample has the information
+    `sum_h h^2 |c_h|^2 / (2 noise_sd^2)` about its phase, which is a parabola of time. Expand it in Legendre polynomials
+    over the window, x = 0 in the middle and 1 at the last sample: P1 and P2 have the slopes 1 and 3 x, and their
+    squares sum to count/3 and count/5. So the slope at x has the variance `(3 + 45 x^2) / (count information)`.
 
     amplitudes : (H,) complex harmonic amplitudes c_1 ... c_H, of the reading `sum_h Re(c_h exp(-j h theta))`.
     Raises `InputError` for fewer than four samples and numbers that are not positive. Source: Peleg & Porat (1991),
@@ -107,22 +108,22 @@ def modulus_bound(
     errors: ArrayLike | None = None,
     nuisances: Sequence[tuple[ArrayLike, float]] = (),
 ) -> float:
-    """Smallest standard deviation of ln E of an unbiased estimate from n samples of g readings and of the force.
+    """Smallest standard deviation of an unbiased estimate of ln E from n samples of g readings and of the force.
 
-    Every sample has its own unknown force, which its readings and the force sensor measure together; E is common to
-    all. S_d alone is one reading (g = 1) whose sigma is that of a gauge over sqrt(gauges).
+    E is common to all samples. Each sample has its own unknown force, measured by its readings and by the force sensor.
+    For S_d alone g = 1, with sigma of a gauge over sqrt(number of gauges).
 
     Parameters
     ----------
     along_modulus, along_force : (n, g) slopes of the readings in ln E (microstrain) and in force (microstrain / N).
     reading_sigma : standard deviation of the noise of a reading, microstrain, > 0.
-    force_sigma : that of the force, N, > 0; inf where there is no force sensor.
-    errors : (n, g, k) what one sigma of each of k calibration errors adds to the readings; the errors are the same in
-        all samples, so they do not average out (the bound is then the hybrid one: E a parameter, the errors random).
-    nuisances : (slopes (n, g) of the readings, prior standard deviation) of each further quantity that every sample has
-        its own of, such as the place of the contact; inf where there is no prior.
+    force_sigma : standard deviation of the measured force, N, > 0; inf without a force sensor.
+    errors : (n, g, k) change of the readings by one sigma of each of k calibration errors. They are the same in all
+        samples and do not average out. The bound is then the hybrid one: E is a parameter, the errors are random.
+    nuisances : (slopes (n, g) of the readings, prior standard deviation) of each further unknown that differs from
+        sample to sample, such as the place of the contact; inf means no prior.
 
-    Returns inf where the readings do not tell the modulus. Raises `InputError` for shapes that do not fit.
+    Returns inf if the readings do not depend on the modulus. Raises `InputError` for shapes that do not fit.
     Source: Fisher information with the nuisance eliminated by its Schur complement; van Trees, Detection, Estimation
     and Modulation Theory I (1968), section 2.4, ISBN 978-0471095170; Rockah and Schultheiss (1987) for the hybrid
     bound, doi:10.1109/TASSP.1987.1165144.
@@ -156,7 +157,7 @@ def modulus_bound(
 
 
 def _end_variance(phase, turns, amplitudes, noise_sd: float, present) -> float:
-    """Variance bound of the first column's coefficient, where `turns` (n, p) says how the phase answers to each."""
+    """Variance bound of the first of p coefficients; `turns` (n, p) are the derivatives of the phase by them."""
     noise = checks.positive("noise_sd", noise_sd)
     amplitudes = np.atleast_1d(np.asarray(amplitudes, complex))
     order = np.arange(1, amplitudes.size + 1)

@@ -1,4 +1,4 @@
-"""Elastic half-space, bare or under a stack of bonded layers (mm, N, MPa; z is depth into the solid)."""
+"""Elastic half-space, bare or covered by a stack of bonded layers (mm, N, MPa; z is depth into the solid)."""
 
 import math
 from collections.abc import Sequence
@@ -14,9 +14,10 @@ from papilla.errors import InputError
 
 
 def boussinesq_displacement(points: ArrayLike, force: float, modulus: float, nu: float) -> np.ndarray:
-    """Displacement in mm under a point force along +z (into the solid) at the origin: u_z = F/(pi E* r) on the surface.
+    """Displacement (mm) by a point force at the origin along +z (into the solid).
 
-    u_z = F/(4 pi G) [z^2/s^3 + 2(1-nu)/s], u_x = F/(4 pi G) [x z/s^3 - (1-2nu) x/(s (s+z))], u_y alike; s = |point|.
+    u_z = F/(4 pi G) [z^2/s^3 + 2(1-nu)/s], u_x = F/(4 pi G) [x z/s^3 - (1-2nu) x/(s (s+z))], u_y likewise, s = |point|;
+    on the surface u_z = F/(pi E* r).
 
     `points` is (..., 3) in mm with z >= 0, `force` in N, `modulus` in MPa; the result is (..., 3).
     Raises `InputError` for points above the surface, at the origin or not finite, modulus <= 0, nu outside [0, 0.5].
@@ -35,7 +36,7 @@ def boussinesq_displacement(points: ArrayLike, force: float, modulus: float, nu:
 
 
 def uniform_disc_mean_displacement(radius: float, pressure: float, e_star: float) -> float:
-    """Mean normal displacement in mm over a disc of `radius` (mm) under uniform `pressure` (MPa): 16 p c/(3 pi E*).
+    """Mean normal displacement (mm) of a disc of `radius` c (mm) under uniform `pressure` p (MPa): 16 p c/(3 pi E*).
 
     Raises `InputError` for radius or e_star (MPa) <= 0 or a pressure that is not finite.
     Source: Johnson (1985), section 3.4, doi:10.1017/CBO9781139171731.
@@ -80,11 +81,11 @@ class StackLayer:
 
 
 def layered_halfspace_stiffness(wavenumber: ArrayLike, layers: Sequence[StackLayer], base: Solid | None) -> np.ndarray:
-    """Normal pressure over normal displacement of a frictionless stack's surface, MPa/mm.
+    """Normal pressure over normal displacement at the surface of a stack of layers without friction, MPa/mm.
 
-    `layers` run from the surface down; `base` is the half-space below them, or None for a rigid one. At each
-    wavenumber the 2 x 2 compliance C (displacement = C traction, tangential and normal) is carried from the base up
-    through each layer; the stiffness is 1/C_nn at the surface. Stable for any q h.
+    `layers` are listed from the surface down; `base` is the half-space below them, or None for a rigid base. At each
+    wavenumber the 2 x 2 compliance C (displacement = C traction, tangential and normal) at the base is continued
+    upwards through each layer; the stiffness is 1/C_nn at the surface. Stable for any q h.
 
     `wavenumber` q in 1/mm, any array > 0; the result has its shape.
     Raises `InputError` for wavenumbers that are not positive, and for a stack without layers on a rigid base.
@@ -95,19 +96,19 @@ def layered_halfspace_stiffness(wavenumber: ArrayLike, layers: Sequence[StackLay
 
 
 def layered_surface_compliance(wavenumber: ArrayLike, layers: Sequence[StackLayer], base: Solid | None) -> np.ndarray:
-    """Displacement amplitudes of a stack's surface against traction amplitudes, plane strain: (..., 2, 2) in mm/MPa.
+    """Displacement amplitudes per traction amplitude at a stack's surface, plane strain: (..., 2, 2) in mm/MPa.
 
-    First along the surface (times sin qx), then inward (times cos qx); `layers` and `base` as in
-    `layered_halfspace_stiffness`, which is the inverse of the last entry. The line load's kernel is its Fourier
-    integral. Raises `InputError` as that does.
-    Source: Li and Popov (2020), doi:10.1177/1350650119854250; by the recursion of Perriot and Barthel (2004).
+    The first component is along the surface (times sin qx), the second inward (times cos qx). `layers` and `base` are
+    as in `layered_halfspace_stiffness`, which is the inverse of the last entry. The Fourier integral over q is the
+    response to a line load. Raises `InputError` as `layered_halfspace_stiffness` does. Source: Li and Popov (2020),
+    doi:10.1177/1350650119854250; by the recursion of Perriot and Barthel (2004).
     """
     q = _positive(wavenumber)
     flat = q.ravel()
     bodies: list[Solid] = [*layers] if base is None else [*layers, base]
     if not bodies:
         raise InputError("layered surface: no layer on a rigid base, expected a layer or an elastic base")
-    # Tractions are scaled by 2 q and one reference modulus, so that C has the size of 1
+    # Tractions are divided by 2 q and a reference modulus, so that C is of order 1
     reference = bodies[0].modulus
     compliance = np.zeros((flat.size, 2, 2)) if base is None else _halfspace_compliance(base, reference, flat.size)
     for layer in reversed(layers):
@@ -118,7 +119,7 @@ def layered_surface_compliance(wavenumber: ArrayLike, layers: Sequence[StackLaye
         above[thin] = _through_thin(compliance[thin], Q[thin], mu, layer.nu)
         above[~thin] = _through_thick(compliance[~thin], Q[~thin], mu, layer.nu)
         compliance = above
-    # Tractions on the body are those of its stress turned about: its outward normal is -z
+    # The outward normal is -z, so the tractions on the body are minus its stresses
     return (compliance / (-2 * reference * flat)[:, None, None]).reshape(*q.shape, 2, 2)
 
 
@@ -128,7 +129,7 @@ def _halfspace_compliance(base, reference, count):
 
 
 def _through_thin(compliance, Q, mu, nu):
-    """Compliance above a layer, by the transfer matrix of (U, W, tau, sigma): exact as Q tends to 0."""
+    """Compliance above a thin layer, by the transfer matrix of (U, W, tau, sigma): exact as Q tends to 0."""
     generator = np.array(
         [
             [0, 1, 2 / mu, 0],
@@ -143,11 +144,11 @@ def _through_thin(compliance, Q, mu, nu):
 
 
 def _through_thick(compliance, Q, mu, nu):
-    """Compliance above a layer, by its modes decaying down and up: the exponentials never grow."""
+    """Compliance above a thick layer, by modes that decay downwards and upwards: no exponential grows."""
     mirror = np.diag([1.0, -1.0, -1.0, 1.0])
     here, across = _decaying_modes(np.zeros_like(Q), mu, nu), _decaying_modes(Q, mu, nu)
     up_here, up_across = mirror @ here, mirror @ across
-    # Bottom: U - C t = 0 of (down across + up here R) gives the reflection R of the modes going down
+    # U - C t = 0 at the bottom gives the reflection R of the downward modes: residual_down + residual_up R = 0
     residual = [modes[:, :2] - compliance @ modes[:, 2:] for modes in (across, up_here)]
     surface = here + up_across @ np.linalg.solve(residual[1], -residual[0])
     return _right_divide(surface[:, :2], surface[:, 2:])

@@ -19,7 +19,7 @@ MAX_RADIUS_RATIO = 1e4
 def effective_modulus(E1: float, nu1: float, E2: float = math.inf, nu2: float = 0.0) -> float:
     """Contact modulus E* in MPa of two bodies: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
 
-    Moduli in MPa; `inf` is a rigid body (the default of the second), and one of the two must be finite.
+    Moduli in MPa; `inf` means rigid (default of the second body). One of the two must be finite.
 
     Raises `InputError` for moduli that are not positive, two rigid bodies, or nu outside [0, 0.5].
     Source: Johnson, Contact Mechanics (1985), section 4.2, doi:10.1017/CBO9781139171731.
@@ -84,10 +84,10 @@ def hertz_sphere_at(indentation: float, radius: float, e_star: float) -> HertzCo
 
 
 def hertz_ellipse(force: float, radius_x: float, radius_y: float, e_star: float) -> HertzContact:
-    """Elliptic contact under `force` in N, with gap x^2/(2 Rx) + y^2/(2 Ry); the axes keep their orientation.
+    """Elliptic contact under `force` (N) of bodies with the gap x^2/(2 Rx) + y^2/(2 Ry).
 
-    With k = b/a <= 1 (long axis over the larger radius R'), m = 1 - k^2 and D = (K - E)/m of parameter m,
-    a^3 = 3 F D R'/(pi E*) and d = 3 F K/(2 pi E* a).
+    The long semi-axis a lies along the larger radius R'. With k = b/a <= 1, m = 1 - k^2, the complete elliptic
+    integrals K and E of parameter m, and D = (K - E)/m: a^3 = 3 F D R'/(pi E*) and d = 3 F K/(2 pi E* a).
 
     `radius_x`, `radius_y` are the composite radii in mm in the x-z and y-z planes, `e_star` is in MPa.
     Raises `InputError` unless all are > 0 and the ratio of radii is at most `MAX_RADIUS_RATIO`.
@@ -128,7 +128,7 @@ def _ellipse(radius_x, radius_y):
 
 @lru_cache(maxsize=1024)
 def _axis_ratio(radius_ratio: float) -> tuple[float, float, float]:
-    """(k, K, D) such that R'/R'' = (K - D)/(k^2 D); log k is sought, over which the log of that is nearly linear."""
+    """(k, K, D) with R'/R'' = (K - D)/(k^2 D), solved for log k, of which the log of the ratio is nearly linear."""
 
     def error(log_k: float) -> float:
         K, D = _elliptic_KD(math.exp(log_k))
@@ -139,5 +139,5 @@ def _axis_ratio(radius_ratio: float) -> tuple[float, float, float]:
 
 
 def _elliptic_KD(k: float) -> tuple[float, float]:
-    """Complete elliptic integrals K and D = (K - E)/m at complementary modulus k; D does not cancel at k = 1."""
+    """Complete elliptic integrals K and D = (K - E)/m at complementary modulus k; no cancellation in D near k = 1."""
     return float(elliprf(0, k * k, 1)), float(elliprd(0, k * k, 1)) / 3

@@ -1,16 +1,17 @@
-"""Surface of a layer on a rigid base, less that of a half-space: smooth functions of distance (mm, N, MPa).
+"""Surface displacement of a layer on a rigid base minus that of a half-space, under point forces (mm, N, MPa).
 
-z is depth into the solid, rows and columns of a Green's tensor are x, y, z: u = green @ force / modulus. What bonding
-takes from the half-space's tensor are Hankel transforms of its share of the spectral compliance: at wavenumber q the
-displacements along the wave and down answer the tractions there, and shear across the wave stands alone. With Q = q h,
-D = (3-4nu) cosh 2Q + 2Q^2 + 4nu(2nu-3) + 5 and G the shear modulus, they are (Johnson 1985, section 5.8,
+z is depth into the solid; rows and columns of a Green's tensor are x, y, z: u = green @ force / modulus. The tensor of
+the half-space is singular at the force. The difference of layer and half-space is smooth, so it can be tabulated. It is
+the Hankel transform of the difference of their compliances at wavenumber q. These compliances relate displacements
+along the wave and downwards to the tractions; shear across the wave is decoupled. With Q = q h, the shear modulus G and
+D = (3-4nu) cosh 2Q + 2Q^2 + 4nu(2nu-3) + 5, a bonded layer has (Johnson 1985, section 5.8,
 doi:10.1017/CBO9781139171731)
 
     down, along : (1-nu)/(G q) [(3-4nu) sinh 2Q -+ 2Q]/D,        across : tanh Q/(G q),
     coupling : [2Q^2 - (1-2nu)(3-4nu)(cosh 2Q - 1)]/(2 G q D).
 
-A layer that slides on its base without friction is half of one of 2h that is pressed from both sides:
-down : (1-nu)/(G q) (cosh 2Q - 1)/(sinh 2Q + 2Q). Nothing holds it sideways.
+A layer that slides on its base without friction is half of a layer of 2h pressed from both sides:
+down : (1-nu)/(G q) (cosh 2Q - 1)/(sinh 2Q + 2Q). It can move sideways freely.
 """
 
 import math
@@ -27,10 +28,11 @@ from papilla import checks
 from papilla.errors import InputError
 
 DEFICIT_CUTOFF = 24.0
-"""Q = q h beyond which `bonded_layer_deficit` is below 1e-17."""
+"""Value of Q = q h beyond which `bonded_layer_deficit` is below 1e-17."""
 
 FAR, KNOTS = 50.0, 1500
-"""Distance over thickness beyond which the layer's own displacement, which decays at least as exp(-0.739 r/h), is 0."""
+"""Distance over thickness beyond which the layer's displacement, decaying as exp(-0.739 r/h) or faster, is set to 0;
+and number of knots of the tables up to there."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class _Layer:
             raise InputError(f"distance r (mm) must be finite and at least 0, got {np.min(r):g} to {np.max(r):g}")
         scaled = r / self.thickness
         place = np.arcsinh(np.minimum(scaled, FAR))
-        # Beyond the table the layer's own displacement is nothing, and the half-space's is taken away
+        # Beyond the table the layer's displacement is 0, and the difference is minus that of the half-space
         beyond = np.divide(1.0, scaled, out=np.zeros_like(scaled), where=scaled >= FAR)
         columns = zip(_tables(self.nu, self.bonded)[:count], _half_space(self.nu), strict=False)
         lacking = (np.where(scaled < FAR, table(place), factor * beyond) for table, factor in columns)
@@ -58,11 +60,12 @@ class _Layer:
 
 
 class LayerKernel(_Layer):
-    """Normal displacement of a layer under a normal force minus the half-space's, times E: kernel(r) in 1/mm.
+    """Normal displacement of a layer under a normal force minus that of a half-space, times E: kernel(r) in 1/mm.
 
-    Displacement in mm = [kernel(r) + (1 - nu^2)/(pi r)] * force / E, at distances r >= 0 mm of any shape; from tables
-    made once per `nu`, within 1e-9 of kernel(0). Raises `InputError` for `thickness` (mm) <= 0 or nu outside [0, 0.5],
-    and for r negative or not finite when called. Source: Hankel transform of the module's formulae.
+    The displacement is [kernel(r) + (1 - nu^2)/(pi r)] force / E (mm) at distances r >= 0 (mm, any shape). It is read
+    from tables made once for each `nu`, accurate to 1e-9 of kernel(0). Raises `InputError` for `thickness` (mm) <= 0 or
+    nu outside [0, 0.5]; a call raises it for r negative or not finite. Source: Hankel transform of the module's
+    formulae.
     """
 
     def __call__(self, r: ArrayLike) -> np.ndarray:
@@ -70,11 +73,12 @@ class LayerKernel(_Layer):
 
 
 class BondedLayerGreen(_Layer):
-    """Surface Green's tensor (..., 3, 3) of a bonded layer minus the half-space's, times E, at offsets (..., 2): 1/mm.
+    """Surface Green's tensor of a bonded layer minus that of a half-space, times E: (..., 3, 3) in 1/mm.
 
-    The half-space's, times pi r/(1+nu), with e the unit offset: tangential (1-nu) 1 + nu e e, normal 1-nu, coupling
-    +-(1-2nu)/2 e: a push draws the surface towards it. What is left is smooth, and finite at the origin; its normal
-    part is `LayerKernel`. Raises `InputError` as that does. Source: Hankel transforms of the module's formulae.
+    Called with offsets (..., 2) in mm from the force. With the unit offset e, the tensor of the half-space times
+    pi r/(1+nu) has the tangential part (1-nu) 1 + nu e e, the normal part 1-nu and the coupling +-(1-2nu)/2 e: a normal
+    force draws the surface towards itself. The difference is smooth and finite at the origin; its normal part is
+    `LayerKernel`. Raises `InputError` as `LayerKernel` does. Source: Hankel transforms of the module's formulae.
     """
 
     def __call__(self, xy: ArrayLike) -> np.ndarray:
@@ -92,9 +96,9 @@ class BondedLayerGreen(_Layer):
 
 
 def bonded_layer_deficit(Q: ArrayLike, nu: float) -> np.ndarray:
-    """Share W(Q) of the half-space's normal compliance that a bonded layer lacks, Q = q h >= 0 of any shape.
+    """W(Q) = 1 - (normal compliance of a bonded layer) / (that of a half-space), Q = q h >= 0 of any shape.
 
-    W falls from 1 at Q = 0 to 4 Q^2 exp(-2Q)/(3 - 4nu) and is computed without cancellation; dimensionless.
+    W falls from 1 at Q = 0 to 4 Q^2 exp(-2Q)/(3 - 4nu); it is dimensionless and computed without cancellation.
     Raises `InputError` for Q negative or NaN, or nu outside [0, 0.5].
     Source: Johnson (1985), section 5.8, doi:10.1017/CBO9781139171731.
     """
@@ -102,7 +106,7 @@ def bonded_layer_deficit(Q: ArrayLike, nu: float) -> np.ndarray:
 
 
 def sliding_layer_deficit(Q: ArrayLike) -> np.ndarray:
-    """As `bonded_layer_deficit`, of a layer that slides on its base without friction; the same for every nu.
+    """As `bonded_layer_deficit`, for a layer that slides on its base without friction; it does not depend on nu.
 
     W falls from 1 at Q = 0 to 4 Q exp(-2Q). Raises `InputError` for Q negative or NaN.
     Source: Johnson (1985), section 5.8, doi:10.1017/CBO9781139171731.
@@ -129,13 +133,13 @@ def panel_quadrature(low: float, high: float, panels: int) -> tuple[np.ndarray, 
 
 
 def _half_space(nu):
-    """Factors of 1/r in the half-space's radial functions, times (1+nu)/(pi E): normal, mean, deviator, coupling."""
+    """Coefficients of (1+nu)/(pi E r) in the radial functions of a half-space: normal, mean, deviator, coupling."""
     return 1 - nu, 1 - nu / 2, nu / 2, (1 - 2 * nu) / 2
 
 
 @lru_cache(maxsize=64)
 def _tables(nu: float, bonded: bool) -> tuple[CubicSpline, ...]:
-    """Splines of the four transforms over asinh(r/h), which spaces the knots as they vary."""
+    """Splines of the four transforms over asinh(r/h), so that knots are dense where the transforms vary fast."""
     knots = np.linspace(0.0, math.asinh(FAR), KNOTS)
     values, slope = _transforms(np.sinh(knots), nu, bonded)
     return tuple(
@@ -145,14 +149,15 @@ def _tables(nu: float, bonded: bool) -> tuple[CubicSpline, ...]:
 
 
 def _transforms(scaled, nu, bonded):
-    """What the base takes from the radial functions (m, 4), times pi h/(1+nu), at s = r/h (m, rising); the last slope.
+    """Half-space minus layer, of the four radial functions times pi h/(1+nu), (m, 4) at rising s = r/h (m,).
 
-    int (1-nu) W_n J0, int [(1-nu) W_l + W_s]/2 J0, int [W_s - (1-nu) W_l]/2 J2, int V/2 J1 over Q from 0.
+    They are the integrals over Q >= 0 of (1-nu) W_n J0, [(1-nu) W_l + W_s]/2 J0, [W_s - (1-nu) W_l]/2 J2 and V/2 J1,
+    with the deficits of `_deficits` and Bessel functions of s Q. Also returns the slope of the last at s = 0.
     """
     result, slope = np.empty((len(scaled), 4)), 0.0
     for chunk in np.array_split(np.arange(len(scaled)), math.ceil(len(scaled) / 64)):
         s = scaled[chunk]
-        # Each panel holds at most a period and a half of the Bessel functions, on 16 nodes
+        # A panel of 16 nodes contains at most a period and a half of the Bessel functions
         Q, weights = panel_quadrature(0.0, DEFICIT_CUTOFF, 8 + math.ceil(DEFICIT_CUTOFF * s[-1] / 9))
         deficits = _deficits(Q, nu) if bonded else (sliding_layer_deficit(Q), 0 * Q, 0 * Q, 0 * Q)
         normal, along, across, coupling = (weights * deficit for deficit in deficits)
@@ -166,8 +171,8 @@ def _transforms(scaled, nu, bonded):
 
 
 def _deficits(Q, nu):
-    """Shares of the half-space's compliance that the layer lacks: normal, along, across; and V, with coupling
-    proportional to 1 - 2nu - V. All fall as exp(-2Q), and none cancels."""
+    """1 - (compliance of layer) / (that of half-space): normal, along and across the wave; and V, where the coupling is
+    proportional to 1 - 2nu - V. All decay as exp(-2Q) and are computed without cancellation."""
     decay = np.exp(-2 * Q)
     numerator = (3 - 4 * nu) * (1 + decay**2) + 2 * decay * (2 * Q * Q + 5 + 4 * nu * (2 * nu - 3))
     common = (3 - 4 * nu) * decay + 2 * Q * Q + 5 - 12 * nu + 8 * nu**2

@@ -23,10 +23,10 @@ class BondedLayerContact:
     Parameters
     ----------
     force : normal force, N.
-    indentation : depth of the sphere's lowest point under the undeformed surface, mm.
+    indentation : depth of the sphere's lowest point below the undeformed surface, mm.
     contact_radius : mm.
-    hertz_factor : force over that of `hertz_sphere_at` on a half-space of the layer's E*, at the same indentation.
-    profile : the solution phi of the dual equations as a polynomial in (t/a)^2, MPa mm: the pressure follows from it.
+    hertz_factor : force over that on a half-space with the layer's E* at the same indentation (`hertz_sphere_at`).
+    profile : solution phi of the dual integral equations as a polynomial in (t/a)^2, MPa mm; it gives the pressure.
     """
 
     force: float
@@ -48,7 +48,8 @@ class BondedLayerContact:
     def pressure(self, r: ArrayLike) -> np.ndarray:
         """Pressure in MPa at distances r >= 0 in mm from the middle, any shape; 0 outside the contact.
 
-        p(r) = -int_r^a phi'(t)/sqrt(t^2 - r^2) dt, with t^2 = r^2 + (a^2 - r^2) v^2 to remove the singularity.
+        p(r) = -int_r^a phi'(t)/sqrt(t^2 - r^2) dt; the substitution t^2 = r^2 + (a^2 - r^2) v^2 removes the
+        singularity.
         """
         inside = np.maximum(1 - (np.asarray(r, dtype=float) / self.contact_radius) ** 2, 0.0)
         v, weights = panel_quadrature(0.0, 1.0, 4)
@@ -59,11 +60,14 @@ class BondedLayerContact:
 def bonded_layer_sphere(
     indentation: float, radius: float, thickness: float, modulus: float, nu: float = 0.5
 ) -> BondedLayerContact:
-    """Rigid frictionless sphere (as the paraboloid r^2/2R) pressed into a bonded layer, solved exactly.
+    """Exact solution of a rigid frictionless sphere (a paraboloid r^2/2R) pressed into a bonded layer.
 
-    With P(q) = int_0^a phi(t) cos(qt) dt the dual integral equations become, W being `bonded_layer_deficit`,
-    phi(t) - (2/pi) int_0^a phi(s) int_0^inf W(qh) cos(qs) cos(qt) dq ds = (E*/pi)(d - t^2/R), phi(a) = 0,
-    F = 2 pi int_0^a phi dt; solved on Gauss-Legendre nodes to about 1e-10.
+    With the transform P(q) = int_0^a phi(t) cos(qt) dt of the pressure and W = `bonded_layer_deficit`, the dual
+    integral equations become one equation for phi,
+
+        phi(t) - (2/pi) int_0^a phi(s) int_0^inf W(qh) cos(qs) cos(qt) dq ds = (E*/pi)(d - t^2/R),   phi(a) = 0,
+
+    and F = 2 pi int_0^a phi dt. It is solved on Gauss-Legendre nodes to about 1e-10.
 
     Lengths in mm, `modulus` in MPa. Raises `InputError` for values that are not positive, nu outside [0, 0.5], or
     sqrt(radius * indentation)/thickness above `MAX_CHI`.
@@ -90,7 +94,7 @@ def bonded_layer_sphere(
 
 @dataclass(frozen=True)
 class _Solution:
-    """Scaled solution phi = (E*/pi) d [unit - spread * square] on nodes tau = t/a, the last node being 1."""
+    """Scaled solution phi = (E*/pi) d [unit - spread * square] at nodes tau = t/a; the last node is 1."""
 
     tau: np.ndarray
     values: np.ndarray
@@ -103,7 +107,7 @@ class _Solution:
 
 
 def _solve(scaled_radius: float, nu: float) -> _Solution:
-    """Solution for the contact radius over thickness `scaled_radius`."""
+    """Solution for `scaled_radius`, the contact radius over the thickness."""
     panels = 2 + math.ceil(scaled_radius / 4)
     tau, weights = panel_quadrature(0.0, 1.0, panels)
     Q, q_weights = panel_quadrature(0.0, DEFICIT_CUTOFF, 4 + math.ceil(DEFICIT_CUTOFF * scaled_radius / 9))

@@ -1,7 +1,7 @@
-"""Silicone that relaxes: Prony series, and its exact contact with a sphere while that grows (mm, N, MPa, s).
+"""Viscoelastic silicone: Prony series, and the exact contact with a sphere while the contact grows (mm, N, MPa, s).
 
 Lee and Radok, The contact problem for viscoelastic bodies, J. Appl. Mech. 27 (1960), doi:10.1115/1.3644020: while the
-contact grows, the elastic solution holds with products by the modulus replaced by integrals over the history.
+contact grows, the elastic solution holds if each product with the modulus becomes a convolution over the history.
 """
 
 import math
@@ -17,10 +17,10 @@ from papilla.errors import InputError
 
 @dataclass(frozen=True)
 class Prony:
-    """Relaxation of a modulus, E(t) / E(0) = 1 - sum g (1 - exp(-t / tau)), after a step of strain.
+    """Relaxation of a modulus after a step of strain: E(t) / E(0) = 1 - sum g (1 - exp(-t / tau)).
 
-    shares : g, each in (0, 1), their sum below 1. times_s : tau, all different. None of them is no relaxation.
-    Raises `InputError` for others.
+    shares : the g, each > 0, their sum below 1. times_s : the tau, all different. Two empty tuples mean no relaxation.
+    Raises `InputError` for other values.
     """
 
     shares: tuple[float, ...]
@@ -43,7 +43,7 @@ class Prony:
         return np.asarray(1.0 - sum(decayed, start=np.zeros(np.shape(time_s))))
 
     def creep(self, time_s: ArrayLike) -> np.ndarray:
-        """E(0) J(t) at times (...) >= 0 after a step of stress: the strain over that at once."""
+        """E(0) J(t) at times (...) >= 0 after a step of stress: the strain over the immediate strain."""
         grown = (share * -np.expm1(-np.asarray(time_s) / tau) for share, tau in self.retardation)
         return np.asarray(1.0 + sum(grown, start=np.zeros(np.shape(time_s))))
 
@@ -51,7 +51,8 @@ class Prony:
     def retardation(self) -> tuple[tuple[float, float], ...]:
         """Pairs (c, lambda in s) of E(0) J(t) = 1 + sum c (1 - exp(-t / lambda)).
 
-        The transform of J is 1 / (s^2 E(s)): -1 / lambda are the zeros of 1 - sum g / (1 + s tau).
+        The Laplace transform of J is 1 / (s^2 E(s)), so s = -1 / lambda are the zeros of
+        s E(s) / E(0) = 1 - sum g / (1 + s tau).
         """
         if not self.shares:
             return ()
@@ -68,19 +69,21 @@ class Prony:
         return tuple(found)
 
     def loss_factor(self, omega: ArrayLike) -> np.ndarray:
-        """E'' / E' at angular frequencies (...) in rad/s, of E(w) / E(0) = 1 - sum g / (1 + i w tau)."""
+        """E'' / E' at angular frequencies w (...) in rad/s: E(w) / E(0) = 1 - sum g / (1 + i w tau)."""
         turns = np.asarray(omega, float)
         left = (share / (1 + 1j * turns * tau) for share, tau in self._terms)
         modulus = 1 - sum(left, start=np.zeros(turns.shape, complex))
         return np.asarray(modulus.imag / modulus.real)
 
     def strained(self, time_s: ArrayLike, stress: ArrayLike) -> np.ndarray:
-        """E(0) times the strain (n,) that a history of stress (n,) makes, linear between times (n,); it begins with a
-        step at the first."""
+        """E(0) times the strain (n,) under a history of stress (n,), which is linear between the times (n,).
+
+        The stress starts with a step at the first time.
+        """
         return _history(time_s, stress, [(-share, tau) for share, tau in self.retardation])
 
     def stressed(self, time_s: ArrayLike, strain: ArrayLike) -> np.ndarray:
-        """Stress (n,) over E(0) that a history of strain (n,) makes, linear between times (n,)."""
+        """Stress (n,) over E(0) under a history of strain (n,), which is linear between the times (n,)."""
         return _history(time_s, strain, self._terms)
 
     @property
@@ -91,11 +94,11 @@ class Prony:
 def lee_radok_force(
     time_s: ArrayLike, indentation: ArrayLike, radius: float, modulus: float, prony: Prony
 ) -> np.ndarray:
-    """Force (n,) in N on a rigid sphere whose indentation (n,) in mm grows, into a half-space of contact modulus
-    E* = E(0) / (1 - nu^2) (MPa): F = 4/3 sqrt(R) integral of E*(t - s) d(delta^1.5).
+    """Force (n,) in N on a rigid sphere of `radius` (mm) pressed into a half-space to growing indentations (n,) in mm.
 
-    delta^1.5 is taken to be linear between the times. Raises `InputError` where the indentation falls: the contact
-    shrinks, and the solution is another one. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
+    F = 4/3 sqrt(R) int E*(t - s) d(delta^1.5), with `modulus` E*(0) = E(0) / (1 - nu^2) in MPa; delta^1.5 is linear
+    between the times. Raises `InputError` if the indentation falls, because the contact then shrinks and this solution
+    does not hold. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
     """
     depth = _growing("indentation (mm)", indentation)
     return 4 / 3 * math.sqrt(radius) * modulus * prony.stressed(time_s, depth**1.5)
@@ -104,9 +107,10 @@ def lee_radok_force(
 def lee_radok_indentation(
     time_s: ArrayLike, force: ArrayLike, radius: float, modulus: float, prony: Prony
 ) -> np.ndarray:
-    """Indentation (n,) in mm by a force (n,) in N that does not fall: delta^1.5 = 3 / (4 sqrt(R)) integral of J dF.
+    """Indentation (n,) in mm of a rigid sphere under forces (n,) in N that do not fall.
 
-    Raises `InputError` where the force falls. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
+    delta^1.5 = 3 / (4 sqrt(R)) int J(t - s) dF, with J(0) = 1 / E*(0) and `modulus` E*(0) in MPa. Raises `InputError`
+    if the force falls. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
     """
     load = _growing("force (N)", force)
     return (3 / (4 * math.sqrt(radius) * modulus) * prony.strained(time_s, load)) ** (2 / 3)
@@ -115,12 +119,12 @@ def lee_radok_indentation(
 def _growing(name: str, values: ArrayLike) -> np.ndarray:
     found = np.asarray(values, float)
     if not np.isfinite(found).all() or (found < 0).any() or (np.diff(found) < 0).any():
-        raise InputError(f"{name} must grow from 0 on: Lee and Radok's solution is for a contact that does not shrink")
+        raise InputError(f"{name} must grow from 0: Lee and Radok's solution holds while the contact does not shrink")
     return found
 
 
 def _history(time_s: ArrayLike, values: ArrayLike, terms: list[tuple[float, float]]) -> np.ndarray:
-    """Integral of K(t - s) dv(s), K(t) = 1 - sum a (1 - exp(-t / tau)), of v linear between the times."""
+    """int K(t - s) dv(s) at each time, with K(t) = 1 - sum a (1 - exp(-t / tau)) and v linear between the times."""
     time, value = np.asarray(time_s, float), np.asarray(values, float)
     if time.shape != value.shape or time.ndim != 1 or not (np.diff(time) > 0).all():
         raise InputError("a history needs as many values as times, and times that rise")

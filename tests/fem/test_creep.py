@@ -96,7 +96,7 @@ def test_a_sphere_under_a_held_force_creeps_as_lee_and_radok_say(half_space):
 
 
 def test_a_shrinking_contact_is_not_lee_and_radoks():
-    with pytest.raises(InputError, match="must grow from 0 on"):
+    with pytest.raises(InputError, match="must grow from 0"):
         lee_radok_force([0, 1, 2], [0.1, 0.2, 0.1], RADIUS, E_STAR, SERIES[0])
 
 

@@ -121,6 +121,6 @@ def test_files_that_are_no_json_or_not_there(prices, tmp_path):
 def test_a_cache_that_cannot_be_written_is_said(prices, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "file"))
-    monkeypatch.setattr(cache, "_told", set())
+    monkeypatch.setattr(cache, "_warned", set())
     with pytest.warns(RuntimeWarning, match="cannot use the cache folder"):
         keep(prices)

@@ -30,7 +30,7 @@ def free(monkeypatch):
 @pytest.mark.parametrize("size_mm", MADE)
 def test_the_number_of_tetrahedra_is_foreseen(size_mm, free):
     free(1)
-    with pytest.raises(MemoryEstimateError, match="no coarser mesh would do") as refused:
+    with pytest.raises(MemoryEstimateError, match="no coarser mesh would fit") as refused:
         refuse(size_mm)
     expected = int(re.search(r"about ([\d,]+) tetrahedra", str(refused.value)).group(1).replace(",", ""))
     assert expected == pytest.approx(MADE[size_mm], rel=0.22)
