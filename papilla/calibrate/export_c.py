@@ -1,8 +1,10 @@
 """A C header that evaluates the compact inverse and its sigma: no library but math.h, no state, no allocation."""
 
+from typing import Literal
+
 from papilla.calibrate.compact_fit import fit_compact
 from papilla.calibration import Calibration
-from papilla.calibration.compact import Compact
+from papilla.calibration.compact import NORMAL_95, Compact
 
 HEADER = """\
 /* Young's modulus of what a soft tactile finger presses on, from the spread of its gauges and the force.
@@ -19,59 +21,106 @@ HEADER = """\
 #ifndef PAPILLA_SOFTNESS_H
 #define PAPILLA_SOFTNESS_H
 
+#include <float.h>
 #include <math.h>
 
-static const double PAPILLA_COEFFICIENTS[5] = {{ {coefficients} }};
-static const double PAPILLA_FORCE_N[2] = {{ {force} }};
-static const double PAPILLA_MODULUS_MPA[2] = {{ {modulus} }};
-static const double PAPILLA_RMS = {rms_exact};
-static const double PAPILLA_DOUBT = {doubt_exact};
+typedef {real} papilla_real;
+
+enum papilla_status {{
+    PAPILLA_OK = 0,
+    PAPILLA_FORCE_OUTSIDE = 1, /* of the fitted forces */
+    PAPILLA_NO_READING = 2,    /* S_d is not a positive number */
+    PAPILLA_SOFTER = 3,        /* than the fitted moduli */
+    PAPILLA_HARDER = 4         /* than the fitted moduli: from there S_d hardly depends on the modulus */
+}};
+
+/* Modulus in MPa, its standard deviation and 95 % interval: NaN where the status is not PAPILLA_OK. */
+typedef struct {{
+    enum papilla_status status;
+    papilla_real modulus_MPa, sigma_MPa, lower_MPa, upper_MPa;
+}} papilla_answer;
+
+static const papilla_real PAPILLA_COEFFICIENTS[5] = {{ {coefficients} }};
+static const papilla_real PAPILLA_FORCE_N[2] = {{ {force} }};
+static const papilla_real PAPILLA_MODULUS_MPA[2] = {{ {modulus} }};
+static const papilla_real PAPILLA_RMS = {rms_exact};
+static const papilla_real PAPILLA_DOUBT = {doubt_exact};
 
 /* Population standard deviation of n readings, in their unit. */
-static inline double papilla_sd(const double *readings, int n)
+static inline papilla_real papilla_sd(const papilla_real *readings, int n)
 {{
-    double mean = 0.0, square = 0.0;
+    papilla_real mean = 0, square = 0;
     int i;
     for (i = 0; i < n; i++) mean += readings[i];
-    mean /= n;
+    mean /= (papilla_real)n;
     for (i = 0; i < n; i++) square += (readings[i] - mean) * (readings[i] - mean);
-    return sqrt(square / n);
+    return sqrt{f}(square / (papilla_real)n);
 }}
 
-/* Modulus in MPa, or NaN outside the fitted ranges; *sigma_MPa (may be NULL) gets its standard deviation.
- * sd_sigma, force_sigma: standard deviations of the two inputs, 0 where they are exact. */
-static inline double papilla_modulus_MPa(double sd_microstrain, double force_N, double sd_sigma, double force_sigma,
-                                  double *sigma_MPa)
+/* What is pressed. sd_sigma, force_sigma: standard deviations of the two inputs, 0 where they are exact. */
+static inline papilla_answer papilla_softness(papilla_real sd_microstrain, papilla_real force_N,
+                                              papilla_real sd_sigma, papilla_real force_sigma)
 {{
-    const double *k = PAPILLA_COEFFICIENTS;
-    double x, room, spring, modulus, along_modulus, along_force, noise;
-    if (sigma_MPa) *sigma_MPa = NAN;
-    if (!(force_N >= PAPILLA_FORCE_N[0] && force_N <= PAPILLA_FORCE_N[1])) return NAN;
-    if (!(sd_microstrain > 0.0) || isinf(sd_microstrain)) return NAN;
-    x = log(force_N);
-    room = exp(k[0] + (k[1] + k[2] * x) * x) / sd_microstrain - 1.0;
-    spring = exp(k[3] + k[4] * x);
-    if (!(room > 0.0)) return NAN;
-    modulus = spring / room;
-    if (!(modulus >= PAPILLA_MODULUS_MPA[0] && modulus <= PAPILLA_MODULUS_MPA[1])) return NAN;
-    along_modulus = room / (1.0 + room);
-    along_force = k[1] + 2.0 * k[2] * x - k[4] * along_modulus;
+    const papilla_real *k = PAPILLA_COEFFICIENTS;
+    papilla_real x, room, modulus, along_modulus, along_force, noise, relative;
+    papilla_answer answer;
+    answer.status = PAPILLA_OK;
+    answer.modulus_MPa = answer.sigma_MPa = answer.lower_MPa = answer.upper_MPa = NAN;
+    if (!(force_N >= PAPILLA_FORCE_N[0] && force_N <= PAPILLA_FORCE_N[1])) {{
+        answer.status = PAPILLA_FORCE_OUTSIDE;
+        return answer;
+    }}
+    if (!(sd_microstrain > 0 && sd_microstrain <= {largest})) {{
+        answer.status = PAPILLA_NO_READING;
+        return answer;
+    }}
+    x = log{f}(force_N);
+    room = exp{f}(k[0] + (k[1] + k[2] * x) * x) / sd_microstrain - 1;
+    if (!(room > 0)) {{
+        answer.status = PAPILLA_HARDER;
+        return answer;
+    }}
+    modulus = exp{f}(k[3] + k[4] * x) / room;
+    if (!(modulus >= PAPILLA_MODULUS_MPA[0] && modulus <= PAPILLA_MODULUS_MPA[1])) {{
+        answer.status = modulus < PAPILLA_MODULUS_MPA[0] ? PAPILLA_SOFTER : PAPILLA_HARDER;
+        return answer;
+    }}
+    along_modulus = room / (1 + room);
+    along_force = k[1] + 2 * k[2] * x - k[4] * along_modulus;
     sd_sigma /= sd_microstrain;
     force_sigma *= along_force / force_N;
-    noise = sqrt(PAPILLA_DOUBT * PAPILLA_DOUBT + sd_sigma * sd_sigma + force_sigma * force_sigma) / along_modulus;
-    if (sigma_MPa) *sigma_MPa = modulus * sqrt(PAPILLA_RMS * PAPILLA_RMS + noise * noise);
-    return modulus;
+    noise = sqrt{f}(PAPILLA_DOUBT * PAPILLA_DOUBT + sd_sigma * sd_sigma + force_sigma * force_sigma) / along_modulus;
+    relative = sqrt{f}(PAPILLA_RMS * PAPILLA_RMS + noise * noise);
+    answer.modulus_MPa = modulus;
+    answer.sigma_MPa = modulus * relative;
+    answer.lower_MPa = modulus * exp{f}(-({normal} * relative));
+    answer.upper_MPa = modulus * exp{f}({normal} * relative);
+    return answer;
+}}
+
+/* The modulus alone, NaN where the status is not PAPILLA_OK; *sigma_MPa (may be NULL) gets its standard deviation. */
+static inline papilla_real papilla_modulus_MPa(papilla_real sd_microstrain, papilla_real force_N,
+                                               papilla_real sd_sigma, papilla_real force_sigma,
+                                               papilla_real *sigma_MPa)
+{{
+    papilla_answer answer = papilla_softness(sd_microstrain, force_N, sd_sigma, force_sigma);
+    if (sigma_MPa) *sigma_MPa = answer.sigma_MPa;
+    return answer.modulus_MPa;
 }}
 
 #endif
 """
 
 
-def c_header(calibration: Calibration) -> str:
-    """The header (C99) of a calibration's compact form, which is fitted now where the calibration has none.
+REALS = {"double": ("", "", "DBL_MAX"), "float": ("f", "f", "FLT_MAX")}
+"""Type of the numbers in C: ending of the functions of math.h, of constants, and the largest number."""
 
-    Its answers are those of `Compact.invert` to 1e-9 of them (a compiled test holds it to that). Raises `InputError`
-    where the form does not fit the calibration.
+
+def c_header(calibration: Calibration, real: Literal["double", "float"] = "double") -> str:
+    """The header (C99 and C++) of a calibration's compact form, which is fitted now where the calibration has none.
+
+    real : type of its numbers. In double its answers are those of `Compact.answer` to 1e-9 (a compiled test holds it to
+    that). Raises `InputError` where the form does not fit the calibration.
     """
     from papilla import __version__
 
@@ -79,7 +128,18 @@ def c_header(calibration: Calibration) -> str:
     name = str(calibration.finger.get("name") or "a measured finger")
     # A name could end the comment or the line
     plain = "".join(sign if sign.isprintable() and sign not in "*/\\" else " " for sign in name)
+    f, ending, largest = REALS[real]
+
+    def exact(value: float) -> str:
+        """A number that C reads back bit for bit."""
+        text = f"{float(value):.17g}" if real == "double" else f"{float(value):.9g}"
+        return (text if "." in text or "e" in text else f"{text}.0") + ending
+
     return HEADER.format(
+        real=real,
+        f=f,
+        largest=largest,
+        normal=exact(NORMAL_95),
         version=__version__,
         finger=plain,
         force_low=form.force_N[0],
@@ -89,18 +149,9 @@ def c_header(calibration: Calibration) -> str:
         rms=form.rms,
         max=form.max,
         doubt=form.doubt,
-        coefficients=_list(form.coefficients),
-        force=_list(form.force_N),
-        modulus=_list(form.modulus_MPa),
-        rms_exact=_exact(form.rms),
-        doubt_exact=_exact(form.doubt),
+        coefficients=", ".join(map(exact, form.coefficients)),
+        force=", ".join(map(exact, form.force_N)),
+        modulus=", ".join(map(exact, form.modulus_MPa)),
+        rms_exact=exact(form.rms),
+        doubt_exact=exact(form.doubt),
     )
-
-
-def _exact(value: float) -> str:
-    """A number that C reads back bit for bit."""
-    return f"{float(value):.17g}" if "." in f"{float(value):.17g}" else f"{float(value):.17g}.0"
-
-
-def _list(values) -> str:
-    return ", ".join(_exact(value) for value in values)

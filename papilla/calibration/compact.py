@@ -6,6 +6,8 @@ less what the specimen gives way by. As many coefficients as the published quadr
 
 import math
 from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +16,30 @@ from papilla.errors import InputError
 from papilla.short_repr import short_repr
 
 TERMS = ("1", "ln_f", "ln_f2", "spring", "spring_ln_f")
+
+
+NORMAL_95 = 1.959963984540054
+"""Half-width of the 95 % interval of a normal distribution, in standard deviations."""
+
+
+class CompactStatus(IntEnum):
+    """What an answer of the compact form is worth; the exported C has the same numbers."""
+
+    OK = 0
+    FORCE_OUTSIDE = 1
+    NO_READING = 2
+    SOFTER = 3
+    HARDER = 4
+
+
+class CompactAnswer(NamedTuple):
+    """A modulus in MPa with its standard deviation and 95 % interval; NaN where the status is not OK."""
+
+    status: CompactStatus
+    modulus_MPa: float = math.nan
+    sigma_MPa: float = math.nan
+    lower_MPa: float = math.nan
+    upper_MPa: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,23 +77,36 @@ class Compact:
     def invert(
         self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0
     ) -> tuple[float, float]:
-        """The modulus in MPa and its standard deviation; (NaN, NaN) outside the ranges that were fitted.
+        """The modulus in MPa and its standard deviation; (NaN, NaN) where `answer` is not ok."""
+        found = self.answer(sd_microstrain, force_N, sd_sigma, force_sigma)
+        return found.modulus_MPa, found.sigma_MPa
+
+    def answer(
+        self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0
+    ) -> "CompactAnswer":
+        """The modulus with sigma, 95 % interval and status; sd_sigma, force_sigma : of the two inputs.
 
         E = exp(d + e x) / (exp(a + b x + c x^2) / S_d - 1); sigma_lnE^2 = rms^2 + (sigma_lnS / s)^2 with s = dlnS/dlnE.
         """
-        if not (self.force_N[0] <= force_N <= self.force_N[1] and 0 < sd_microstrain < math.inf):
-            return math.nan, math.nan
+        if not self.force_N[0] <= force_N <= self.force_N[1]:
+            return CompactAnswer(CompactStatus.FORCE_OUTSIDE)
+        if not 0 < sd_microstrain < math.inf:
+            return CompactAnswer(CompactStatus.NO_READING)
         a, b, c, d, e = map(float, self.coefficients)
         x = math.log(force_N)
         room = math.exp(a + (b + c * x) * x) / sd_microstrain - 1
         spring = math.exp(d + e * x)
-        if room <= 0 or not self.modulus_MPa[0] <= spring / room <= self.modulus_MPa[1]:
-            return math.nan, math.nan
+        if room <= 0 or spring / room > self.modulus_MPa[1]:
+            return CompactAnswer(CompactStatus.HARDER)
+        if spring / room < self.modulus_MPa[0]:
+            return CompactAnswer(CompactStatus.SOFTER)
         modulus = spring / room
         along_modulus = room / (1 + room)
         along_force = b + 2 * c * x - e * along_modulus
         noise = math.sqrt(self.doubt**2 + (sd_sigma / sd_microstrain) ** 2 + (along_force * force_sigma / force_N) ** 2)
-        return modulus, modulus * math.sqrt(self.rms**2 + (noise / along_modulus) ** 2)
+        relative = math.sqrt(self.rms**2 + (noise / along_modulus) ** 2)
+        ends = (modulus * math.exp(sign * NORMAL_95 * relative) for sign in (-1, 1))
+        return CompactAnswer(CompactStatus.OK, modulus, modulus * relative, *ends)
 
 
 def ln_sd(coefficients: np.ndarray, ln_force: np.ndarray, ln_modulus: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import typer
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.estimate import estimate
+from papilla.cli.export_c import export_c
 from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.options import grouped
@@ -40,7 +41,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
-    "": (calibrate, identify, press, slide, estimate, view, verify, bench, reproduce),
+    "": (calibrate, identify, press, slide, estimate, view, export_c, verify, bench, reproduce),
     "log": (map_log,),
     "texture": (train, classify),
     "telepresence": (simulate, sensor, display, timing),

@@ -75,35 +75,55 @@ MAIN = """
 #include "papilla.h"
 int main(void)
 {
-    double g[5] = {-2.0, 0.5, 7.0, 1.0, -1.0}, sd, force, sd_sigma, force_sigma, sigma;
-    printf("%.17g %.17g\\n", papilla_sd(g, 5), 0.0);
+    papilla_real g[5] = {-2, 0.5, 7, 1, -1};
+    double sd, force, sd_sigma, force_sigma;
+    printf("%.17g 0 0 0 0\\n", (double)papilla_sd(g, 5));
     while (scanf("%lf %lf %lf %lf", &sd, &force, &sd_sigma, &force_sigma) == 4) {
-        double modulus = papilla_modulus_MPa(sd, force, sd_sigma, force_sigma, &sigma);
-        printf("%.17g %.17g\\n", modulus, sigma);
+        papilla_answer a = papilla_softness((papilla_real)sd, (papilla_real)force, (papilla_real)sd_sigma,
+                                            (papilla_real)force_sigma);
+        papilla_real sigma;
+        papilla_modulus_MPa((papilla_real)sd, (papilla_real)force, (papilla_real)sd_sigma, (papilla_real)force_sigma,
+                            &sigma);
+        if (a.status == PAPILLA_OK && sigma != a.sigma_MPa) return 1;
+        printf("%d %.17g %.17g %.17g %.17g\\n", (int)a.status, (double)a.modulus_MPa, (double)a.sigma_MPa,
+               (double)a.lower_MPa, (double)a.upper_MPa);
     }
     return 0;
 }
 """
 
 
-def test_the_exported_c_answers_as_the_library_does(fitted, tmp_path):
-    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+@pytest.mark.parametrize(
+    "language, real, tolerance", [("c99", "double", 1e-9), ("c99", "float", 2e-4), ("c++11", "double", 1e-9)]
+)
+def test_the_exported_header_answers_as_the_library_does(fitted, tmp_path, language, real, tolerance):
+    names = ("cc", "gcc", "clang") if language == "c99" else ("c++", "g++", "clang++")
+    compiler = next(filter(None, map(shutil.which, names)), None)
     if compiler is None:
-        pytest.skip("no C compiler on this machine")
-    (tmp_path / "papilla.h").write_text(c_header(fitted))
-    (tmp_path / "main.c").write_text(MAIN)
-    strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-    subprocess.run([compiler, *strict, "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True)
+        pytest.skip(f"no compiler of {language} on this machine")
+    (tmp_path / "papilla.h").write_text(c_header(fitted, real))
+    source = tmp_path / ("main.c" if language == "c99" else "main.cpp")
+    source.write_text(MAIN)
+    strict = [f"-std={language}", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wdouble-promotion"]
+    subprocess.run([compiler, *strict, source.name, "-o", "main", "-lm"], cwd=tmp_path, check=True)
     rng = np.random.default_rng(1)
     rows = [(float(fitted.predict(f, e)), f, s, t) for f, e, s, t in zip(
         rng.uniform(0.05, 1.0, 300), rng.uniform(0.02, 1.0, 300), rng.uniform(0, 50, 300), rng.uniform(0, 0.01, 300),
         strict=True,
     )]  # fmt: skip
-    rows += [(0.0, 0.5, 0, 0), (-1.0, 0.5, 0, 0), (1e9, 0.5, 0, 0)]
+    rows += [(0.0, 0.5, 0, 0), (-1.0, 0.5, 0, 0), (1e9, 0.5, 0, 0), (1e9, 5.0, 0, 0), (math.nan, 0.5, 0, 0)]
     asked = "\n".join(" ".join(f"{value:.17g}" for value in row) for row in rows)
     told = subprocess.run(["./main"], cwd=tmp_path, input=asked, capture_output=True, text=True, check=True).stdout
-    (sd, _), *answers = [tuple(map(float, line.split())) for line in told.splitlines()]
-    assert sd == pytest.approx(np.std([-2.0, 0.5, 7.0, 1.0, -1.0]), rel=1e-15)
-    expected = [fitted.compact.invert(*row) for row in rows]
-    assert 100 < np.isfinite([modulus for modulus, _ in expected]).sum() < 300
-    np.testing.assert_allclose(answers, expected, rtol=1e-9)
+    (sd, *_), *answers = [tuple(map(float, line.split())) for line in told.splitlines()]
+    assert sd == pytest.approx(np.std([-2.0, 0.5, 7.0, 1.0, -1.0]), rel=1e-15 if real == "double" else 1e-6)
+    expected = [fitted.compact.answer(*row) for row in rows]
+    assert {one.status.name for one in expected} == {"OK", "FORCE_OUTSIDE", "NO_READING", "SOFTER", "HARDER"}
+    np.testing.assert_allclose(answers, expected, rtol=tolerance)
+
+
+def test_the_interval_is_log_normal_and_holds_the_modulus(fitted):
+    sd = float(fitted.compact.predict(0.4, 0.2))
+    found = fitted.compact.answer(sd, 0.4, 5.0, 0.004)
+    relative = found.sigma_MPa / found.modulus_MPa
+    assert found.lower_MPa == pytest.approx(found.modulus_MPa * math.exp(-1.96 * relative), rel=1e-4)
+    assert found.lower_MPa < 0.2 < found.upper_MPa

@@ -8,6 +8,7 @@ from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
 from papilla.calibrate import job
+from papilla.calibrate.compact_fit import with_compact
 from papilla.logs import PressLog
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0]) / np.sqrt(0.8)
@@ -51,3 +52,12 @@ def test_a_check_of_other_gauges_is_refused_before_the_work(refused, tmp_path):
 
 def test_neither_overwrites_what_is_read(refused, made):
     assert "overwrite" in refused("calibrate", "--bench", made("log.csv"), "--export-c", "log.csv")
+
+
+def test_a_stored_calibration_is_exported_as_c(papilla, refused, tmp_path):
+    with_compact(calibration()).save(tmp_path / "c.json")
+    assert papilla("export-c", "c.json", "--out", "f.h", "--real", "float").code == 0
+    text = (tmp_path / "f.h").read_text()
+    assert "typedef float papilla_real;" in text and "papilla_softness" in text
+    assert "would overwrite the input" in refused("export-c", "c.json", "--out", "c.json")
+    assert "cannot read" in refused("export-c", "d.json", "--out", "g.h")

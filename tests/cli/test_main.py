@@ -32,12 +32,12 @@ def test_help_names_every_command(papilla, arguments):
     answer = papilla(*arguments)
     assert answer.code == 0 and answer.err == ""
     for command in main.app.registered_commands:
-        assert f" {command.callback.__name__} " in answer.out
+        assert f" {command.callback.__name__.replace('_', '-')} " in answer.out
 
 
 @pytest.mark.parametrize("command", main.app.registered_commands, ids=lambda command: command.callback.__name__)
 def test_every_command_explains_itself_and_speaks_json(papilla, command):
-    answer = papilla(command.callback.__name__, "--help")
+    answer = papilla(command.callback.__name__.replace("_", "-"), "--help")
     assert answer.code == 0
     assert "--json" in answer.out
 
