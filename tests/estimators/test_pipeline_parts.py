@@ -147,7 +147,7 @@ def test_without_a_velocity_the_gauge_that_changes_most_is_followed():
     waves[200:, 2] *= 8
     waves[300:, 2] = math.nan
     found = [part.take(ROW._replace(readings=tuple(row), tick=Tick(1))) for row in waves.tolist()]
-    assert found[-1] == (40.0, 0)
+    assert found[-1] == (40.0, (0, ""))
     assert asked[50:200] == waves[50:200, 1].tolist(), "another one must change four times more, in power"
     assert asked[290:300] == waves[290:300, 2].tolist(), "at once, as long as it changes more"
     assert asked[-5:] == waves[-5:, 1].tolist(), "until its change has faded where it is lost"

@@ -21,9 +21,6 @@ LIVELY_S, LIVELIER = 0.1, 4.0
 """Without a velocity: time over which the variance of a gauge fades, and by how much more another one must have."""
 LATE_MS = 1.5
 """From here on a lateness that was found is told; less is its error in harsh touch."""
-_BY_PHASE, _EITHER, _MOST = 32, 64, 10**7
-"""Added to the status of a wavelength where they do. In multiples of the next: two values between which it is open, in
-thousandths, each less than this."""
 _BY_SD, _CREPT = 32, 64
 """A modulus' status, whether it is that of S_d, how it creeps and the faults of all channels make one number: (faults x
 3 + creep) x 64 + 32 + status."""
@@ -41,17 +38,9 @@ class Row(NamedTuple):
     tick: Tick
 
 
-def _either(told: float, other: float, step: int = 1) -> int:
-    """What is added to a status that is open between two values, told in steps of so many thousandths; 0 for one that
-    is too large to be said."""
-    pair = [step * round(1e3 * value / step) for value in (told, other)]
-    return (pair[0] * _MOST + pair[1]) * _EITHER if max(pair) < _MOST else 0
-
-
-def _or(both: int, unit: str) -> str:
-    """The two values in words."""
-    told, other = divmod(both, _MOST)
-    return f" ({1e-3 * told:.4g} or {1e-3 * other:.4g} {unit})" if both else ""
+def _either(answer: float, other: float, unit: str) -> str:
+    """Two values between which an answer is open, in words; empty for one that is too large to be said."""
+    return f" ({answer:.4g} or {other:.4g} {unit})" if max(answer, other) < 1e4 else ""
 
 
 class Part(ABC):
@@ -69,9 +58,9 @@ class Part(ABC):
 
     @abstractmethod
     def take(self, row: Row) -> tuple:
-        """The columns of a sample, and last the status as a number."""
+        """The columns of a sample, and last the status: a number, or a tuple that `sentence` understands."""
 
-    def sentence(self, status: int) -> str:
+    def sentence(self, status) -> str:
         """The status in words."""
         return self.statuses(status).sentence
 
@@ -171,24 +160,22 @@ class WavelengthPart(Part):
         )
 
     def take(self, row):
-        """The columns of a sample, and last the status as a number."""
+        """The columns of a sample, and last the status, whether the phases between the gauges contradict, and the two
+        values of an ambiguous one."""
         tick = row.tick
         found = self.tracker.follow(tick.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
-        status = found.status
-        if found.wavelength_by_phase_mm == found.wavelength_by_phase_mm:
-            spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
-            if abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread:
-                status += _BY_PHASE
-        if status == TrackingStatus.AMBIGUOUS and self.tracker.other_mm < math.inf:
-            status += _either(found.wavelength_mm, self.tracker.other_mm)
-        return found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, status
+        # The phases' wavelength is NaN where they say nothing, and then contradicts nothing.
+        spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
+        contradicted = abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread
+        open_ = found.status == TrackingStatus.AMBIGUOUS and not contradicted
+        either = _either(round(found.wavelength_mm, 3), round(self.tracker.other_mm, 3), "mm") if open_ else ""
+        return found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, (found.status, contradicted, either)
 
     def sentence(self, status):
         """The status in words."""
-        both, status = divmod(status, _EITHER)
-        text = TrackingStatus(status % _BY_PHASE).sentence + _or(both, "mm")
-        remark = "the phases between the gauges tell another wavelength: the velocity may be wrong"
-        return f"{text}, but {remark}" if status >= _BY_PHASE else text
+        code, contradicted, either = status
+        remark = ", but the phases between the gauges tell another wavelength: the velocity may be wrong"
+        return TrackingStatus(code).sentence + either + remark * contradicted
 
 
 class BlindPart(Part):
@@ -216,15 +203,16 @@ class BlindPart(Part):
             if powers[own]:
                 self._tracker.reset()
         frequency, *_, status = self._tracker.update((row.readings[self._followed],))
+        either = ""
         if status == ChirpStatus.AMBIGUOUS:
-            # In steps of 0.1 Hz: a sentence for every sample would cost more than the sample.
-            status += _either(frequency, self._tracker.other_Hz, 100)
-        return frequency, status
+            # In steps of 0.1 Hz: a new sentence for every sample would cost more than the sample.
+            either = _either(round(frequency, 1), round(self._tracker.other_Hz, 1), "Hz")
+        return frequency, (status, either)
 
     def sentence(self, status):
         """The status in words."""
-        both, status = divmod(status, _EITHER)
-        return ChirpStatus(status).sentence + _or(both, "Hz")
+        code, either = status
+        return ChirpStatus(code).sentence + either
 
     def _faded(self, moments: tuple[float, float], reading: float) -> tuple[float, float]:
         """Fading mean and variance of a gauge after one more reading; one that is missing does not change."""

@@ -281,7 +281,7 @@ class Pipeline(Stream):
         self._codes = tuple(codes)
         return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
 
-    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple[int, ...]) -> tuple[str, ...]:
+    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
         """The status of each of `QUANTITIES` alone, and in one all that the time, the gauges and the estimators say."""
         if time == REPEATED:
             return (ClockStatus(time).sentence,) * (len(QUANTITIES) + 1)

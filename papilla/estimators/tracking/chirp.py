@@ -9,29 +9,10 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.spread import Spread
 from papilla.estimators.stream import Stream
-from papilla.estimators.tracking.chirp_memory import (
-    FIRST_LIVELY,
-    FIRST_WANDER,
-    ChirpEstimate,
-    ChirpMemory,
-    ChirpStatus,
-    Step,
-)
+from papilla.estimators.tracking import motion_fit
+from papilla.estimators.tracking.chirp_memory import FIRST_LIVELY, WANDER, ChirpEstimate, ChirpMemory, ChirpStatus, Step
 from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
-from papilla.estimators.tracking.motion_fit import (
-    BAND,
-    KNOTS,
-    MOTION,
-    SHAPE,
-    Design,
-    MotionFit,
-    designed,
-    moved,
-    phase_at,
-    profile,
-    rates_at,
-    solved,
-)  # fmt: skip
+from papilla.estimators.tracking.motion_fit import BAND, KNOTS, MOTION, SHAPE, Design, MotionFit
 
 PERIODS, SEARCH_PERIODS = 4.5, 2.0
 """Of the lowest frequency, in the window of the fit and in that of a look."""
@@ -53,8 +34,6 @@ FORGOTTEN_S, LEARNT_S = 0.5, 0.03
 """In which what is known of the profile and the noise fades by e; in which the liveliness may change by that."""
 LIVELY = 0.1, 100.0
 """Least and greatest noise of the motion, as a part of the frequency a s^2 and sqrt(Hz)."""
-WANDER = FIRST_WANDER, 10.0
-"""Least and greatest kink of the offset at a knot, as a part of the first harmonic over the window."""
 WANDERING, FIRM = 10.0, 10.0
 """How the stiffness wanders (1/s^2) in a second, and how firmly it is held while jumps could stand for it."""
 DOUBTED, LOST = 1.4, 6.0
@@ -180,7 +159,7 @@ class ChirpTracker(Stream):
     def _told(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each of the next samples since a step."""
         memory, known = self._memory, slice(MOTION + KNOTS)
-        rates, slopes = rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
+        rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
         variances = ((slopes @ stroke.covariance[known, known]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
         # What a jump since the youngest knot would add: there is none to take it.
         variances += (0.3 * memory.lively * self._spacing**1.5) ** 2 * memory.swing
@@ -202,9 +181,9 @@ class ChirpTracker(Stream):
         if step is None:
             self._begin_step()
         elif isinstance(step.done, Design):
-            memory.step = step._replace(done=solved(step.done, step.prior, step.about), improved=True)
+            memory.step = step._replace(done=motion_fit.solved(step.done, step.prior, step.about), improved=True)
         elif not step.improved:
-            memory.step = step._replace(done=designed(step.done, step.readings, self._times, self._rate))
+            memory.step = step._replace(done=motion_fit.designed(step.done, step.readings, self._times, self._rate))
         elif not step.learnt:
             memory.step = step._replace(learnt=True)
             memory.since -= step.stride
@@ -221,7 +200,7 @@ class ChirpTracker(Stream):
         # A look takes a while: what it found catches up by strides that a motion cannot leave the fit in.
         stride = min(memory.since, STRIDE * self._hop)
         since = stride / self._rate
-        motion = moved(stroke.motion, since)
+        motion = motion_fit.moved(stroke.motion, since)
         motion[0] -= math.floor(motion[0])
         jumps, age, trend = stroke.jumps, stroke.age + since, stroke.trend
         # Nearer than half a spacing a jump is as good as a chirp.
@@ -255,17 +234,9 @@ class ChirpTracker(Stream):
         mean, variance = memory.stiffness
         firm = FIRM * swing * abs(float(self._times[0])) ** 5 * memory.lively**2
         jump = memory.lively * swing * self._spacing**0.5
-        loose = [
-            0.25,
-            0.5 * swing,
-            20 * swing,
-            (1 / variance + firm) ** -0.5,
-            *[jump] * KNOTS,
-            math.inf,
-            2 * size,
-            *[memory.wander * size] * KNOTS,
-        ]
-        prior = np.diag(np.concatenate([np.array(loose) ** -2.0, np.full(SHAPE, 0.01 / size**2)]))
+        motion = [0.25, 0.5 * swing, 20 * swing, (1 / variance + firm) ** -0.5, *[jump] * KNOTS]
+        trend = [math.inf, 2 * size, *[memory.wander * size] * KNOTS]
+        prior = np.diag(np.array([*motion, *trend, *[10 * size] * SHAPE]) ** -2.0)
         prior[-SHAPE:, -SHAPE:] += memory.known / stroke.noise
         about = np.concatenate([stroke.motion, np.zeros(KNOTS), stroke.trend[:2], np.zeros(KNOTS), memory.about])
         about[MOTION - 1] = (mean / variance + stroke.motion[3] * firm) / (1 / variance + firm)
@@ -320,7 +291,7 @@ class ChirpTracker(Stream):
         """Add what the readings say whose phase is known best and that the window soon leaves behind."""
         memory, begin, fade = self._memory, self._window // 4, 1 - self._hop / self._rate / FORGOTTEN_S
         rows = slice(begin, begin + self._hop)
-        columns, _ = profile(*phase_at(stroke, self._times[rows]), self._rate)
+        columns, _ = motion_fit.profile(*motion_fit.phase_at(stroke, self._times[rows]), self._rate)
         columns = columns * np.isfinite(readings[rows, None])
         pull = fade * (memory.known @ memory.about) + columns.T @ (stroke.residual[rows] + columns @ stroke.shape)
         memory.known = fade * memory.known + columns.T @ columns
@@ -368,7 +339,7 @@ class ChirpTracker(Stream):
         """A look at the readings whose phase is known: those of the window, and before it as far as they go on."""
         memory, end = self._memory, self._memory.count - self._memory.since
         first, phases = end - memory.span, memory.phases
-        now = phase_at(stroke, self._times[-memory.span :])[0]
+        now = motion_fit.phase_at(stroke, self._times[-memory.span :])[0]
         # The phase now counts from another turn.
         before = now - phases[first:end]
         known = before[np.isfinite(before)]
@@ -398,13 +369,12 @@ class ChirpTracker(Stream):
             return
         if own is not None and own.proved and memory.doubt < LOST and price > memory.rival:
             return
-        motion = moved(best.motion, float(self._middle[-1]))
+        motion = motion_fit.moved(best.motion, float(self._middle[-1]))
         memory.step = None
         self._take_on(best._replace(motion=motion, age=0.5 * self._spacing, spacing=self._spacing))
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
         memory.known, memory.about = np.zeros((SHAPE, SHAPE)), best.shape.copy()
-        memory.stiffness, memory.lively = (0.0, STIFFNESS**2), FIRST_LIVELY
-        memory.wander = FIRST_WANDER
+        memory.stiffness, memory.lively, memory.wander = (0.0, STIFFNESS**2), FIRST_LIVELY, WANDER[0]
         memory.swing = float(best.motion[1]) ** 2
         # It is asked as soon as it was followed for long enough.
         memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN, math.nan

@@ -11,8 +11,10 @@ from papilla.estimators.tracking.frequency_search import STIFFNESS
 from papilla.estimators.tracking.motion_fit import SHAPE, Design, MotionFit
 from papilla.status import Status
 
-FIRST_LIVELY, FIRST_WANDER = 1.0, 0.1
-"""Noise of the motion, as a part of the frequency a s^2 and sqrt(Hz), and of the offset, of a new lock."""
+FIRST_LIVELY = 1.0
+"""Noise of the motion of a new lock, as a part of the frequency a s^2 and sqrt(Hz)."""
+WANDER = 0.1, 10.0
+"""Least and greatest kink of the offset at a knot, as a part of the first harmonic over the window; the least first."""
 
 
 class ChirpStatus(Status):
@@ -85,7 +87,7 @@ class ChirpMemory:
     about: np.ndarray = field(default_factory=lambda: np.zeros(SHAPE))
     stiffness: tuple[float, float] = (0.0, STIFFNESS**2)
     lively: float = FIRST_LIVELY
-    wander: float = FIRST_WANDER
+    wander: float = WANDER[0]
     swing: float = 0.0
     quiet: bool = False
     absent: bool = False

@@ -5,26 +5,15 @@ alike. A look takes many samples, one part each.
 """
 
 import math
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
-from papilla.estimators.spectrum import middle, share_of, spectrum_of, strokes_of
+from papilla.estimators.spectrum import longest_strokes, middle, share_of, spectrum_of, strokes_of
 from papilla.estimators.spread import Pieces, completed
-from papilla.estimators.tracking.motion_fit import (
-    BAND,
-    HARMONICS,
-    KNOTS,
-    MOTION,
-    SHAPE,
-    TREND,
-    MotionFit,
-    designed,
-    phase_at,
-    solved,
-)  # fmt: skip
+from papilla.estimators.tracking import motion_fit
+from papilla.estimators.tracking.motion_fit import BAND, HARMONICS, KNOTS, MOTION, SHAPE, TREND, MotionFit
 
 CHIRPS = (0.0, 2.0, -2.0, 5.0, -5.0, 9.0, -9.0)
 """Relative chirp rates in 1/s, in the middle of the window: those of a stroke of 1 Hz over 83 % of its time."""
@@ -36,9 +25,8 @@ OCTAVE = 15.0
 """Nats by which a fit must be better than one of twice its frequency, whose every reading it can explain as well."""
 STIFFNESS = 60.0
 """Standard deviation of the stiffness (1/s^2) where nothing is known of it."""
-FEWEST_PERIODS, WHOLE = 4.0, 0.6
-"""Of a stroke from which it is asked whether they are those of a harmonic; strokes of less than this part of the
-longest are left out."""
+FEWEST_PERIODS = 4.0
+"""Of the longest stroke from which it is asked whether they are those of a harmonic."""
 STEP, MOST_LINES = 1 / 16, 10
 """Cycles between the points of the grid on which that is asked, at least: whole parts of one, so that what lies beyond
 falls on harmonics; and lines that are looked at."""
@@ -101,7 +89,7 @@ class FrequencySearch(NamedTuple):
             return None
         nothing = np.append(offset, np.zeros(TREND - 1)), np.zeros(SHAPE), np.zeros((1, 1)), noise, values, 0.0
         still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
-        wave = np.exp(-2j * np.pi * phase_at(still, self.time)[0])
+        wave = np.exp(-2j * np.pi * motion_fit.phase_at(still, self.time)[0])
         near = np.abs(self.time) < REACHES[0] * self.time[-1]
         return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
 
@@ -118,9 +106,9 @@ class FrequencySearch(NamedTuple):
         for reach in REACHES:
             near = np.where(distance < reach, self.readings, math.nan)
             yield
-            design = designed(trial, near, self.time, self.rate_Hz)
+            design = motion_fit.designed(trial, near, self.time, self.rate_Hz)
             yield
-            trial = solved(design, prior, about)
+            trial = motion_fit.solved(design, prior, about)
             count = max(int(design.seen.sum()) - MOTION - 2 - SHAPE, 1)
             noise = max(float(trial.residual @ trial.residual) / count, 1e-6 * begun.noise)
             trial = trial._replace(noise=noise)
@@ -141,19 +129,16 @@ class SubharmonicTest(NamedTuple):
         """The other frequency that it may be, beside the one that is followed; 0 for none, NaN where there are too few
         periods. The test is that over the path (`papilla.estimators.fundamental`)."""
         turns = np.flatnonzero(np.diff(np.sign(np.diff(self.phase))) != 0) + 1
-        edges = [0, *turns.tolist(), len(self.phase)]
-        pieces = [(first, last, abs(self.phase[last - 1] - self.phase[first])) for first, last in pairwise(edges)]
-        longest = max(extent for *_, extent in pieces)
-        if longest < FEWEST_PERIODS:
+        window = longest_strokes(self.phase, [0, *turns.tolist(), len(self.phase)], FEWEST_PERIODS)
+        if window is None:
             return math.nan
-        kept = [piece for piece in pieces if piece[2] > WHOLE * longest]
-        rows = np.concatenate([np.arange(first, last) for first, last, _ in kept])
-        begin = np.concatenate([[0], np.cumsum([last - first for first, last, _ in kept])])
+        rows, begin = window
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
         # On a grid finer than the samples there would be images of the lines (`tracking.time_lines.Task`).
         steps = np.abs(np.diff(strokes.place))
         step, shown = max(STEP, middle(steps)), 0.45 / max(share_of(steps, 0.9), STEP)
+        longest = max(float(np.ptp(strokes.place[own])) for own in strokes.rows)
         spectrum = yield from spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.6 * longest / step)))
         lines = yield from spectrum.lines(1 / SUBHARMONICS, shown, MOST_LINES)
         near = 2 / strokes.extent
@@ -162,10 +147,8 @@ class SubharmonicTest(NamedTuple):
             return math.nan
         chosen = own[0]._replace(wavenumber=1.0)
         reach = SLACK / strokes.extent
-        others = [
-            line for line in lines
-            if line not in own and line.chance < CONFIRMED and line.amplitude > FAINT * chosen.amplitude
-        ]  # fmt: skip
+        rest = [line for line in lines if line not in own and line.chance < CONFIRMED]
+        others = [line for line in rest if line.amplitude > FAINT * chosen.amplitude]
         found = fundamental_of(chosen, others, reach, set(others), False)
         if found.wavenumber < 1 or found.other:
             return found.other if found.wavenumber == 1 else found.wavenumber
