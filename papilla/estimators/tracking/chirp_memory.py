@@ -44,16 +44,15 @@ class ChirpEstimate(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step of the fit under way, of so many new samples (stride) in the readings (m,) of its window: what was known
-    before them, and what is done: the stroke moved on, that beside the readings, or improved."""
+    """A step of the fit under way, of so many new samples (stride) in the readings (m,) of its window: the last fit
+    moved on beside them, what was known before them, and the new fit, once it is solved."""
 
-    done: MotionFit | Design
-    improved: bool
-    learnt: bool
+    design: Design
     prior: np.ndarray
     about: np.ndarray
     readings: np.ndarray
     stride: int
+    fit: MotionFit | None = None
 
 
 @dataclass(eq=False)

@@ -294,9 +294,9 @@ def test_another_fit_is_followed_where_it_is_better_by_far_or_the_own_is_lost():
 
 
 @pytest.mark.parametrize(
-    "doubt, waited, begins", [(1.0, 499, False), (1.0, 500, True), (1.7, 99, False), (1.7, 100, True)]
+    "doubt, waited, begins", [(1.0, 999, False), (1.0, 1000, True), (1.7, 99, False), (1.7, 100, True)]
 )
-def test_a_better_fit_is_looked_for_twice_a_second_or_sooner_in_doubt(doubt, waited, begins):
+def test_a_better_fit_is_looked_for_once_a_second_or_sooner_in_doubt(doubt, waited, begins):
     own = tracker_of(stroke_of(), doubt=doubt, waited=waited, price=-70.0)
     own._search()
     memory = own._memory
