@@ -28,8 +28,8 @@ LIVELIER = 1.6
 SEARCH_S, LONGEST_SEARCH = (0.1, 1.0), 400
 """Between two searches for a better fit than one in doubt, and than one that is sure; samples that one may take."""
 HARMONIC_S = 0.1
-"""Between two tests whether the fit follows a harmonic. Half as often, more of the rows that are ok are wrong: 24 instead
-of 11 % in the scene "quick turns", 30 instead of 25 % in "hand, realistic"."""
+"""Between two tests whether the fit follows a harmonic. Half as often, more of the rows that are ok are wrong: 24 for
+11 % in the scene "quick turns", 30 for 25 % in "hand, realistic"."""
 RIVAL = 20.0
 """Nats by which another fit must be better than the one that is followed."""
 LONGEST_LAG_S, UNSEEN_S = 0.03, 0.05
