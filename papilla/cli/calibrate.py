@@ -7,13 +7,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from papilla.checks import positive
-from papilla.cli.calibrate_check import (
-    CHECK_FAILED,
-    checked,
-    header_of,
-    presses_to_check,
-    print_check,
-)
+from papilla.cli.calibrate_check import CHECK_FAILED, print_check
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
@@ -25,9 +19,11 @@ from papilla.cli.options import (
     keep_inputs,
     option,
     read_friction,
+    read_press_log,
     surface_files,
 )
-from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
+from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, tell
+from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -76,8 +72,9 @@ def calibrate(
     keep_inputs([finger, bench, check, log_map], written)
     design = Finger.load(finger) if finger else Finger.default()
     keep_inputs(surface_files(design), written)
-    log = _read(bench, log_map)
-    presses = presses_to_check(check, design, log_map)
+    log, presses = (None if one is None else read_press_log(one, log_map=log_map) for one in (bench, check))
+    if presses is not None and len(design.gauges) != len(presses.gauge_names):
+        raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:
         check_writable(out)
     if export_c is not None:
@@ -87,9 +84,16 @@ def calibrate(
         with about(bench) if bench else nullcontext():
             done = _calibrated(log, design, rubbing, size_mm, shown)
         check_writable(out)
-        header, found = header_of(done.calibration, export_c), checked(done.calibration, presses, check)
+        from papilla.calibrate import c_header
+        from papilla.calibrate import check as recovered
+
+        found = None
+        if presses is not None and check is not None:
+            with about(check):
+                found = recovered(done.calibration, presses)
+        header = None if export_c is None else c_header(done.calibration)
         _write(done, design, paths, watch, shown)
-        if header is not None and export_c is not None:
+        if export_c is not None and header is not None:
             write_text(export_c, header)
     more = {"export_c": export_c and str(export_c), "check": found and found.to_json()}
     summary = _summary(done, paths, watch.seconds) | more
@@ -101,16 +105,6 @@ def calibrate(
             print_check(found, check)
     if found is not None and not found.passed:
         raise typer.Exit(CHECK_FAILED)
-
-
-def _read(bench: Path | None, log_map: Path | None) -> "PressLog | None":
-    """The log of measured presses, if there is one; its notes are told."""
-    from papilla.logs import read_presses
-
-    log = None if bench is None else read_presses(bench, log_map=log_map)
-    for note in log.notes if log is not None else ():
-        say(f"{bench}: {note}")
-    return log
 
 
 def _calibrated(

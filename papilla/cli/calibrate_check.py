@@ -1,54 +1,15 @@
-"""What `papilla calibrate` may do besides: check the calibration on presses of known modulus, and export it to C."""
+"""What `papilla calibrate --check` prints: which presses of known modulus are recovered."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from papilla.cli.options import about
-from papilla.cli.output import say, show_table, tell
+from papilla.cli.output import show_table, tell
 
 if TYPE_CHECKING:
     from papilla.calibrate.checking import Check
-    from papilla.calibration import Calibration
-    from papilla.finger import Finger
-    from papilla.logs import PressLog
 
 CHECK_FAILED = 1
 MOST_ROWS = 20
 """Presses in the table; the JSON has all."""
-
-
-def presses_to_check(path: Path | None, design: "Finger", log_map: Path | None) -> "PressLog | None":
-    """The presses of a check, of as many gauges as the design has."""
-    if path is None:
-        return None
-    from papilla.errors import InputError
-    from papilla.logs import read_presses
-
-    presses = read_presses(path, log_map=log_map)
-    if len(design.gauges) != len(presses.gauge_names):
-        raise InputError(f"{path} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
-    for note in presses.notes:
-        say(f"{path}: {note}")
-    return presses
-
-
-def checked(calibration: "Calibration", presses: "PressLog | None", path: Path | None) -> "Check | None":
-    """The presses recovered, if there are any."""
-    if presses is None or path is None:
-        return None
-    from papilla.calibrate.checking import check
-
-    with about(path):
-        return check(calibration, presses)
-
-
-def header_of(calibration: "Calibration", path: Path | None) -> str | None:
-    """The C header, if it is asked for."""
-    if path is None:
-        return None
-    from papilla.calibrate.export_c import c_header
-
-    return c_header(calibration)
 
 
 def print_check(found: "Check", path: Any) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.cli.identify_compare import compare_with
-from papilla.cli.identify_rate import loops_of, print_relaxation, read_and_tell, relaxation_of
+from papilla.cli.identify_rate import loops_of, print_relaxation, relaxation_of
 from papilla.cli.identify_suggest import SuggestOptions, print_suggestion
 from papilla.cli.options import (
     PROCESSES,
@@ -21,6 +21,7 @@ from papilla.cli.options import (
     number,
     option,
     read_friction,
+    read_press_log,
     surface_files,
 )
 from papilla.cli.output import Stopwatch, print_json, print_table, progress, tell
@@ -79,7 +80,9 @@ def identify(
     if log is None:
         protocol = further.protocol(design, touched, stated)
         return print_json(protocol) if as_json else print_suggestion(protocol)
-    presses = read_and_tell(log, relaxation, touched, log_map)
+    presses = read_press_log(log, mixed=touched, log_map=log_map)
+    if relaxation is not None and presses.t_s is None:
+        raise InputError(f"{log}: --relaxation needs a column t_s: when each row was taken")
     for path in outputs:
         check_writable(path.parent)
     with progress() as shown:

@@ -3,26 +3,12 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.output import print_table, say, tell
+from papilla.cli.output import print_table, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.calibrate.identification import Identification
     from papilla.logs import PressLog
-    from papilla.specimen import Specimen
-
-
-def read_and_tell(path: Path, relaxation: str | None, touched: "Specimen", log_map: Path | None) -> "PressLog":
-    """The presses of a log, on `touched` where it does not say, after what is to be told of them; raises `InputError`
-    where relaxation lacks times."""
-    from papilla.logs import read_presses
-
-    log = read_presses(path, mixed=touched, log_map=log_map)
-    if relaxation is not None and log.t_s is None:
-        raise InputError(f"{path}: --relaxation needs a column t_s: when each row was taken")
-    for note in log.notes:
-        say(f"{path}: {note}")
-    return log
 
 
 def loops_of(log: "PressLog") -> dict:
@@ -46,7 +32,7 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None, log_ma
         raise InputError(f"{path}: --relaxation needs readings, of presses on one specimen")
     log = read_presses(path, whole=True, mixed=found.problem.shapes[0].specimen, log_map=log_map)
     time = log.t_s
-    assert time is not None, "read_and_tell refuses"
+    assert time is not None, "identify refuses"
     rows = max(touches(log.modulus_MPa), key=lambda one: float(np.ptp(time[one])))
     problem, values = found.problem, found.values
     layers = values["outer_modulus_MPa"], values["inner_modulus_MPa"]

@@ -16,11 +16,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 import typer
 
 from papilla.checks import positive
+from papilla.cli.output import say
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Press
     from papilla.finger import Finger
+    from papilla.logs import PressLog
     from papilla.specimen import Friction, Specimen
 
 
@@ -223,6 +225,16 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
         for name in given:
             if _same(name, output):
                 raise InputError(f"{output} would overwrite the input {name}: choose another name")
+
+
+def read_press_log(path: Path, **how: Any) -> "PressLog":
+    """The presses of a log, read as `how` says; its notes are shown."""
+    from papilla.logs import read_presses
+
+    log = read_presses(path, **how)
+    for note in log.notes:
+        say(f"{path}: {note}")
+    return log
 
 
 def surface_files(design: "Finger") -> list[str]:

@@ -12,8 +12,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from papilla import checks
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.errors import FileFormatError, InputError
 from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
+from papilla.files import read_bytes
 from papilla.tables import TableReader
 
 SCHEMA = "papilla.amplitude/1"
@@ -137,13 +138,8 @@ def _table(path: Path) -> dict[str, Any]:
 
 def _document(name: str | PathLike, path: str | PathLike | None) -> Any:
     """The content of a JSON file, or of the one that ships."""
+    content = read_bytes(path or str(files("papilla") / "data" / "amplitude_curve.json"))
     try:
-        text = (Path(path) if path else files("papilla") / "data" / "amplitude_curve.json").read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileAccessError(f"cannot read {name}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise FileFormatError(f"{name}: not an amplitude curve: not UTF-8") from error
-    try:
-        return json.loads(text)
+        return json.loads(content)
     except ValueError as error:
         raise FileFormatError(f"{name}: not an amplitude curve: {error}") from error

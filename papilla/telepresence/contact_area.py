@@ -67,10 +67,9 @@ class ContactArea:
 
     def __call__(self, force_N: float, modulus_MPa: float, modulus_sigma_MPa: float = 0.0) -> tuple[float, float]:
         """(area, its standard deviation) in mm2; NaN outside the table and where force or modulus are not known."""
-        if not (self._inside(self.force_N, force_N) and self._inside(self.modulus_MPa, modulus_MPa)):
+        (column, along), (row, across) = _cell(self.force_N, force_N), _cell(self.modulus_MPa, modulus_MPa)
+        if math.isnan(along + across):
             return math.nan, math.nan
-        column, along = self._place(self.force_N, force_N)
-        row, across = self._place(self.modulus_MPa, modulus_MPa)
         (a, b), (c, d) = np.log(self.area_mm2[row : row + 2, column : column + 2]).tolist()
         low, high = a + along * (b - a), c + along * (d - c)
         area = math.exp(low + across * (high - low))
@@ -78,12 +77,10 @@ class ContactArea:
         sigma = math.hypot(AREA_SIGMA, slope * modulus_sigma_MPa / modulus_MPa)
         return area, area * sigma
 
-    @staticmethod
-    def _inside(axis: np.ndarray, value: float) -> bool:
-        return bool(axis[0] <= value <= axis[-1])
 
-    @staticmethod
-    def _place(axis: np.ndarray, value: float) -> tuple[int, float]:
-        """Interval of the axis, and the share of it (of the logarithm) that lies below the value."""
-        number = min(int(np.searchsorted(axis, value, side="right")) - 1, axis.size - 2)
-        return number, math.log(value / axis[number]) / math.log(axis[number + 1] / axis[number])
+def _cell(axis: np.ndarray, value: float) -> tuple[int, float]:
+    """Interval of a rising axis, and the share of its logarithm that lies below the value; NaN outside the axis."""
+    if not axis[0] <= value <= axis[-1]:
+        return 0, math.nan
+    number = min(int(np.searchsorted(axis, value, side="right")) - 1, axis.size - 2)
+    return number, math.log(value / axis[number]) / math.log(axis[number + 1] / axis[number])

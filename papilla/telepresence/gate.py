@@ -164,7 +164,3 @@ class Gate:
             self.offset.learn(trip, header.sent_ns - now_ns + trip // 2)
         counts.accepted += 1
         return Heard(message, now_ns, header.sent_ns, now_ns + self.offset.offset_ns - header.sent_ns)
-
-    def silent_ns(self, now_ns: int) -> float:
-        """How long the peer has not been heard; infinite where it never was."""
-        return math.inf if self._peer is None else now_ns - self._peer_ns

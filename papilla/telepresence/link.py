@@ -75,7 +75,7 @@ class Link:
         self._waiting: list[tuple[float, int, Delivery]] = []
         self._last_s = self._free_s = -math.inf
         self._drawn: dict[int, float] = {}
-        self.sent = self.lost = self.bytes_sent = self.overtaken = 0
+        self.sent = self.lost = self.bytes_sent = 0
 
     def one_way_s(self, time_s: float) -> float:
         """The delay drawn for this time."""
@@ -108,7 +108,6 @@ class Link:
         arrives = leaves + self.one_way_s(time_s) + jitter
         if late[0] < model.reordering:
             arrives += OVERTAKES_S * late[1]
-            self.overtaken += 1
         else:
             arrives = self._last_s = max(arrives, self._last_s)
         for _ in range(2 if twice < model.duplication else 1):

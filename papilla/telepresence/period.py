@@ -34,8 +34,8 @@ class Spread:
 class Period:
     """Ticks on an even grid of time: `for now_s in period.ticks(seconds)`.
 
-    work : time between a tick and asking for the next; busy : of that, what this thread had the processor. late : how
-    much after its time a tick came. missed : ticks that had to be left out because the one before took too long.
+    work : time between a tick and asking for the next; busy : of that, what this thread had the processor.
+    missed : ticks that had to be left out because the one before took too long.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Period:
         sleep: Callable[[float], None] = time.sleep,
     ):
         self.period_s, self._clock, self._sleep = period_s, clock, sleep
-        self.work, self.busy, self.late, self.missed, self.ticked = Spread(), Spread(), Spread(), 0, 0
+        self.work, self.busy, self.missed, self.ticked = Spread(), Spread(), 0, 0
 
     def ticks(self, seconds: float = math.inf) -> Iterator[float]:
         """Times in s since the first tick, for so long."""
@@ -56,7 +56,6 @@ class Period:
             while now < due:
                 self._sleep(1e-9 * (due - now))
                 now = self._clock()
-            self.late.add(1e-9 * (now - due))
             self.ticked += 1
             had = time.thread_time_ns()
             yield 1e-9 * (now - begin)

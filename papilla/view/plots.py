@@ -1,6 +1,7 @@
 """Plots of a calibration from plain arrays: curves of S_d, maps of the error of E. Each returns a matplotlib Figure."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from matplotlib import colormaps
@@ -28,21 +29,16 @@ def sd_against_force(
         dashed in the colours of the nearest moduli.
     """
     colors = _spread(len(moduli))
-    with styled(7.2, 4.3) as figure:
-        axes = figure.add_axes((0.11, 0.13, 0.66, 0.8))
-        ends = []
-        for modulus, values, color in zip(moduli, sd.T, colors, strict=True):
-            axes.plot(force_N, values / 1000, color=color, linewidth=1.8)
-            ends.append((float(values[np.isfinite(values)][-1] / 1000), f"{modulus:.3g} MPa", color))
+    with _plot() as (figure, axes):
         if published is not None:
-            dashed: dict = {"linewidth": 1.4, "linestyle": (0, (4, 2))}
+            dashed: dict = {"linewidth": 1.4, "linestyle": (0, (4, 2)), "zorder": 3}
             for modulus, values in zip(published[1], published[2].T, strict=True):
                 axes.plot(published[0], values / 1000, color=colors[_nearest(moduli, modulus)], **dashed)
             axes.plot([], [], color=MUTED, label="published (9), one scale factor", **dashed)
             axes.plot([], [], color=MUTED, linewidth=1.8, label="calibration")
             axes.legend(loc="lower right", fontsize=9)
-        axes.set(xlabel="force (N)", ylabel=r"$S_d$ (10³ µε)", xlim=(0, float(force_N.max())), ylim=(0, None))
-        _label_ends(axes, float(force_N.max()), ends)
+        frame = {"xlabel": "force (N)", "ylabel": r"$S_d$ (10³ µε)", "xlim": (0, float(force_N.max()))}
+        _curves(axes, force_N, sd / 1000, _megapascals(moduli), colors, ylim=(0, None), **frame)
     return figure
 
 
@@ -57,26 +53,18 @@ def sd_of_presses(
     measured : force (N), modulus (MPa), S_d and its standard deviation (microstrain) of n presses.
     """
     colors = _spread(len(moduli))
-    with styled(7.2, 4.3) as figure:
-        axes = figure.add_axes((0.11, 0.13, 0.66, 0.8))
-        ends = []
-        for modulus, values, color in zip(moduli, sd.T, colors, strict=True):
-            axes.plot(force_N, values, color=color, linewidth=1.6)
-            ends.append((float(values[-1]), f"{modulus:.3g} MPa", color))
+    with _plot() as (figure, axes):
         for force, modulus, value, bar in zip(*measured, strict=True):
-            color = colors[_nearest(moduli, modulus)]
-            axes.errorbar(
-                force, value, yerr=bar, fmt="o", markersize=4, color=color, markeredgecolor="white", capsize=2
-            )
-        axes.set(xlabel="force (N)", ylabel=r"$S_d$ (µε)", xlim=(0, None), ylim=(0, None))
-        _label_ends(axes, float(force_N.max()), ends)
+            dot = {"color": colors[_nearest(moduli, modulus)], "markeredgecolor": "white", "markersize": 4}
+            axes.errorbar(force, value, yerr=bar, fmt="o", capsize=2, **dot)
+        frame = {"xlabel": "force (N)", "ylabel": r"$S_d$ (µε)", "xlim": (0, None), "ylim": (0, None)}
+        _curves(axes, force_N, sd, _megapascals(moduli), colors, **frame)
     return figure
 
 
 def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual: np.ndarray) -> Figure:
     """Residuals (n, g) in standard deviations against force (n,) in N, a colour per gauge."""
-    with styled(7.2, 3.2) as figure:
-        axes = figure.add_axes((0.11, 0.18, 0.66, 0.75))
+    with _plot(3.2, (0.18, 0.75)) as (figure, axes):
         axes.axhspan(-2, 2, color=FAINT, linewidth=0)
         for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
             axes.plot(force_N, values, "o", markersize=4, color=color, label=name)
@@ -87,20 +75,12 @@ def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual
 
 def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.ndarray) -> Figure:
     """S_d in microstrain (force, modulus) against modulus in MPa on a logarithmic axis, a curve per force (N)."""
-    colors = _spread(len(forces))
-    with styled(7.2, 4.3) as figure:
-        axes = figure.add_axes((0.11, 0.13, 0.66, 0.8))
-        for values, color in zip(sd, colors, strict=True):
-            axes.plot(modulus_MPa, values / 1000, color=color, linewidth=1.8)
-        axes.set_xscale("log")
-        axes.set(xlabel="modulus of the specimen (MPa)", ylabel=r"$S_d$ (10³ µε)", ylim=(0, None))
-        axes.set_xlim(float(modulus_MPa.min()), float(modulus_MPa.max()))
+    with _plot() as (figure, axes):
+        names = [f"{force:.3g} N" for force in forces]
+        frame = {"xlabel": "modulus of the specimen (MPa)", "ylabel": r"$S_d$ (10³ µε)", "xscale": "log"}
+        ends = float(modulus_MPa.min()), float(modulus_MPa.max())
+        _curves(axes, modulus_MPa, sd.T / 1000, names, _spread(len(forces)), xlim=ends, ylim=(0, None), **frame)
         plain_log(axes.xaxis)
-        ends = [
-            (values[-1] / 1000, f"{force:.3g} N", color)
-            for values, force, color in zip(sd, forces, colors, strict=True)
-        ]
-        _label_ends(axes, float(modulus_MPa.max()), ends)
     return figure
 
 
@@ -161,19 +141,35 @@ def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray
 
 def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarray, title: str) -> Figure:
     """Readings in microstrain (force, gauge) against force in N, a curve per gauge; equal ones lie on each other."""
-    with styled(7.2, 4.0) as figure:
-        axes = figure.add_axes((0.11, 0.14, 0.66, 0.74))
-        for number, values in enumerate(readings.T):
-            dashes = "solid" if number <= len(names) // 2 else (0, (4, 2))
-            axes.plot(force_N, values / 1000, color=ACCENTS[number % len(ACCENTS)], linestyle=dashes, linewidth=1.8)
+    with _plot(4.0, (0.14, 0.74)) as (figure, axes):
+        colors = [ACCENTS[number % len(ACCENTS)] for number in range(len(names))]
+        dashes = ["solid" if number <= len(names) // 2 else (0, (4, 2)) for number in range(len(names))]
         axes.axhline(0, color=MUTED, linewidth=0.8)
-        axes.set(xlabel="force (N)", ylabel="reading (10³ µε)", xlim=(0, float(force_N.max())), title=title)
-        ends = [
-            (float(values[-1] / 1000), literal(name), ACCENTS[number % len(ACCENTS)])
-            for number, (name, values) in enumerate(zip(names, readings.T, strict=True))
-        ]
-        _label_ends(axes, float(force_N.max()), _merged(ends))
+        frame = {"xlabel": "force (N)", "ylabel": "reading (10³ µε)", "xlim": (0, float(force_N.max())), "title": title}
+        _curves(axes, force_N, readings / 1000, [literal(name) for name in names], colors, dashes, **frame)
     return figure
+
+
+@contextmanager
+def _plot(height: float = 4.3, place: tuple[float, float] = (0.13, 0.8)) -> Iterator[tuple[Figure, Axes]]:
+    """A figure of this height (inches), and axes with space for names on the right; place : bottom and height."""
+    bottom, share = place
+    with styled(7.2, height) as figure:
+        yield figure, figure.add_axes((0.11, bottom, 0.66, share))
+
+
+def _curves(axes: Axes, x: np.ndarray, table: np.ndarray, names: Sequence[str], colors, dashes=None, **frame) -> None:
+    """Curves, columns of a table (n, k) over x (n,), with their names at the right ends; frame : of `Axes.set`."""
+    ends = []
+    for values, name, color, dash in zip(table.T, names, colors, dashes or ["solid"] * len(names), strict=True):
+        axes.plot(x, values, color=color, linestyle=dash, linewidth=1.8)
+        ends.append((float(values[np.isfinite(values)][-1]), name, color))
+    axes.set(**frame)
+    _label_ends(axes, float(x.max()), _merged(ends))
+
+
+def _megapascals(moduli: Sequence[float]) -> list[str]:
+    return [f"{modulus:.3g} MPa" for modulus in moduli]
 
 
 def _force_modulus_axes(axes: Axes, force_N: np.ndarray, modulus_MPa: np.ndarray, margin: float = 1.0) -> None:

@@ -29,7 +29,8 @@ def test_published_curves_are_dashed_in_the_colour_of_the_nearest_modulus():
     lines = figure.axes[0].get_lines()
     dashed = next(line for line in lines if line.get_linestyle() == "--" and len(line.get_ydata()))
     assert dashed.get_ydata() == pytest.approx(SD[:5, 1] * 2 / 1000)
-    assert dashed.get_color() == lines[1].get_color()
+    solid = [line for line in lines if line.get_linestyle() == "-" and len(line.get_ydata())]
+    assert dashed.get_color() == solid[1].get_color() and dashed.get_zorder() > solid[1].get_zorder()
 
 
 def test_a_curve_a_force_against_the_modulus():
