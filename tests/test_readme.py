@@ -27,8 +27,8 @@ def test_the_examples_run_as_printed_one_after_the_other(tmp_path, monkeypatch, 
 def test_the_commands_exist():
     from papilla.cli.main import app
 
-    known = {command.callback.__name__ for command in app.registered_commands}
+    known = {command.callback.__name__.replace("_", "-") for command in app.registered_commands}
     known |= {group.name for group in app.registered_groups}
     blocks = "".join(re.findall(r"```\n(.*?)```", README, re.DOTALL))
-    named = set(re.findall(r"^papilla (\w+)", blocks, re.MULTILINE))
+    named = set(re.findall(r"^papilla ([\w-]+)", blocks, re.MULTILINE))
     assert named and named <= known
