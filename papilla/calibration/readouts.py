@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibration.surface import Axis, Spline, Surface, in_domain, inside
+from papilla.calibration.surface import Axes, Spline, Surface, inside
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
 from papilla.status import Status
@@ -188,7 +188,7 @@ class GaugeSurface:
 
 
 @dataclass(frozen=True, eq=False)
-class PositionTerms:
+class PositionTerms(Axes):
     """What a contact off the apex changes in the gauges' readings; m, n and k uniform cells, g gauges.
 
     At the apex the gauges' own surfaces hold; a contact x further along the finger adds force * change(force, modulus,
@@ -227,16 +227,6 @@ class PositionTerms:
         _, m, n, k = self.coefficients.shape
         return m - 3, n - 3, k - 3
 
-    @cached_property
-    def force_axis(self) -> Axis:
-        """The uniform cells over ln force."""
-        return Axis.between(*self.force_N, self.cells[0])
-
-    @cached_property
-    def modulus_axis(self) -> Axis:
-        """The uniform cells over ln modulus."""
-        return Axis.between(*self.modulus_MPa, self.cells[1])
-
     @property
     def step_mm(self) -> float:
         """Width of a cell of x."""
@@ -251,7 +241,7 @@ class PositionTerms:
 
     def change(self, force_N: ArrayLike, modulus_MPa: ArrayLike, position_mm: ArrayLike) -> np.ndarray:
         """(..., g) change in microstrain / N at forces, moduli and positions that broadcast; NaN outside the domain."""
-        inside, *point = in_domain(force_N, modulus_MPa, self.force_axis, self.modulus_axis)
+        inside, *point = self.domain(force_N, modulus_MPa)
         position = np.asarray(position_mm, float)
         there = np.abs(position) <= self.reach_mm
         value = self.spline(*point, np.where(there, position, 0.0))

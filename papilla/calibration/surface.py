@@ -10,6 +10,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -79,8 +80,33 @@ class Spline:
         return found.reshape(*(2,) * len(places), -1)
 
 
+class Axes:
+    """Base of what is fitted over ln force and ln modulus: `force_N`, `modulus_MPa`, (low, high) each, and `cells`."""
+
+    force_N: tuple[float, float]
+    modulus_MPa: tuple[float, float]
+    cells: Any
+
+    @cached_property
+    def force_axis(self) -> "Axis":
+        """The uniform cells over ln force."""
+        return Axis.between(*self.force_N, self.cells[0])
+
+    @cached_property
+    def modulus_axis(self) -> "Axis":
+        """The uniform cells over ln modulus."""
+        return Axis.between(*self.modulus_MPa, self.cells[1])
+
+    def domain(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> tuple[np.ndarray, ...]:
+        """Whether points that broadcast lie in the domain, and ln force and ln modulus, of its corner where not."""
+        force, modulus = np.broadcast_arrays(np.asarray(force_N, float), np.asarray(modulus_MPa, float))
+        (low, high), (soft, hard) = self.force_N, self.modulus_MPa
+        inside = (force >= low) & (force <= high) & (modulus >= soft) & (modulus <= hard)
+        return inside, np.log(np.where(inside, force, low)), np.log(np.where(inside, modulus, soft))
+
+
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(Axes):
     """A bicubic surface over force and modulus; m force cells and n modulus cells, uniform in the logarithms.
 
     Parameters
@@ -110,16 +136,6 @@ class Surface:
         return self.coefficients.shape[0] - 3, self.coefficients.shape[1] - 3
 
     @cached_property
-    def force_axis(self) -> "Axis":
-        """The uniform cells over ln force."""
-        return Axis.between(*self.force_N, self.cells[0])
-
-    @cached_property
-    def modulus_axis(self) -> "Axis":
-        """The uniform cells over ln modulus."""
-        return Axis.between(*self.modulus_MPa, self.cells[1])
-
-    @cached_property
     def spline(self) -> Spline:
         """The surface over (ln force, ln modulus)."""
         return spline_of([self])
@@ -138,7 +154,7 @@ class Surface:
         return self._evaluate(force_N, modulus_MPa, 0), self._evaluate(force_N, modulus_MPa, 1)
 
     def _evaluate(self, force_N: ArrayLike, modulus_MPa: ArrayLike, along: int | None) -> np.ndarray:
-        inside, *point = in_domain(force_N, modulus_MPa, self.force_axis, self.modulus_axis)
+        inside, *point = self.domain(force_N, modulus_MPa)
         return np.where(inside, self.spline(*point, along=along)[..., 0], np.nan)[()]
 
     def curve(self, ln_force: float) -> "Curve":
@@ -193,13 +209,6 @@ class Axis:
         weights = np.zeros((len(value), self.cells + 3))
         weights[rows, cell[:, None] + np.arange(4)] = power_vector(place) @ POWERS.T
         return weights
-
-
-def in_domain(force_N: ArrayLike, modulus_MPa: ArrayLike, forces: Axis, moduli: Axis) -> tuple[np.ndarray, ...]:
-    """Whether points that broadcast lie in a domain, and ln force and ln modulus, of the domain's corner where not."""
-    force, modulus = np.broadcast_arrays(np.asarray(force_N, float), np.asarray(modulus_MPa, float))
-    inside = (force >= forces.low) & (force <= forces.high) & (modulus >= moduli.low) & (modulus <= moduli.high)
-    return inside, np.log(np.where(inside, force, forces.low)), np.log(np.where(inside, modulus, moduli.low))
 
 
 def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:

@@ -7,48 +7,48 @@ import numpy as np
 import pytest
 
 from papilla.estimators.friction import Friction, FrictionStatus
+from papilla.estimators.friction.direction import SCATTER, Direction, Peak
 from papilla.estimators.friction.estimator import _middle, _noise
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
     ANISOTROPY,
     EXPONENT,
     LEAST_CHANGE,
-    Look,
+    Block,
     Offset,
-    Reading,
+    Source,
     Stroke,
     combined,
 )
-from papilla.estimators.friction.way import SCATTER, Peak, Way
 
 STEADY = (0.4, 1.0, 30.0)
 
 
 def unknown(sigma=0.2):
-    return Offset(Reading(0.0, sigma**2), Reading(0.0, sigma**2))
+    return Offset(Source(0.0, sigma**2), Source(0.0, sigma**2))
 
 
-def stroke(pull, normal, looks=10):
-    return Stroke(looks * pull / normal, looks / normal, looks * math.log(normal), 0.0, looks)
+def stroke(pull, normal, blocks=10):
+    return Stroke(blocks * pull / normal, blocks / normal, blocks * math.log(normal), 0.0, blocks)
 
 
 def test_readings_are_combined_by_their_variances_which_grow_where_they_contradict():
-    assert combined(Reading(1.0, 1.0), Reading(4.0, 0.5), Reading()) == pytest.approx((3.0, 1 / 3 * max(6 / 4, 1)))
-    assert combined(Reading(1.0, 1.0), Reading(1.5, 0.5)) == pytest.approx((4 / 3, 1 / 3))
-    assert combined(Reading(), Reading()) == Reading()
+    assert combined(Source(1.0, 1.0), Source(4.0, 0.5), Source()) == pytest.approx((3.0, 1 / 3 * max(6 / 4, 1)))
+    assert combined(Source(1.0, 1.0), Source(1.5, 0.5)) == pytest.approx((4 / 3, 1 / 3))
+    assert combined(Source(), Source()) == Source()
 
 
 def test_air_tells_the_offset_from_its_second_look_on():
     offset = unknown()
-    offset.fly(Look(0.7, 0.0, 0.0, 0.0), 40)
-    assert not offset.told
+    offset.in_air(Block(0.7, 0.0, 0.0, 0.0), 40)
+    assert not offset.observed
     for _ in range(30):
-        offset.fly(Look(0.1, 0.0, 0.0, 0.0), 40)
+        offset.in_air(Block(0.1, 0.0, 0.0, 0.0), 40)
     assert offset.all.value_N == pytest.approx(0.1, abs=1e-4)
     assert math.sqrt(offset.all.variance_N2) == pytest.approx(AIR_SIGMA_N, rel=1e-3)
     light = unknown()
     for _ in range(5):
-        light.fly(Look(0.1, 0.01, 0.0, 0.0), 40)
+        light.in_air(Block(0.1, 0.01, 0.0, 0.0), 40)
     assert math.sqrt(light.air.variance_N2) == pytest.approx(0.005, rel=0.05), "it may rub"
 
 
@@ -59,26 +59,26 @@ def test_turns_tell_the_offset_with_mu_the_same_both_ways(forces):
     forward, backward = forces
     strokes = stroke(mu * forward + zero, forward), stroke(mu * backward - zero, backward)
     offset = unknown(sigma=100.0)
-    offset.slide(Look(0.4, 1.0, 30.0, 0.0), *strokes)
+    offset.sliding(Block(0.4, 1.0, 30.0, 0.0), *strokes)
     assert offset.all.value_N == pytest.approx(zero, abs=1e-4)
     b = 1 / forward + 1 / backward
     other = EXPONENT * math.log(forward / backward)
     assert math.sqrt(offset.all.variance_N2) == pytest.approx(
         mu / b * math.sqrt(ANISOTROPY**2 + LEAST_CHANGE**2 + other**2), rel=1e-3
     )
-    offset.turn(*strokes)
+    offset.keep_turns(*strokes)
     assert offset.turns.value_N == pytest.approx(zero)
     for _ in range(50):
-        offset.turn(*strokes)
-    offset.slide(Look(0.4, 1.0, 30.0, 0.0), *strokes)
+        offset.keep_turns(*strokes)
+    offset.sliding(Block(0.4, 1.0, 30.0, 0.0), *strokes)
     assert math.sqrt(offset.all.variance_N2) > mu * ANISOTROPY / b, "anisotropy is not averaged away"
 
 
 def test_one_direction_tells_nothing_of_the_offset():
     offset = unknown()
     for normal in (0.5, 1.0, 2.0) * 20:
-        offset.slide(Look(0.1 + 0.4 * normal, normal, 30.0, 0.0), stroke(0.1 + 0.4 * normal, normal), Stroke())
-    assert offset.all == Reading(0.0, 0.2**2) and not offset.told
+        offset.sliding(Block(0.1 + 0.4 * normal, normal, 30.0, 0.0), stroke(0.1 + 0.4 * normal, normal), Stroke())
+    assert offset.all == Source(0.0, 0.2**2) and not offset.observed
 
 
 @pytest.mark.parametrize(
@@ -94,55 +94,55 @@ def test_one_direction_tells_nothing_of_the_offset():
     ],
 )
 def test_a_rest_counts_where_the_pull_fell_by_more_than_half_and_nothing_better_is_known(moved, rest, told):
-    offset, sliding = unknown(), Look(0.5, 1.0, 30.0, 0.0)
+    offset, sliding = unknown(), Block(0.5, 1.0, 30.0, 0.0)
     offset.moving = moved
     for tangential in rest:
-        offset.stand(Look(tangential, 1.0, 0.0, 0.0))
-    offset.slide(sliding, stroke(0.5, 1.0), Stroke())
-    assert offset.told == told
+        offset.at_rest(Block(tangential, 1.0, 0.0, 0.0))
+    offset.sliding(sliding, stroke(0.5, 1.0), Stroke())
+    assert offset.observed == told
     if told:
         assert offset.all.value_N == pytest.approx(0.1, abs=0.005)
-        offset.slide(sliding, stroke(0.5, 1.0), stroke(0.3, 1.0))
+        offset.sliding(sliding, stroke(0.5, 1.0), stroke(0.3, 1.0))
         assert offset.all.value_N == pytest.approx(0.1, abs=0.01), "(0.5 - 0.3) / 2"
         assert offset.all == combined(
-            offset.prior, Reading(0.1, offset._turn(stroke(0.5, 1.0), stroke(0.3, 1.0))[0][1] + (0.04 * 0.4) ** 2)
+            offset.prior, Source(0.1, offset._turn(stroke(0.5, 1.0), stroke(0.3, 1.0))[0][1] + (0.04 * 0.4) ** 2)
         )
 
 
 def test_a_direction_is_the_ratio_of_means_and_follows_the_offset_at_once():
-    way = Way(-1)
+    way = Direction(-1)
     for normal in (1.0, 2.0) * 10:
-        assert way.take(Look(0.1 - 0.4 * normal, normal, -30.0, 0.0), 40, 0.1, 0.0)
+        assert way.take(Block(0.1 - 0.4 * normal, normal, -30.0, 0.0), 40, 0.1, 0.0)
     assert way.mu(0.1) == pytest.approx(0.4) and way.mu(0.0) == pytest.approx(0.4 - 0.1 / way.normal)
-    assert way.stroke.looks == 20 and way.stroke.spread == pytest.approx(0.0, abs=1e-20)
+    assert way.stroke.blocks == 20 and way.stroke.spread == pytest.approx(0.0, abs=1e-20)
     assert way.log_variance == pytest.approx((0.5 * math.log(2)) ** 2, rel=0.3)
 
 
 def test_the_first_look_has_the_scatter_that_is_taken_for_granted_and_more_looks_their_own():
-    way = Way(1)
-    way.take(Look(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+    way = Direction(1)
+    way.take(Block(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
     assert math.sqrt(way.variance) == pytest.approx(SCATTER * 0.4 * math.sqrt(0.8))
     rng = np.random.default_rng(0)
     for _ in range(400):
-        way.take(Look(0.4 + 0.02 * rng.standard_normal(), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+        way.take(Block(0.4 + 0.02 * rng.standard_normal(), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
     assert math.sqrt(way.variance) == pytest.approx(0.02, rel=0.35)
-    assert way.looks == 25
+    assert way.blocks == 25
 
 
 def test_a_look_five_scatters_off_is_left_out_and_the_third_in_a_row_is_a_change():
     for sigmas, learnt in ((4.9, True), (5.1, None)):
-        way = Way(1)
+        way = Direction(1)
         for _ in range(10):
-            way.take(Look(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+            way.take(Block(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
         spread = math.sqrt(way.variance + (1e-3 * 0.4) ** 2)
         before = replace(way)
-        assert way.take(Look(0.4 + sigmas * spread, 1.0, 30.0, 0.0), 40, 0.0, 0.3) is learnt
+        assert way.take(Block(0.4 + sigmas * spread, 1.0, 30.0, 0.0), 40, 0.0, 0.3) is learnt
         assert (way.mu(0.0) == before.mu(0.0)) == (learnt is None)
-    told = [way.take(Look(0.9, 1.0, 30.0, 0.0), 40, 0.0, 0.3) for _ in range(3)]
+    told = [way.take(Block(0.9, 1.0, 30.0, 0.0), 40, 0.0, 0.3) for _ in range(3)]
     assert told == [None, False, True] and way.mu(0.0) > 0.7
-    way.take(Look(2.0, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
-    way.take(Look(way.mu(0.0), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
-    assert way.odd == (), "not in a row"
+    way.take(Block(2.0, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+    way.take(Block(way.mu(0.0), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+    assert way.outliers == (), "not in a row"
 
 
 def test_the_peak_of_a_start_is_the_greatest_median_of_five():
@@ -150,7 +150,7 @@ def test_the_peak_of_a_start_is_the_greatest_median_of_five():
     samples[20:25, 0] = 0.7
     samples[30:32, 0] = 5.0
     for s in (1, -1):
-        way = Way(s)
+        way = Direction(s)
         way.start(samples * (s, 1, 1), 0.0, s * 0.1, 0.02)
         assert way.peak == Peak(pytest.approx(0.6), 0.7, 1.0, 0.0)
         way.start(np.array([(s * 0.5, 1.0, 0.0)] * 44), 0.0, s * 0.1, 0.02)
@@ -214,12 +214,13 @@ def test_lost_contact_ends_a_start():
         assert statuses([(0.001, normal, 30.0)] * 5)[-1] == status
     own = Friction()
     own.process([(0.4, 1.0, 0.0)] * 40)
-    assert own._memory.standing and own._memory.ways[0].peak.pull == 0.4
+    assert own._memory.standing and own._memory.directions[0].peak.pull == 0.4
     own.process([STEADY] * 20 + [(0.0, 0.0, 30.0)] * 20)
     memory = own._memory
-    assert not memory.standing and memory.ways[0].peak == Peak() and memory.heading == 0 and memory.offset.flying == 0
+    assert not memory.standing and memory.directions[0].peak == Peak()
+    assert memory.heading == 0 and memory.offset.air_run == 0
     own.process([(0.05, 0.0, 30.0)] * 80)
-    assert own._memory.offset.flying == 2 and own._memory.offset.told
+    assert own._memory.offset.air_run == 2 and own._memory.offset.observed
     # What comes down in motion has no breakaway
     own.process([(9.0, 1.0, 30.0)] * 40 + [STEADY] * 400)
     assert math.isnan(own.coefficients[0].mu_static) and own.coefficients[0].mu_kinetic == pytest.approx(0.35, abs=0.01)
@@ -228,9 +229,9 @@ def test_lost_contact_ends_a_start():
 def known_by(**known):
     """The answer of the first direction with mu 0.4 at 1 N, offset 0.05 +- 0.001 N, and what is given."""
     own = Friction()
-    own._memory.offset.all = Reading(0.05, 1e-6)
-    way = own._memory.ways[0]
-    way.pull, way.normal, way.looks, way.variance, way.breakaway = 0.45, 1.0, 9.0, 1e-4, Peak(0.55, 1.2, 2.0, 0.02)
+    own._memory.offset.all = Source(0.05, 1e-6)
+    way = own._memory.directions[0]
+    way.pull, way.normal, way.blocks, way.variance, way.breakaway = 0.45, 1.0, 9.0, 1e-4, Peak(0.55, 1.2, 2.0, 0.02)
     for name, value in known.items():
         setattr(way if hasattr(way, name) else own._memory, name, value)
     return own.coefficients[0]
@@ -243,7 +244,7 @@ def test_sigma_holds_scatter_offset_force_and_age():
     for known, more in (
         ({"log_variance": 0.04}, (EXPONENT * 0.2 * 0.4) ** 2),
         ({"age": 4.0}, (0.03 * 2 * 0.4) ** 2),
-        ({"off": 0.03}, 0.03**2),
+        ({"error": 0.03}, 0.03**2),
     ):
         assert known_by(**known).mu_kinetic_sigma ** 2 == pytest.approx(alone + more)
     assert known_by().mu_static == pytest.approx((1.2 - 0.05) / 2)
@@ -260,7 +261,7 @@ def test_sigma_holds_scatter_offset_force_and_age():
         ({"breakaway": Peak(0.3, 0.83, 2.0, 0.02)}, FrictionStatus.OK),
         ({"breakaway": Peak()}, FrictionStatus.OK),
         ({"pull": 0.04}, FrictionStatus.NEGATIVE),
-        ({"looks": 0.0}, FrictionStatus.NOT_SLIDING),
+        ({"blocks": 0.0}, FrictionStatus.NOT_SLIDING),
         ({"remark": FrictionStatus.CHANGED}, FrictionStatus.CHANGED),
         ({"remark": FrictionStatus.CHANGED, "pull": 0.04}, FrictionStatus.NEGATIVE),
     ],

@@ -144,7 +144,7 @@ def test_a_rest_is_learnt_only_when_the_next_one_agrees(made, step, learnt):
     for sample in [(5.0,) * 5 + (0.0,)] * 20 + [step] * 20:
         own._lose_contact(sample, True)
     assert (own.state.airborne == 20) == learnt
-    own._make_contact()
+    assert own._in_contact(np.array([0.0] * 5 + [2 * own._low]), np.arange(5), sample, True)
     assert own.state.rest.before is None
 
 

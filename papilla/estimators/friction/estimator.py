@@ -1,10 +1,15 @@
 """Static and kinetic friction in both directions from tangential and normal force, the sensor's offset removed.
 
-The model is T = offset + s mu N, s = 1 or -1 for the direction of sliding: a look at T and N (40 ms of steady sliding)
-tells mu = s (T - offset) / N. mu changes with load, speed, wear and place, so it is followed by a short mean (`way`),
-and its sigma holds the scatter from look to look and what the last look was off by. The offset is learnt apart from it,
-from what tells it (`offset`); the means do not contain it, so mu follows it at once. Where nothing tells the offset, mu
-is about T / N with the prior's sigma, and the status says so.
+The model of steady sliding is T = T0 + s mu N, with the direction s = 1 or -1 and the offset T0 of the sensor. Samples
+are taken in blocks of 40 ms; the trimmed means of a block give mu = s (T - T0) / N.
+
+A regression of T over N for both unknowns fails: mu itself changes with load, speed, wear and place, and T0 takes up
+the change. So T0 is learnt apart, only from what shows it: air, turns and rests (`offset`). mu is a mean over 0.1 s of
+sliding (`direction`); it is kept as means of s T and N, without T0, and so follows a new T0 at once. The sigma of mu
+holds the scatter from block to block, the error of the last block and the sigma of T0. While nothing shows T0, mu is
+about T / N with the sigma that the prior of T0 gives it, and the status says so (ADR 0010, 0028).
+
+The static coefficient is the greatest median of five samples, (T - T0) / N, between rest and steady sliding.
 """
 
 import math
@@ -15,30 +20,29 @@ import numpy as np
 
 from papilla import checks
 from papilla.estimators.friction.answer import FrictionEstimate, FrictionStatus
-from papilla.estimators.friction.offset import Look, Offset, Reading, Stroke
-from papilla.estimators.friction.way import CHANGE_LOOKS, MEDIAN, Peak, Way
+from papilla.estimators.friction.direction import CHANGE_BLOCKS, MEDIAN, Direction, Peak
+from papilla.estimators.friction.offset import Block, Offset, Source, Stroke
 from papilla.estimators.stream import Stream
 
-LOOK_S, TRIMMED = 0.04, 0.1
-"""Length of a look; its means are without this share of the greatest and of the least samples, so without faults."""
+BLOCK_S, TRIMMED = 0.04, 0.1
+"""Length of a block; its means leave out this share of the greatest and of the least samples, so single faults too."""
 MEMORY_S = 0.1
 """Sliding over which mu is averaged: a change is followed to 5 % of itself in 0.3 s."""
 SETTLE_S, SETTLE_MM, SIGN_MM_S = 0.1, 1.5, 5.0
-"""Time and path from a start or a turn to steady sliding, while the skin shears and the breakaway passes; and the speed
-that a velocity of exactly 1 or -1 is taken for, which is a sign alone."""
+"""Time and path from a start or a turn to steady sliding, while the skin shears and the breakaway passes; a velocity of
+exactly 1 or -1 is a mere sign, and counts as SIGN_MM_S."""
 NO_PULL = 0.25
-"""Share of the usual mu below which a finger rests whatever its velocity says."""
-SURE, TOLD = 0.08, 0.02
-"""Relative sigma up to which the kinetic coefficient is ok; and up to which an offset is told by its prior alone."""
+"""Share of the slow mean of mu below which a finger rests whatever its velocity says."""
+SURE, PRIOR_SURE = 0.08, 0.02
+"""Relative sigma of mu up to which it is ok; and the part of it by the offset up to which the prior alone is enough."""
 REST_NOISES, NOISE_SAMPLES, LEAST_MM_S = 4.0, 200.0, 1e-6
-"""Standard deviations of a look's velocity below which the finger rests; samples that its noise is known from; and a
-speed that nothing slides below."""
+"""The finger rests below REST_NOISES standard deviations of a block's velocity, whose noise is averaged over
+NOISE_SAMPLES; and always below LEAST_MM_S."""
 REST_SHARE, TOP_MM = 0.02, 50.0
-"""Share of the greatest speed over this path below which the finger rests: an encoder's noise grows with what it
-measures."""
+"""It rests too below this share of the greatest speed on the last TOP_MM: an encoder's noise grows with its speed."""
 THIRD_DIFFERENCE, TAIL = 3.016, 10
-"""Median size of third differences of noise with the standard deviation 1; and samples of earlier looks that they are
-taken with, because a look may have one sample."""
+"""Median size of third differences of white noise of standard deviation 1; and samples of earlier blocks that they are
+taken with, because a block may have one sample."""
 STATIC_HZ, START_SCATTER = 400.0, 0.03
 """Sampling rate from which a breakaway of 15 ms is seen; and relative standard deviation of a start's greatest pull,
 because the skin gives way place by place."""
@@ -52,17 +56,17 @@ NO_CONTACT, NOT_SLIDING, BAD_INPUT = (
 class FrictionState:
     """All that the estimator remembers.
 
-    samples : (T, N, v) of the look that is being taken; tail : the last ones before it. ways : towards positive and
-    negative velocities. top : greatest recent speed, mm/s; noise : standard deviation of the velocity's noise, mm/s,
-    from `known` samples. heading : 1, -1, or 0 at rest; last : the last that was not 0. settling : looks since the
-    start, and slid : mm since. standing : whether it was in contact before the start. remark : CHANGED, OUTLIER,
-    NO_PULL or OK. answer : to the next samples.
+    samples : (T, N, v) of the block that is being filled; tail : the last ones before it. directions : towards
+    positive and negative velocities. top : greatest recent speed, mm/s; noise : standard deviation of the velocity's
+    noise, mm/s, from `known` samples. heading : 1, -1, or 0 at rest; last : the last that was not 0. settling : blocks
+    since the start; slid : mm since. standing : whether it was in contact before the start. remark : CHANGED, OUTLIER,
+    NO_PULL or OK. answer : to the samples of the next block.
     """
 
     offset: Offset
     samples: list[tuple[float, ...]] = field(default_factory=list)
     tail: tuple[tuple[float, ...], ...] = ()
-    ways: tuple[Way, Way] = field(default_factory=lambda: (Way(1), Way(-1)))
+    directions: tuple[Direction, Direction] = field(default_factory=lambda: (Direction(1), Direction(-1)))
     top: float = 0.0
     noise: float = 0.0
     known: float = 0.0
@@ -98,7 +102,7 @@ class Friction(Stream):
 
     tangential_N is positive where friction opposes a positive velocity_mm_s, of which the sign is enough.
 
-    Kinetic: of the last 0.1 s of steady sliding; the answer changes every 40 ms. A look that contradicts the mean is
+    Kinetic: of the last 0.1 s of steady sliding; the answer changes every 40 ms. A block that contradicts the mean is
     left out, and the third in a row is a change of friction, from which the direction is learnt anew.
     Static: (T - offset) / N where it is greatest from coming to rest until steady sliding, of medians of five samples;
     of the last start of each direction. There is none below 400 Hz, where a breakaway may fall between the samples, and
@@ -129,12 +133,12 @@ class Friction(Stream):
         offset_sigma_N: float = 0.2,
     ):
         rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
-        self._size = max(round(LOOK_S * rate), 1)
-        self._look_s, self._fast = self._size / rate, rate >= STATIC_HZ
+        self._size = max(round(BLOCK_S * rate), 1)
+        self._block_s, self._fast = self._size / rate, rate >= STATIC_HZ
         self._rest = None if rest_mm_s is None else checks.positive("rest_mm_s", rest_mm_s)
         self._contact = checks.positive("contact_N", contact_N)
         self._length = None if memory_mm is None else checks.positive("memory_mm", memory_mm)
-        self._prior = Reading(0.0, checks.positive("offset_sigma_N", offset_sigma_N) ** 2)
+        self._prior = Source(0.0, checks.positive("offset_sigma_N", offset_sigma_N) ** 2)
         self.reset()
 
     def _fresh(self) -> FrictionState:
@@ -143,7 +147,7 @@ class Friction(Stream):
     @property
     def coefficients(self) -> tuple[FrictionEstimate, FrictionEstimate]:
         """What is known of each direction: velocity > 0, velocity < 0."""
-        forward, backward = self._memory.ways
+        forward, backward = self._memory.directions
         return self._answer(forward), self._answer(backward)
 
     def _take(self, sample: tuple[float, ...]) -> FrictionEstimate:
@@ -155,117 +159,116 @@ class Friction(Stream):
         if len(memory.samples) == self._size:
             window, memory.samples = (*memory.tail, *memory.samples), []
             memory.tail = window[-TAIL:]
-            self._look(window)
+            self._block(window)
             if memory.last:
-                memory.answer = self._answer(self._way(memory.last))
+                memory.answer = self._answer(self._direction(memory.last))
         return memory.answer if sample[1] >= self._contact else NO_CONTACT
 
-    def _way(self, heading: int) -> Way:
-        return self._memory.ways[0 if heading > 0 else 1]
+    def _direction(self, heading: int) -> Direction:
+        return self._memory.directions[0 if heading > 0 else 1]
 
-    def _look(self, window: tuple[tuple[float, ...], ...]) -> None:
-        """Air, rest, start or steady sliding: what a look is, and what is learnt from it."""
+    def _block(self, window: tuple[tuple[float, ...], ...]) -> None:
+        """Decide whether a block is air, rest, start or steady sliding, and learn from it."""
         memory, offset = self._memory, self._memory.offset
         forces, normals, velocities = zip(*window, strict=True)
         normal, velocity = _middle(normals[-self._size :]), _mean(_middle(velocities[-self._size :]))
-        look = Look(_mean(_middle(forces[-self._size :])), _mean(normal), velocity, _noise(forces))
+        block = Block(_mean(_middle(forces[-self._size :])), _mean(normal), velocity, _noise(forces))
         heading = self._heading(velocities, velocity)
         if normal[0] < self._contact:
             memory.heading, memory.standing = 0, False
-            offset.still, offset.moving = (), None
+            offset.rests, offset.moving = (), None
             self._forget_start()
             if normal[-1] < self._contact:
-                offset.fly(look, self._size)
+                offset.in_air(block, self._size)
             return
-        offset.flying = 0
-        if heading and not self._idle(heading, look):
-            ways = self._slide(heading, look)
+        offset.air_run = 0
+        if heading and not self._idle(heading, block):
+            directions = self._sliding(heading, block)
         else:
-            # The end of a stroke is none of the next start.
-            ways = [way for way in memory.ways if way.s != memory.heading]
+            # The end of a stroke does not belong to the next start.
+            directions = [direction for direction in memory.directions if direction.s != memory.heading]
             memory.heading, memory.standing = 0, True
-            offset.stand(look)
-        if self._fast and ways:
+            offset.at_rest(block)
+        if self._fast and directions:
             samples = np.array(window[-self._size - MEDIAN + 1 :])
-            for way in ways:
-                way.start(samples, look.noise, offset.all.value_N, self._contact)
+            for direction in directions:
+                direction.start(samples, block.noise, offset.all.value_N, self._contact)
 
     def _heading(self, velocities: tuple[float, ...], mean: float) -> int:
-        """1, -1, or 0 at rest or where the look holds a turn."""
+        """1, -1, or 0 at rest or where the block holds a turn."""
         memory, size = self._memory, self._size
         memory.known = min(memory.known + size, max(NOISE_SAMPLES, size))
         memory.noise += (_noise(velocities) - memory.noise) * size / memory.known
-        memory.top = max(memory.top * math.exp(-abs(mean) * self._look_s / TOP_MM), abs(mean))
-        still = REST_NOISES * memory.noise / math.sqrt(size) if self._rest is None else self._rest
-        still = max(still, REST_SHARE * memory.top, LEAST_MM_S)
-        first, second = (
-            _mean(_middle(half)) for half in (velocities[-size:][: (size + 1) // 2], velocities[-(size + 1) // 2 :])
-        )
-        return 0 if min(abs(first), abs(second)) < still or first * second < 0 else 1 if mean > 0 else -1
+        memory.top = max(memory.top * math.exp(-abs(mean) * self._block_s / TOP_MM), abs(mean))
+        slowest = REST_NOISES * memory.noise / math.sqrt(size) if self._rest is None else self._rest
+        slowest = max(slowest, REST_SHARE * memory.top, LEAST_MM_S)
+        half = (size + 1) // 2
+        first, second = _mean(_middle(velocities[-size:][:half])), _mean(_middle(velocities[-half:]))
+        return 0 if min(abs(first), abs(second)) < slowest or first * second < 0 else 1 if mean > 0 else -1
 
     def _settled(self) -> bool:
         memory = self._memory
-        return memory.settling * self._look_s > SETTLE_S and memory.slid > SETTLE_MM
+        return memory.settling * self._block_s > SETTLE_S and memory.slid > SETTLE_MM
 
-    def _idle(self, heading: int, look: Look) -> bool:
-        """Whether hardly anything pulls though the velocity says sliding: a start, or a rest that is not told."""
-        memory, way, offset = self._memory, self._way(heading), self._memory.offset
-        least = NO_PULL * way.usual
-        told = offset.told or offset.prior.variance_N2 < (least * look.normal) ** 2
-        idle = way.looks > 0 and told and heading * (look.tangential - offset.all.value_N) <= least * look.normal
+    def _idle(self, heading: int, block: Block) -> bool:
+        """Whether hardly anything pulls though the velocity says sliding: a start, or a rest that it does not show."""
+        memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
+        least, pull = NO_PULL * direction.slow_mu * block.normal, heading * (block.tangential - offset.all.value_N)
+        known = offset.observed or offset.prior.variance_N2 < least**2
+        idle = direction.blocks > 0 and known and pull <= least
         if idle and memory.heading == heading and self._settled():
             memory.remark = FrictionStatus.NO_PULL
         return idle
 
     def _forget_start(self) -> None:
-        for way in self._memory.ways:
-            way.peak = Peak()
+        for direction in self._memory.directions:
+            direction.peak = Peak()
 
-    def _slide(self, heading: int, look: Look) -> list[Way]:
-        """A look at the start, or one of steady sliding; the direction that starts, if one does."""
-        memory, way, offset = self._memory, self._way(heading), self._memory.offset
+    def _sliding(self, heading: int, block: Block) -> list[Direction]:
+        """Take a block of a start or of steady sliding; the directions that start: one, or none."""
+        memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
         if heading != memory.heading:
             if memory.heading:
                 self._forget_start()
             memory.heading, memory.last, memory.settling, memory.slid = heading, heading, 0, 0.0
-        before, path = self._settled(), self._look_s * abs(look.velocity)
+        before, path = self._settled(), self._block_s * abs(block.velocity)
         memory.settling += 1
-        memory.slid += path if abs(look.velocity) != 1.0 else SIGN_MM_S * self._look_s
-        offset.moving = look.tangential, look.normal
-        for each in memory.ways:
-            each.age += self._look_s
+        memory.slid += path if abs(block.velocity) != 1.0 else SIGN_MM_S * self._block_s
+        offset.moving = block.tangential, block.normal
+        for each in memory.directions:
+            each.age += self._block_s
         if not self._settled():
-            return [way]
+            return [direction]
         if not before:
             # The start is over. A finger that came down in motion has no breakaway.
             if memory.standing:
-                way.breakaway = way.peak._replace(sigma=math.hypot(way.peak.sigma, look.noise))
+                direction.breakaway = direction.peak._replace(sigma=math.hypot(direction.peak.sigma, block.noise))
             memory.standing = True
             self._forget_start()
-            offset.turn(*(each.stroke for each in memory.ways))
-            way.stroke, way.odd = Stroke(), ()
-        gain = 1 - math.exp(-self._look_s / MEMORY_S if self._length is None else -path / self._length)
-        learnt = way.take(look, self._size, offset.all.value_N, gain)
+            offset.keep_turns(*(each.stroke for each in memory.directions))
+            direction.stroke, direction.outliers = Stroke(), ()
+        gain = 1 - math.exp(-self._block_s / MEMORY_S if self._length is None else -path / self._length)
+        learnt = direction.take(block, self._size, offset.all.value_N, gain)
         if learnt is None:
             memory.remark = FrictionStatus.OUTLIER
             return []
         if not learnt:
             memory.remark = FrictionStatus.CHANGED
-        elif memory.remark != FrictionStatus.CHANGED or way.looks >= 2 * CHANGE_LOOKS:
+        elif memory.remark != FrictionStatus.CHANGED or direction.blocks >= 2 * CHANGE_BLOCKS:
             memory.remark = FrictionStatus.OK
-        offset.slide(look, *(each.stroke for each in memory.ways))
+        offset.sliding(block, *(each.stroke for each in memory.directions))
         return []
 
-    def _answer(self, way: Way) -> FrictionEstimate:
+    def _answer(self, direction: Direction) -> FrictionEstimate:
         """What is known of a direction."""
-        if not way.looks:
+        if not direction.blocks:
             return NOT_SLIDING
-        (offset, variance), peak, nothing = self._memory.offset.all, way.breakaway, math.nan
-        mu, offset_sigma = way.mu(offset), math.sqrt(variance)
-        sigma = math.sqrt(variance / way.normal**2 + way.model_variance(mu))
-        static = (peak.pull - way.s * offset) / peak.normal
+        (offset, variance), peak, nothing = self._memory.offset.all, direction.breakaway, math.nan
+        mu, offset_sigma = direction.mu(offset), math.sqrt(variance)
+        sigma = math.sqrt(variance / direction.normal**2 + direction.model_variance(mu))
+        static = (peak.pull - direction.s * offset) / peak.normal
         static_sigma = math.hypot(offset_sigma, peak.sigma, START_SCATTER * peak.pull) / peak.normal
-        status = self._status(mu, sigma, offset_sigma / way.normal)
+        status = self._status(mu, sigma, offset_sigma / direction.normal)
         if static + 2 * peak.sigma / peak.normal < mu:
             static = static_sigma = nothing
             status = max(status, FrictionStatus.STATIC_NOT_SEEN)
@@ -278,6 +281,6 @@ class Friction(Stream):
             return FrictionStatus.NEGATIVE
         if self._memory.remark:
             return self._memory.remark
-        if not self._memory.offset.told and by_offset > TOLD * mu:
+        if not self._memory.offset.observed and by_offset > PRIOR_SURE * mu:
             return FrictionStatus.ONE_WAY
         return FrictionStatus.OK if sigma <= SURE * mu else FrictionStatus.UNSURE

@@ -115,14 +115,8 @@ class PrintedSoftness(Stream):
         """Root mean square, in units of the form's S_d, by which presses miss the form."""
         return self._misfit
 
-    @property
-    def state(self) -> HealthState:
-        """All that the estimator remembers, to be kept or to be set again: the gauges' health."""
+    def _snapshot(self) -> HealthState:
         return self._health.state
-
-    @state.setter
-    def state(self, state: HealthState) -> None:
-        self._remember(state)
 
     def _remember(self, memory: HealthState) -> None:
         self._health.state = memory
@@ -134,15 +128,16 @@ class PrintedSoftness(Stream):
         *readings, force_N = sample
         faults = self._health.look(tuple(readings))
         if not math.isfinite(force_N):
-            return _nothing(SoftnessStatus.BAD_INPUT)
+            return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
         if force_N < self._contact:
-            return _nothing(SoftnessStatus.NO_CONTACT)
+            return SoftnessEstimate(status=int(SoftnessStatus.NO_CONTACT))
         if faults:
-            return _nothing(SoftnessStatus.BAD_GAUGE)
+            return SoftnessEstimate(status=int(SoftnessStatus.BAD_GAUGE))
         force = float(newton_to_gf(force_N))
         low, high = self._force_gf
         if not low * (1 - 1e-9) <= force <= high * (1 + 1e-9):
-            return _nothing(SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE)
+            side = SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE
+            return SoftnessEstimate(status=int(side))
         mean = math.fsum(readings) / self._gauges
         sd = self._scale * math.sqrt(math.fsum((value - mean) ** 2 for value in readings) / self._gauges)
         return self._evaluate(sd, force)
@@ -155,7 +150,7 @@ class PrintedSoftness(Stream):
         modulus = self._inverse.branch * math.sqrt(square) - self._inverse.shift if square >= 0 else math.nan
         if not low <= modulus <= high:
             softest = float(quadratic(self._forward, force, low))
-            return _nothing(SoftnessStatus.SOFTER if sd < softest else SoftnessStatus.HARDER)
+            return SoftnessEstimate(status=int(SoftnessStatus.SOFTER if sd < softest else SoftnessStatus.HARDER))
         # dE = (k0 dS_d + (2 k1 f + k2) df) / (2 sqrt(...)), and S_d misses the form besides
         root = max(math.sqrt(square), 1e-12)
         along_sd, along_force = per_sd / (2 * root), (2 * per_f2 * force + per_f) / (2 * root)
@@ -165,7 +160,3 @@ class PrintedSoftness(Stream):
         if not modulus > 0 or sigma > IDENTIFIABLE * modulus:
             return SoftnessEstimate(modulus, sigma, int(SoftnessStatus.NOT_IDENTIFIABLE))
         return SoftnessEstimate(modulus, sigma, int(SoftnessStatus.OK))
-
-
-def _nothing(status: int) -> SoftnessEstimate:
-    return SoftnessEstimate(math.nan, math.nan, int(status))

@@ -157,16 +157,9 @@ class GaugeSoftness(Touch):
         faults, memory = self._watched(found, force), self._memory
         rows = self._of(faults)
         y = np.array(self._moved((*readings, force)))
-        # A light force alone does not end a touch, nor does the zero of the force begin one: the gauges have to agree.
-        if y[-1] >= self._low:
-            memory.light = 0
-        else:
-            gauges = rows[rows < self._gauges]
-            if not len(gauges) or self._is_away(y[gauges], self._lowest[gauges], y[-1]):
-                memory.search = None
-                self._lose_contact((*readings, force), len(rows) == self._gauges + 1)
-                return self._refused(SoftnessStatus.NO_CONTACT, faults)
-        self._make_contact()
+        if not self._in_contact(y, rows[rows < self._gauges], (*readings, force), len(rows) == self._gauges + 1):
+            memory.search = None
+            return self._refused(SoftnessStatus.NO_CONTACT, faults)
         if len(rows) < self._least:
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
         if memory.search is not None and memory.search.faults == faults:

@@ -21,18 +21,15 @@ NOISE_REACH = 4.0
 """Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
 
 
-_BOTH = np.arange(2)
-
-
 class SoftnessEstimate(NamedTuple):
     """modulus_MPa, modulus_sigma_MPa (NaN where there is no answer) and status: the value of a `SoftnessStatus`.
 
     NOT_IDENTIFIABLE may come with a modulus: its sigma is then more than half of it. Of a block, arrays (n,).
     """
 
-    modulus_MPa: float | np.ndarray
-    modulus_sigma_MPa: float | np.ndarray
-    status: int | np.ndarray
+    modulus_MPa: float | np.ndarray = math.nan
+    modulus_sigma_MPa: float | np.ndarray = math.nan
+    status: int | np.ndarray = int(SoftnessStatus.NO_CONTACT)
 
     @property
     def sentence(self):
@@ -86,45 +83,36 @@ class Softness(Touch):
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
-        """The estimate after one more sample,"""
-        healthy = not found
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.look` finds them."""
         if force - force != 0.0:
-            return _nothing(SoftnessStatus.BAD_INPUT)
-        *moved, pressed = self._moved((*readings, force))
-        sd = self._sd(moved) if healthy else math.nan
-        # A light force alone does not end a touch, nor does its zero begin one: S_d has to agree, where it is trusted.
-        if pressed >= self._low:
-            self._memory.light = 0
-        elif not healthy or self._is_away(np.array([sd]), self._lowest, pressed):
-            self._lose_contact((*readings, force), healthy)
-            return _nothing(SoftnessStatus.NO_CONTACT)
-        self._make_contact()
-        force = pressed
+            return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
+        *moved, force_N = self._moved((*readings, force))
+        sd = math.nan if found else self._sd(moved)
+        if not self._in_contact(np.array((sd, force_N)), self._all[: 0 if found else 1], (*readings, force), not found):
+            return SoftnessEstimate(status=int(SoftnessStatus.NO_CONTACT))
         low, high = self._surface.force_N
-        if not low - self._slack <= force <= high + self._slack:
-            return _nothing(SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE)
-        if not healthy:
-            return _nothing(SoftnessStatus.BAD_GAUGE)
+        if not low - self._slack <= force_N <= high + self._slack:
+            side = SoftnessStatus.FORCE_BELOW if force_N < low else SoftnessStatus.FORCE_ABOVE
+            return SoftnessEstimate(status=int(side))
+        if found:
+            return SoftnessEstimate(status=int(SoftnessStatus.BAD_GAUGE))
         if sd > 0:
             # Noise adds to a standard deviation.
             sd -= 0.5 * (self._gauges - 2) * self._reading_sigma**2 / sd
-        return self._gather(np.array((sd, force)), ())
-
-    def _of(self, faults: tuple[int, ...]) -> np.ndarray:
-        return _BOTH
+        return self._gather(np.array((sd, force_N)), ())
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        state = completed(self._start(y, _BOTH, self._unknown()))[1]
-        return self._follow(y, faults, state, self._fitter.noise_fit(y, _BOTH, state))
+        state = completed(self._start(y, self._all, self._unknown()))[1]
+        return self._follow(y, faults, state, self._fitter.noise_fit(y, self._all, state))
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> SoftnessEstimate:
         fitter = self._fitter
         if outside := self._outside(fit):
-            return _nothing(outside)
+            return SoftnessEstimate(status=int(outside))
         softest, hardest = self._surface.usable(fit.ln_force)
         if not softest <= fitter.ln_modulus(fitter.h_of_noise(state))[0] <= hardest:
-            return _nothing(SoftnessStatus.NOT_IDENTIFIABLE)
-        self._learnt(y, _BOTH, state, fit, keep=self._keep)
+            return SoftnessEstimate(status=int(SoftnessStatus.NOT_IDENTIFIABLE))
+        self._learnt(y, self._all, state, fit, keep=self._keep)
         return self._answer(fit.ln_force, fit.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:
@@ -134,7 +122,3 @@ class Softness(Touch):
         """S_d of the readings less their zeros; for so few, numpy costs several times as much."""
         mean = sum(moved) / self._gauges
         return math.sqrt(sum([(value - mean) ** 2 for value in moved]) / self._gauges)
-
-
-def _nothing(status: int) -> SoftnessEstimate:
-    return SoftnessEstimate(math.nan, math.nan, int(status))

@@ -141,7 +141,7 @@ class Touch(Stream):
         each = np.append(np.full(gauges, math.sqrt(gauges / fitter.channels)), 1.0)
         self._zero_noise = each * fitter.noise[[0] * gauges + [-1]]
         self._zero_sigma = each * ([fitter.doubts.zero_microstrain] * gauges + [fitter.doubts.force_offset_N])
-        self._clean = (0,) * (gauges + 1)
+        self._clean, self._all = (0,) * (gauges + 1), np.arange(fitter.channels + 1)
         self.reset()
 
     def _take(self, sample: tuple[float, ...]):
@@ -170,6 +170,23 @@ class Touch(Stream):
     def dominant(self) -> str:
         """The error that makes most of the modulus' sigma in the last touch, in words; empty before it."""
         return self._fitter.dominant(self._memory.filter) if self._memory.filter else self._memory.dominant
+
+    def _in_contact(self, y: np.ndarray, rows: np.ndarray, sample: tuple[float, ...], good: bool) -> bool:
+        """Whether a finger touches; in the air the touch is forgotten, and zeros are learnt from good samples.
+
+        y (c + 1,) : readings and force less their zeros; rows : the readings that are in use. A light force alone does
+        not end a touch, nor does a zero of the force that is off begin one: the readings have to agree.
+        """
+        memory = self._memory
+        if y[-1] >= self._low:
+            memory.light = 0
+        elif not len(rows) or self._is_away(y[rows], self._lowest[rows], y[-1]):
+            self._lose_contact(sample, good)
+            return False
+        if memory.rest.samples or memory.rest.before is not None:
+            # What was just taken for the air may have been the begin of the press.
+            memory.rest = Rest()
+        return True
 
     def _is_away(self, moved: np.ndarray, least: np.ndarray, force: float) -> bool:
         """Whether a finger is in the air whose force (less its zero) is below those that are calibrated: readings (less
@@ -207,11 +224,6 @@ class Touch(Stream):
                 memory.zeros, memory.airborne = tuple(zeros.tolist()), min(memory.airborne + count, RULES.zero_samples)
         return Rest(before=mean)
 
-    def _make_contact(self) -> None:
-        """In contact: what was just taken for the air may have been the begin of the press."""
-        if self._memory.rest.samples or self._memory.rest.before is not None:
-            self._memory.rest = Rest()
-
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
         """Readings and force less their zeros; in plain numbers, as arrays cost more for so few."""
         return [value - zero for value, zero in zip(sample, self._memory.zeros, strict=True)]
@@ -227,9 +239,9 @@ class Touch(Stream):
             return SoftnessStatus.FORCE_BELOW if fit.ln_force < fitter.low else SoftnessStatus.FORCE_ABOVE
         return SoftnessStatus.OFF_REACH if abs(fit.place_mm) > fitter.surfaces.reach else None
 
-    @abstractmethod
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
         """The channels that are used with such faults."""
+        return self._all
 
     @abstractmethod
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]):

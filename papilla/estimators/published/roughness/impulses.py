@@ -3,7 +3,7 @@
 import math
 from abc import abstractmethod
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 from papilla.estimators.published.roughness.answer import NONE, Finding
 from papilla.estimators.published.roughness.stream import RoughnessStream
@@ -125,27 +125,13 @@ class ImpulseMethod(NamedTuple):
     paired: bool
 
 
-class Source(Protocol):
-    """Makes impulses of readings."""
-
-    def fire(self, reading: float) -> float:
-        """The impulse of a reading: 1 or -1, 0 none, NaN where there can be none."""
-
-
-class Reader(Protocol):
-    """Makes a frequency of impulses."""
-
-    def find(self, impulse: float, speed: float) -> Finding:
-        """What is found after a sample: its impulse, and |velocity| in mm/s."""
-
-
 class ImpulseStream(RoughnessStream):
-    """Base of the estimators that count or time impulses; they say who makes the impulses and who reads them."""
+    """Base of the estimators that count or time impulses."""
 
     @abstractmethod
-    def _begin(self) -> tuple[Source, Reader]:
-        """A new source and a new reader."""
+    def _begin(self) -> tuple[Trigger, Any]:
+        """What makes impulses, new, and what reads them: its `find` takes an impulse and |velocity| in mm/s."""
 
-    def _find(self, method: tuple[Source, Reader], reading: float, speed: float) -> Finding:
+    def _find(self, method: tuple[Trigger, Any], reading: float, speed: float) -> Finding:
         source, reader = method
         return reader.find(source.fire(reading), speed)

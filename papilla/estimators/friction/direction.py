@@ -1,0 +1,113 @@
+"""What is known of the friction in one direction: its kinetic coefficient, block by block, and its last breakaway."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from papilla.estimators.friction.offset import EXPONENT, Block, Stroke
+
+SCATTER, SCATTER_BLOCKS, MEMORY_BLOCKS = 0.04, 4.0, 25.0
+"""Prior relative scatter of mu from block to block, the number of blocks that it counts for, and the blocks over which
+scatter is averaged."""
+LEAST_SCATTER = 1e-3
+"""Least relative scatter of mu: the linearity of a good force sensor."""
+WANDER = 0.03
+"""Relative standard deviation of the change of mu in 1 s of sliding; it grows with the root of the time."""
+GATE, CHANGE_BLOCKS = 5.0, 3
+"""A block GATE scatters off the mean is an outlier; CHANGE_BLOCKS outliers in a row are a change of friction."""
+SLOW_BLOCKS = 100.0
+"""Blocks that the slow mean of mu is taken over."""
+MEDIAN = 5
+"""Samples whose median is a candidate for the peak of a breakaway: a single faulty sample never is one."""
+_FIVES = np.arange(MEDIAN)
+
+
+class Peak(NamedTuple):
+    """Pull and normal force in N where a start pulls most, by their `ratio` less its noise; and the pull's sigma."""
+
+    ratio: float = -math.inf
+    pull: float = math.nan
+    normal: float = math.nan
+    sigma: float = 0.0
+
+
+@dataclass
+class Direction:
+    """One direction, s = 1 or -1.
+
+    pull, normal : means of s T and N, from `blocks` since the last change. variance : of a block's mu about the mean;
+    error : deviation of the last block; age : sliding since then, s. log_normal, log_variance : mean and variance of
+    ln N. slow_mu : slow mean of mu. stroke : sums over the last stroke. outliers : (s T, N) of the last blocks, if they
+    contradict the mean. peak : of a start under way; breakaway : of the last start.
+    """
+
+    s: int
+    pull: float = 0.0
+    normal: float = 1.0
+    blocks: float = 0.0
+    variance: float = 0.0
+    error: float = 0.0
+    age: float = 0.0
+    log_normal: float = 0.0
+    log_variance: float = 0.0
+    slow_mu: float = 0.0
+    stroke: Stroke = Stroke()
+    outliers: tuple[tuple[float, float], ...] = ()
+    peak: Peak = Peak()
+    breakaway: Peak = Peak()
+
+    def mu(self, offset: float) -> float:
+        """The kinetic coefficient with this offset."""
+        return (self.pull - self.s * offset) / self.normal
+
+    def model_variance(self, mu: float) -> float:
+        """Variance of mu, the offset apart: scatter, lag behind a change, force and time since the last block."""
+        relative = LEAST_SCATTER**2 + EXPONENT**2 * self.log_variance + WANDER**2 * self.age
+        return self.variance + self.error**2 + relative * mu**2
+
+    def take(self, block: Block, samples: int, offset: float, gain: float) -> bool | None:
+        """Take a block of so many samples, with at least this gain: True where it was learnt, None where it is left out
+        because it contradicts the mean, False where the third such block in a row began the means anew."""
+        taken, mu = [(self.s * block.tangential, block.normal)], self.mu(offset)
+        error = self.s * (block.tangential - offset) / block.normal - mu
+        outlier = self.blocks and error**2 > GATE**2 * (self.variance + (LEAST_SCATTER * mu) ** 2)
+        self.outliers = (*self.outliers, *taken) if outlier else ()
+        if 0 < len(self.outliers) < CHANGE_BLOCKS:
+            return None
+        if changed := bool(self.outliers):
+            taken, self.outliers, self.blocks = list(self.outliers), (), 0.0
+        for pull, normal in taken:
+            self._learn(pull, normal, block.noise**2 / samples, offset, gain)
+        return not changed
+
+    def _learn(self, pull: float, normal: float, noise: float, offset: float, gain: float) -> None:
+        own, log = (pull - self.s * offset) / normal, math.log(normal)
+        if not self.blocks:
+            self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or own
+            self.variance = max(self.variance, (SCATTER * own) ** 2 + noise / normal**2)
+        self.blocks = min(self.blocks + 1, MEMORY_BLOCKS)
+        share, gain = 1 / (SCATTER_BLOCKS + self.blocks), max(gain, 1 / self.blocks)
+        self.variance += share * ((own - self.mu(offset)) ** 2 - self.variance)
+        self.log_variance += share * ((log - self.log_normal) ** 2 - self.log_variance)
+        self.log_normal += share * (log - self.log_normal)
+        self.slow_mu += (own - self.slow_mu) / SLOW_BLOCKS
+        self.pull += gain * (pull - self.pull)
+        self.normal += gain * (normal - self.normal)
+        self.error, self.age = own - self.mu(offset), 0.0
+        ratio, inverse, logs, spread, blocks = self.stroke
+        ratio, inverse, blocks = ratio + pull / normal, inverse + 1 / normal, blocks + 1
+        spread += (own - (ratio - self.s * offset * inverse) / blocks) ** 2
+        self.stroke = Stroke(ratio, inverse, logs + log, spread, blocks)
+
+    def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
+        """Keep where a start pulls most, of samples (n, 3): medians of five, less twice the noise, over the force."""
+        normal = np.maximum(window[MEDIAN // 2 : len(window) - MEDIAN // 2, 1], least_N)
+        pulls = np.sort(self.s * window[:, 0][_FIVES + np.arange(len(normal))[:, None]], axis=1)
+        middle, spread = pulls[:, MEDIAN // 2], pulls[:, -1] - pulls[:, MEDIAN // 2]
+        ratios = (middle - 2 * noise - self.s * offset) / normal
+        best = int(ratios.argmax())
+        # A peak of few samples is higher than the median, by about half of their spread.
+        peak = Peak(*(float(values[best]) for values in (ratios, middle + spread / 2, normal, spread)))
+        self.peak = max(self.peak, peak)
