@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla import fem
-from papilla.calibrate.identification import PARAMETERS, Identification, compare, confess, identify, record
+from papilla.calibrate.identification import PARAMETERS, Identification, compare, diagnose, identify, record
 from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.parameters import kind
 from papilla.fem.pressing.response import Response, response
@@ -216,7 +216,7 @@ def ageing(draws: int) -> None:
         rng = np.random.default_rng(5000 + seed)
         truth = Drawn.by(rng, relatives, other)
         found = identify(truth.log(rng, force, modulus, True), finger, size_mm=FIT_SIZE_MM)
-        stored = found.with_record(record(found, confess(found), "block"))
+        stored = found.with_record(record(found, diagnose(found), "block"))
         for name, change in changes.items():
             later = Drawn(change(truth.values), relatives, other).log(rng, *few, True)
             alarms[name].append(not compare(stored, later, size_mm=FIT_SIZE_MM).same)

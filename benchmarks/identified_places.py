@@ -16,7 +16,7 @@ from papilla import fem
 from papilla.calibrate.identification import PARAMETERS, identify
 from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.parameters import MOVES, kind
-from papilla.fem.pressing.beside import Room
+from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import STICK, Block
@@ -51,7 +51,7 @@ class Solved:
         relatives = family_of(replace(design, gauges=tuple(moved)), size_mm=size_mm, variant=VARIANT)
         model, unit = relatives.model(ratio), relatives.finger.inner.modulus
         apex = relatives.at(truth["outer_modulus_MPa"], inner)
-        rolled = -np.radians(truth["tilt_y_deg"]) * Room.of(relatives).rolling[0]
+        rolled = -np.radians(truth["tilt_y_deg"]) * MoveLimits.of(relatives).rolling[0]
         felt, depth = [], []
         for x, y in PLACES:
             there = model.reduce((x + rolled, y))

@@ -23,7 +23,7 @@ from own_fingers import GEOMETRIES, SPECIMEN_NU
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
 from papilla import cache
-from papilla.calibrate.identification import PARAMETERS, confess, identify
+from papilla.calibrate.identification import PARAMETERS, diagnose, identify
 from papilla.calibrate.identification.parameters import kind
 from papilla.calibrate.suggest import suggest
 from papilla.errors import SolverError
@@ -200,7 +200,7 @@ def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int) -
     """Identify a drawn finger and compare it with what it is."""
     rng, began = np.random.default_rng(seed), perf_counter()
     found = identify(log, drawn.design, friction=friction, size_mm=SIZE_MM)
-    told, took = confess(found), perf_counter() - began
+    told, took = diagnose(found), perf_counter() - began
     force, modulus = (
         one.ravel() for one in np.meshgrid(gf_to_newton(np.geomspace(10.0, 100.0, 5)), np.geomspace(*TESTS_MPA, 5))
     )

@@ -1,6 +1,5 @@
 """Calibration: sweep over force and modulus, fit, compare with what was published, identify a finger from presses."""
 
-from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.checking import Check, check
 from papilla.calibrate.export_c import c_header
 from papilla.calibrate.fitting import fit
@@ -8,6 +7,7 @@ from papilla.calibrate.identification import Identification, identify
 from papilla.calibrate.indentation import IndentationModulus, fit_indentation
 from papilla.calibrate.job import Calibrated, calibrate_finger
 from papilla.calibrate.material_fit import MaterialTests, fit_material
+from papilla.calibrate.position_terms import with_positions
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.calibrate.relaxation import Relaxation, fit_relaxation
 from papilla.calibrate.suggest import Suggestion

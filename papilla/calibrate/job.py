@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla import cache, fem, units
-from papilla.calibrate.beside_apex import with_positions
 from papilla.calibrate.fitting import fit
-from papilla.calibrate.identification import Confession, Identification, confess, identify, record
+from papilla.calibrate.identification import Diagnosis, Identification, diagnose, identify, record
 from papilla.calibrate.identification.presses import places
 from papilla.calibrate.identified_finger import with_identification
-from papilla.calibrate.physics import Truth, mesh_number, press_truth, truth_is_known, worst_law
+from papilla.calibrate.physics import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
+from papilla.calibrate.position_terms import with_positions
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, sweep
 from papilla.calibrate.published_depths import Depth, published_depths
 from papilla.calibration import Calibration
@@ -32,42 +32,6 @@ CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
 CHECKED_MODULUS_MPA = (0.05, 0.72)
 """Where the recovered modulus is checked."""
 CHECKED_PER_AXIS = 10
-
-
-@dataclass(frozen=True, eq=False)
-class Recovery:
-    """Moduli recovered by the surface from presses of known modulus, over 20-100 gf and 0.05-0.72 MPa.
-
-    force_N, modulus_MPa, recovered_MPa : (n,); recovered is NaN where the surface gave no answer.
-    """
-
-    force_N: np.ndarray
-    modulus_MPa: np.ndarray
-    recovered_MPa: np.ndarray
-
-    @property
-    def error(self) -> np.ndarray:
-        """(n,) relative error of the modulus."""
-        return self.recovered_MPa / self.modulus_MPa - 1
-
-    @property
-    def max_error(self) -> float:
-        """Largest |relative error| of the answers; NaN where there is none."""
-        return float(np.max(np.abs(self._answered), initial=0.0)) if self._answered.size else float("nan")
-
-    @property
-    def rms_error(self) -> float:
-        """Root mean square relative error of the answers; NaN where there is none."""
-        return float(np.sqrt(np.mean(self._answered**2))) if self._answered.size else float("nan")
-
-    @property
-    def answered(self) -> int:
-        """Presses for which the surface gave a modulus: the errors are of these alone."""
-        return len(self._answered)
-
-    @property
-    def _answered(self) -> np.ndarray:
-        return self.error[np.isfinite(self.error)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +62,7 @@ class BenchPresses:
     log: PressLog
     finger: Finger
     found: Identification
-    told: Confession
+    diagnosis: Diagnosis
     recovery: Recovery
     sd_microstrain: np.ndarray
     sigma_microstrain: np.ndarray
@@ -197,9 +161,9 @@ def calibrate_bench(
         )
     found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
     progress("what to doubt")
-    told = confess(found)
+    diagnosis = diagnose(found)
     words = found.problem.shapes[0].responses[0].specimen
-    identified = found.with_record(record(found, told, words))
+    identified = found.with_record(record(found, diagnosis, words))
     done = calibrate_finger(
         identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes
     )
@@ -213,7 +177,7 @@ def calibrate_bench(
     inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
     recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
     sigma = np.hypot(noise_sd, noise.force * by_force)
-    return replace(done, bench=BenchPresses(log, identified, found, told, recovery, sd, sigma, inside))
+    return replace(done, bench=BenchPresses(log, identified, found, diagnosis, recovery, sd, sigma, inside))
 
 
 def _friction_notes(known: bool, doubt: str) -> list[str]:

@@ -20,20 +20,53 @@ UNSEEN_VARIANT = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class Recovery:
+    """Moduli recovered by a calibration from n presses of known modulus.
+
+    force_N, modulus_MPa, recovered_MPa : (n,); recovered is NaN where the calibration gave no answer.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    recovered_MPa: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """(n,) relative error of the modulus."""
+        return self.recovered_MPa / self.modulus_MPa - 1
+
+    @property
+    def max_error(self) -> float:
+        """Largest |relative error| of the answers; NaN where there is none."""
+        return float(np.max(np.abs(self._answered), initial=0.0)) if self._answered.size else float("nan")
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square relative error of the answers; NaN where there is none."""
+        return float(np.sqrt(np.mean(self._answered**2))) if self._answered.size else float("nan")
+
+    @property
+    def answered(self) -> int:
+        """Presses for which the surface gave a modulus: the errors are of these alone."""
+        return len(self._answered)
+
+    @property
+    def _answered(self) -> np.ndarray:
+        return self.error[np.isfinite(self.error)]
+
+
+@dataclass(frozen=True, eq=False)
+class Truth(Recovery):
     """Presses at finite strain on an unseen mesh, and what a calibration makes of them.
 
-    friction, force_N, modulus_MPa, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
-    sd_error : (n,) relative, of the calibration's S_d. recovered_MPa : (n,) NaN where there is none.
+    friction, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
+    sd_error : (n,) relative, of the calibration's S_d.
     inside : (n,) whether the stated 95 % interval holds the modulus.
     """
 
     friction: np.ndarray
-    force_N: np.ndarray
-    modulus_MPa: np.ndarray
     sd_microstrain: np.ndarray
     sd_error: np.ndarray
-    recovered_MPa: np.ndarray
     inside: np.ndarray
 
     @classmethod
@@ -44,18 +77,7 @@ class Truth:
         friction, force, modulus, sd, told = (part[np.isfinite(told)] for part in (*presses.T, told))
         answer = calibration.invert(sd, force)
         inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
-        return cls(friction, force, modulus, sd, told / sd - 1, np.asarray(answer.modulus_MPa), inside)
-
-    @property
-    def error(self) -> np.ndarray:
-        """(n,) relative error of the recovered modulus."""
-        return self.recovered_MPa / self.modulus_MPa - 1
-
-    @property
-    def max_error(self) -> float:
-        """Largest |relative error| of a recovered modulus; NaN where there is none."""
-        known = np.abs(self.error[np.isfinite(self.error)])
-        return float(known.max()) if len(known) else float("nan")
+        return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, told / sd - 1, inside)
 
     @property
     def max_sd_error(self) -> float:
@@ -70,7 +92,7 @@ class Truth:
     def by(self, friction: Friction) -> "Truth":
         """The presses of one friction."""
         kept = self.friction == friction_coefficient(friction)
-        return Truth(*(part[kept] for part in vars(self).values()))
+        return Truth(**{name: part[kept] for name, part in vars(self).items()})
 
     def to_json(self) -> dict:
         """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""

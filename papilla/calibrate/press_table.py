@@ -1,9 +1,10 @@
 """A table of presses over force and modulus: what a calibration is fitted to."""
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 
@@ -12,8 +13,9 @@ import numpy as np
 from papilla import checks
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.errors import ContactRangeError, FileFormatError, InputError
-from papilla.fem import Press, ReducedFinger, press
+from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain
+from papilla.fem.pressing.grid import press_grid, with_modulus
 from papilla.fem.pressing.large_strain import is_known, large_strain_error
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
 from papilla.tables import write_table
@@ -143,9 +145,9 @@ def sweep(
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
     """
     moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
-    make = reduced.bench.specimen if specimen is None else specimen
-    if isinstance(make, Specimen):
-        make = partial(_like, make)
+    make = specimen if callable(specimen) else reduced.bench.specimen
+    if isinstance(specimen, Specimen):
+        make = partial(with_modulus, specimen)
     friction = reduced.bench.friction if friction is None else friction
     friction_told = friction is not None
     if friction is None:
@@ -153,24 +155,24 @@ def sweep(
     rubbing, first = friction_coefficient(friction), make(moduli[0])
     large_strain = large_strain and is_known(reduced, rubbing) and first.curvature == (0.0, 0.0)
     rows: list[tuple] = []
-    for modulus in moduli:
-        touched = make(modulus)
-        # Presses of one modulus share one path of contact: the hardest, first, makes it long enough for the others
-        for force in reversed(forces):
-            try:
-                found = press(reduced, touched, force=force, fidelity="contact", friction=friction)
-                found = corrected(reduced, touched, found) if large_strain else found
-            except ContactRangeError as error:
-                blank = [float("nan")] * len(reduced.gauge_names)
-                rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
-            else:
-                measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
-                rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
-            if progress is not None:
-                progress(len(rows), len(moduli) * len(forces))
+    scenes = itertools.product(moduli, forces)
+    for (modulus, force), (touched, found) in zip(
+        scenes, press_grid(reduced, make, moduli, forces, friction), strict=True
+    ):
+        try:
+            if isinstance(found, Exception):
+                raise found
+            found = corrected(reduced, touched, found) if large_strain else found
+        except ContactRangeError as error:
+            blank = [float("nan")] * len(reduced.gauge_names)
+            rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
+        else:
+            measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
+            rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
+        if progress is not None:
+            progress(len(rows), len(moduli) * len(forces))
     names = ("force_N", "modulus_MPa", "reading", *NUMBERS[2:], "resolved")
-    of_modulus = (rows[first : first + len(forces)] for first in range(0, len(rows), len(forces)))
-    *columns, status = zip(*(row for group in of_modulus for row in reversed(group)), strict=True)
+    *columns, status = zip(*rows, strict=True)
     values: dict = {name: np.array(column) for name, column in zip(names, columns, strict=True)}
     return Sweep(
         **values,
@@ -193,10 +195,6 @@ def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press
     if with_it is None:
         raise ContactRangeError("large strain is not known here: the press is outside of the presses that tell it")
     return with_it
-
-
-def _like(specimen: Specimen, modulus: float) -> Specimen:
-    return replace(specimen, modulus=modulus)
 
 
 def _rising(name: str, values: Sequence[float]) -> list[float]:

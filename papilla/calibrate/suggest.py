@@ -20,7 +20,7 @@ from papilla.calibrate.identification.parameters import start_of
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
-from papilla.fem.pressing.beside import Room, beside
+from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog
@@ -72,17 +72,17 @@ class Suggestion:
 class _Finger:
     """What the presses tell of one finger: c channels, f parameters, n candidates, m places of the domain.
 
-    known (f, f) : information of priors and presses made. each (n, f, f) : that of each candidate. told (m, f) :
-    derivatives of ln E as it is told from S_d.
+    known (f, f) : information of priors and presses made. each (n, f, f) : that of each candidate. slope (m, f) :
+    derivatives of the ln E that S_d gives, by the parameters.
     """
 
     known: np.ndarray
     each: np.ndarray
-    told: np.ndarray
+    slope: np.ndarray
 
     def log_variance(self, information: np.ndarray) -> np.ndarray:
         """ln of the mean variance of ln E (...) at informations (..., f, f)."""
-        variance = np.einsum("mf,...fg,mg->...m", self.told, np.linalg.inv(information), self.told)
+        variance = np.einsum("mf,...fg,mg->...m", self.slope, np.linalg.inv(information), self.slope)
         return np.log(variance.mean(axis=-1))
 
 
@@ -165,9 +165,9 @@ def _able(problem: Problem, candidates: _Presses, size_mm: float | None) -> Prob
     if not candidates.place.any():
         return problem
     shape, relatives = problem.shapes[0], fit.family_of(problem.finger, size_mm=size_mm)
-    refuse_far(candidates.log(problem.finger, False), Room.of(relatives), problem.free)
-    aside = shape.beside or beside(relatives, shape.specimen, friction_words(shape.responses[0].friction))
-    return replace(problem, shapes=(replace(shape, beside=aside), *problem.shapes[1:]))
+    refuse_far(candidates.log(problem.finger, False), MoveLimits.of(relatives), problem.free)
+    aside = shape.off_apex or off_apex_change(relatives, shape.specimen, friction_words(shape.responses[0].friction))
+    return replace(problem, shapes=(replace(shape, off_apex=aside), *problem.shapes[1:]))
 
 
 def _from_nothing(

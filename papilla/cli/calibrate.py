@@ -165,7 +165,7 @@ def _of_the_bench(done: "Calibrated") -> dict | None:
     from papilla.cli.identify import summary_of
 
     recovered = done.bench.recovery
-    return summary_of(done.bench.found, done.bench.told) | {
+    return summary_of(done.bench.found, done.bench.diagnosis) | {
         "max_error": recovered.max_error,
         "rms_error": recovered.rms_error,
         "unanswered": len(recovered.error) - recovered.answered,

@@ -28,7 +28,7 @@ from papilla.cli.output import Stopwatch, print_json, print_table, progress, tel
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
-    from papilla.calibrate.identification import Confession, Identification
+    from papilla.calibrate.identification import Diagnosis, Identification
 
 
 def identify(
@@ -65,7 +65,7 @@ def identify(
         return compare_with(compare, log, log_map, as_json, finger=finger, suggest=further.suggest, **given)
     rubbing, held = read_friction(friction), _held(fix or [])
     further.check(log, **given)
-    from papilla.calibrate.identification import Noise, confess, record
+    from papilla.calibrate.identification import Noise, diagnose, record
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
     from papilla.files import check_writable, replacing_set
@@ -90,19 +90,19 @@ def identify(
             bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
             found = fit(presses, design, free=free or (), fix=held, **bench, processes=PROCESSES, progress=shown.line)
         shown.line("what to doubt")
-        told = confess(found)
+        diagnosis = diagnose(found)
         silicone, kept = relaxation_of(log, found, relaxation, log_map)
         pressed = [shape.specimen for shape in found.problem.shapes]
         of_what = " and ".join(one.words for one in pressed)
-        identified = found.with_record(replace(record(found, told, of_what), **kept))
+        identified = found.with_record(replace(record(found, diagnosis, of_what), **kept))
         besides = loops_of(presses) | silicone | further.after(found)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])
             if report is not None:
-                write_identification(files[-1], found, told)
+                write_identification(files[-1], found, diagnosis)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
-    summary = summary_of(found, told) | {"specimen": describe(pressed[0])} | written | besides
+    summary = summary_of(found, diagnosis) | {"specimen": describe(pressed[0])} | written | besides
     summary["seconds"] = watch.seconds
     return print_json(summary) if as_json else _print(summary)
 
@@ -117,32 +117,32 @@ def _held(fix: list[str]) -> dict[str, float]:
     return found
 
 
-def summary_of(found: "Identification", told: "Confession") -> dict:
-    """Parameters with intervals, and what the fit confesses, as plain values."""
+def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
+    """Parameters with intervals, and what to doubt, as plain values."""
     from papilla.specimen import physics_words
 
     parameters = {}
     for name, value in found.values.items():
         parameters[name] = {"value": value, "free": name in found.names}
         if name in found.names:
-            low, high = told.intervals[name]
+            low, high = diagnosis.intervals[name]
             parameters[name] |= {"sigma": found[name][1], "lower": low, "upper": high}
     return {
         "presses": len(found.problem.log),
-        "status": told.status,
+        "status": diagnosis.status,
         "parameters": parameters,
         "chi_square": found.chi_square,
         "freedom": found.freedom,
-        "condition": told.condition,
+        "condition": diagnosis.condition,
         "noise": vars(found.problem.noise) | {"words": found.problem.noise.words},
         "friction": found.problem.friction,
         "physics": " and ".join(
             physics_words(shape.specimen, shape.friction, shape.responses[0].large_strain)
             for shape in found.problem.shapes
         ),
-        "profiles": [vars(one) for one in told.profiles],
-        "influence": told.influence.tolist(),
-        "doubts": list(told.doubts),
+        "profiles": [vars(one) for one in diagnosis.profiles],
+        "influence": diagnosis.influence.tolist(),
+        "doubts": list(diagnosis.doubts),
     }
 
 

@@ -1,7 +1,7 @@
 """Runs what may crash, hang or hold the interpreter's lock in a process of its own: the mesher, and VTK's file readers.
 
 pytetwild cannot be interrupted and writes a file into the working directory; VTK's readers crash on damaged files. In a
-child in a temporary folder all that becomes one clear error. Neither outlives papilla (`papilla.mesh.keeper`).
+child in a temporary folder all that becomes one clear error. Neither outlives papilla (`papilla.mesh.watchdog`).
 """
 
 import os
@@ -15,13 +15,13 @@ import numpy as np
 
 from papilla.errors import FileAccessError, MeshError
 from papilla.files import reason, scratch
-from papilla.mesh import keeper, worker
+from papilla.mesh import watchdog, worker
 
 TIMEOUT_S = 1800.0  # A child that has not finished by then has hung: the finest useful meshes take a few minutes
 HEARTBEAT_S, PATIENCE_S = 0.5, 10.0
 ERROR_LINES = 3
 
-KEEPER, WORKER = Path(keeper.__file__), Path(worker.__file__)
+WATCHDOG, WORKER = Path(watchdog.__file__), Path(worker.__file__)
 """Scripts: to import the package would take them longer than most of their work."""
 
 MESHER_VERSION = 1
@@ -77,7 +77,7 @@ def run(
 
 
 def _start(folder: Path, job: str, log) -> subprocess.Popen:
-    command = [sys.executable, "-P", str(KEEPER), str(folder), sys.executable, "-P", str(WORKER), job]
+    command = [sys.executable, "-P", str(WATCHDOG), str(folder), sys.executable, "-P", str(WORKER), job]
     # The child must find this very package, installed or not.
     places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
@@ -86,13 +86,13 @@ def _start(folder: Path, job: str, log) -> subprocess.Popen:
     )
 
 
-def _code_of(keeper: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
+def _code_of(watchdog: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
     """Exit code of a child, None where it takes longer than the timeout; it has ended when this returns or raises."""
     start = time.monotonic()
     try:
         while True:
             try:
-                return keeper.wait(timeout=HEARTBEAT_S)
+                return watchdog.wait(timeout=HEARTBEAT_S)
             except subprocess.TimeoutExpired:
                 elapsed = time.monotonic() - start
             if progress is not None:
@@ -100,10 +100,10 @@ def _code_of(keeper: subprocess.Popen, progress: Progress | None, timeout_s: flo
             if elapsed > timeout_s:
                 return None
     finally:
-        assert keeper.stdin is not None
-        keeper.stdin.close()
+        assert watchdog.stdin is not None
+        watchdog.stdin.close()
         try:
-            keeper.wait(timeout=PATIENCE_S)
+            watchdog.wait(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
-            keeper.kill()
-            keeper.wait()
+            watchdog.kill()
+            watchdog.wait()

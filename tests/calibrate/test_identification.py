@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
-from papilla.calibrate.identification import PARAMETERS, Noise, compare, confess, identify, record
+from papilla.calibrate.identification import PARAMETERS, Noise, compare, diagnose, identify, record
 from papilla.calibrate.identification.fit import descend, family_of, problem_of
 from papilla.calibrate.identification.profile import RATIO, Profile, profile
 from papilla.errors import InputError
@@ -64,7 +64,7 @@ def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
         log, _ = made(pressed, 3, noise=0.0, force_error=0.0, **many)
         found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET)
         assert found["stick_share"][0] == pytest.approx(share, abs=0.2)
-    told = confess(found)
+    told = diagnose(found)
     low, high = told.intervals["stick_share"]
     assert 0 <= low <= found["stick_share"][0] <= high <= 1
     assert any(doubt.startswith("friction was not told") for doubt in told.doubts) and told.profiles == ()
@@ -73,7 +73,7 @@ def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
     assert compare(stored, log, size_mm=SIZE_MM).same
     known = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET, friction=0.0)
     assert "stick_share" not in known.values
-    assert known.with_record(record(known, confess(known), "block")).bench.friction == 0.0
+    assert known.with_record(record(known, diagnose(known), "block")).bench.friction == 0.0
 
 
 @pytest.mark.slow
@@ -150,7 +150,7 @@ def test_noise_must_be_positive():
 def test_a_later_press_tells_whether_it_is_the_same_finger(smooth, change, named):
     log, truth = made(smooth, 11)
     found = identify(log, Finger.default(), size_mm=SIZE_MM)
-    stored = found.with_record(record(found, confess(found), "block"))
+    stored = found.with_record(record(found, diagnose(found), "block"))
     later = made(smooth, 11, forces=(0.3, 0.8))[0]
     readings = later.readings.copy()
     readings[:, 0] += change.get("zero_microstrain.g1", 0.0)
@@ -172,11 +172,11 @@ def test_a_finger_that_was_not_identified_is_not_compared(smooth):
 def test_swapped_gauges_and_equal_presses_are_doubted(smooth):
     log, _ = made(smooth, 27, forces=np.geomspace(0.05, 0.98, 10), moduli=(0.089, 0.3, 0.72))
     crossed = replace(log, readings=log.readings[:, [0, 2, 1, 3, 4]])
-    right, swapped = (confess(identify(one, Finger.default(), size_mm=SIZE_MM)) for one in (log, crossed))
+    right, swapped = (diagnose(identify(one, Finger.default(), size_mm=SIZE_MM)) for one in (log, crossed))
     assert not any("look swapped" in doubt for doubt in right.doubts)
     assert any("g2 and g3 look swapped" in doubt for doubt in swapped.doubts) and swapped.status.startswith("doubtful")
     same, _ = made(smooth, 12, forces=(0.5, 0.5, 0.5), moduli=(0.3,))
-    told = confess(identify(same, Finger.default(), size_mm=SIZE_MM))
+    told = diagnose(identify(same, Finger.default(), size_mm=SIZE_MM))
     assert any("one and the same scene" in doubt for doubt in told.doubts)
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         low, high = told.intervals[name]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
-from papilla.calibrate.identification import PARAMETERS, confess, identify, record
+from papilla.calibrate.identification import PARAMETERS, diagnose, identify, record
 from papilla.calibrate.identification.fit import family_of, solve
 from papilla.calibrate.identification.parameters import kind
 from papilla.errors import InputError
@@ -77,7 +77,7 @@ def test_simulated_fingers_are_recovered_within_what_is_stated(drawn, found):
 
 def test_saved_and_loaded_is_the_same(gauges, tmp_path):
     for one in gauges:
-        finger = one.with_record(record(one, confess(one), "block"))
+        finger = one.with_record(record(one, diagnose(one), "block"))
         finger.save(tmp_path / "finger.toml")
         assert Finger.load(tmp_path / "finger.toml") == finger
 
@@ -104,7 +104,7 @@ def test_a_dead_gauge_is_named(gauges):
         dead, rng = number % GAUGES, np.random.default_rng(number)
         readings = one.problem.log.readings.copy()
         readings[:, dead] = 3.0 + rng.normal(size=len(readings))
-        told = confess(again(one, readings))
+        told = diagnose(again(one, readings))
         assert any(doubt.startswith(f"g{dead + 1} hardly follows the presses") for doubt in told.doubts)
         assert told.status.startswith("doubtful")
 
@@ -122,7 +122,7 @@ def test_swapped_readings_fit_where_gauges_mirror_each_other_and_are_doubted_els
         swapped = again(one, one.problem.log.readings[:, order])
         if swapped.chi_square > 2 * swapped.freedom:
             wrong += 1
-            told = confess(swapped)
+            told = diagnose(swapped)
             assert told.status.startswith("doubtful") and any("does not fit" in doubt for doubt in told.doubts)
     assert wrong > len(gauges) / 10
 
@@ -130,9 +130,9 @@ def test_swapped_readings_fit_where_gauges_mirror_each_other_and_are_doubted_els
 def test_presses_that_do_not_vary_say_so(drawn):
     for log, truth in drawn[::EVERY]:
         for rows in ([3] * 6, [3]):
-            told = confess(held(rows_of(log, rows), truth))
+            told = diagnose(held(rows_of(log, rows), truth))
             assert any("one and the same scene" in doubt for doubt in told.doubts)
-        told = confess(held(rows_of(log, slice(4)), truth))
+        told = diagnose(held(rows_of(log, slice(4)), truth))
         assert any("all presses are on one modulus" in doubt for doubt in told.doubts)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibrate.identification import PARAMETERS, compare, confess, fit, identify, problem, record
+from papilla.calibrate.identification import PARAMETERS, compare, diagnose, fit, identify, problem, record
 from papilla.calibrate.identification.fit import problem_of, solve, unmoved
 from papilla.calibrate.identification.parameters import MOVES, kind
 from papilla.calibrate.identified_finger import with_identification
@@ -96,7 +96,7 @@ def test_a_row_that_was_glued_beside_its_place_and_a_tilt_come_back(sure, tmp_pa
         assert abs(pull(found, name, TRUE[name])) < 3.5
     still = solve(problem_of(log, Finger.default(), size_mm=SIZE_MM))
     assert still.chi_square > 2 * found.chi_square
-    stored = found.with_record(record(found, confess(found), "block"))
+    stored = found.with_record(record(found, diagnose(found), "block"))
     stored.save(tmp_path / "finger.toml")
     again = Finger.load(tmp_path / "finger.toml")
     assert again == stored and again.gauges[0].moved_mm == pytest.approx(
@@ -131,7 +131,7 @@ def test_what_presses_ask_for_is_freed_unless_it_is_held(sure):
     assert found.chi_square < 1.5 * found.freedom
     # A tilt does nearly the same
     assert "row_along_mm" in found.asked and {"row_along_mm", "tilt_y_deg"} & {*found.names}
-    told = confess(found)
+    told = diagnose(found)
     assert told.doubts[0] == found.asked and told.status.startswith("doubtful")
     every = {name: 0.0 for name in PARAMETERS if name in MOVES}
     kept = identify(log, Finger.default(), fix=every, size_mm=SIZE_MM)
@@ -144,7 +144,7 @@ def test_s_d_alone_tells_moduli_and_what_all_gauges_have_in_common():
     log = presses(stated_sd=np.full(9, 50.0), readings=np.zeros((9, 0)), gauge_names=(), moduli=(0.089, 0.51, 0.72))
     log = measured(log, truth, np.random.default_rng(6))
     found = identify(log, Finger.default(), size_mm=SIZE_MM)
-    told = confess(found)
+    told = diagnose(found)
     for name in ("outer_modulus_MPa", "inner_modulus_MPa", "common_gain", "common_lever_mm"):
         assert abs(pull(found, name, {**TRUE, **truth}[name])) < 4, name
     kept = record(found, told, "block")
@@ -168,10 +168,10 @@ def test_specimens_of_their_own_shape_and_doubtful_modulus():
         assert abs(pull(found, name, value)) < 3
     place = found.names.index("specimen_modulus.0.3")
     far = replace(found, vector=np.where(np.arange(len(found.names)) == place, np.log(0.3) + 0.25, found.vector))
-    assert any("the specimen of 0.3 MPa came out at 0.385, 2.5 of the" in doubt for doubt in confess(far).doubts)
+    assert any("the specimen of 0.3 MPa came out at 0.385, 2.5 of the" in doubt for doubt in diagnose(far).doubts)
     exact = identify(replace(log, modulus_sigma_MPa=None), Finger.default(), size_mm=SIZE_MM)
     assert found["outer_modulus_MPa"][1] > exact["outer_modulus_MPa"][1]
-    kept = record(found, confess(found), "block and half-space")
+    kept = record(found, diagnose(found), "block and half-space")
     assert not any(name.startswith("specimen_modulus") for name in kept.parameters)
     assert kept.sigma("outer_modulus_MPa") == pytest.approx(found["outer_modulus_MPa"][1])
 

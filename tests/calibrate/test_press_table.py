@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
-from papilla.calibrate import sweep as sweep_function
 from papilla.errors import ContactRangeError, FileFormatError, InputError
+from papilla.fem.pressing import grid
 from papilla.finger import Bench
 from papilla.logs import read_presses
 from papilla.specimen import HalfSpace
@@ -35,7 +35,7 @@ def pressed(monkeypatch):
             resolved=force > 0.2, status="fine", active=np.array([force]), friction=float(friction != 0),
         )  # fmt: skip
 
-    monkeypatch.setitem(sweep_function.__globals__, "press", press)
+    monkeypatch.setattr(grid, "press", press)
     return calls
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibrate.beside_apex import fit_positions
+from papilla.calibrate.position_terms import fit_positions
 from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline

@@ -178,15 +178,15 @@ def test_a_killed_parent_leaves_no_child_and_no_folder(name, worker, hanging, sc
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux alone kills a child whose parent has died")
-def test_the_job_dies_with_its_keeper(hanging, tmp_path):
+def test_the_job_dies_with_its_watchdog(hanging, tmp_path):
     source, pipe = hanging
-    keeper = subprocess.Popen(
-        [sys.executable, str(child.KEEPER), str(tmp_path), sys.executable, "-c", source], stdin=subprocess.PIPE
+    watchdog = subprocess.Popen(
+        [sys.executable, str(child.WATCHDOG), str(tmp_path), sys.executable, "-c", source], stdin=subprocess.PIPE
     )
     line_of(pipe)
-    keeper.kill()
+    watchdog.kill()
     wait_for_end(pipe)
-    keeper.communicate()
+    watchdog.communicate()
 
 
 def test_nothing_is_left_behind(worker, scratch):

@@ -1,7 +1,7 @@
 """Which finger made these presses: its moduli, gauges and bench, from a log, with intervals and what to doubt."""
 
 from papilla.calibrate.identification.ageing import Comparison, compare
-from papilla.calibrate.identification.confession import Confession, confess, record
+from papilla.calibrate.identification.diagnosis import Diagnosis, diagnose, record
 from papilla.calibrate.identification.fit import Identification
 from papilla.calibrate.identification.identifying import identify
 from papilla.calibrate.identification.noise import Noise
@@ -10,11 +10,11 @@ from papilla.calibrate.identification.parameters import PARAMETERS
 __all__ = [
     "PARAMETERS",
     "Comparison",
-    "Confession",
+    "Diagnosis",
     "Identification",
     "Noise",
     "compare",
-    "confess",
+    "diagnose",
     "identify",
     "record",
 ]

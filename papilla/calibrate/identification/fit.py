@@ -25,8 +25,8 @@ from papilla.calibrate.identification.problem import MIDDLES, Problem
 from papilla.calibrate.identification.repeats import noise_told
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import SPANNING, begin_large_strain
-from papilla.fem.pressing.beside import Room, beside
 from papilla.fem.pressing.large_strain import ends_of
+from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.finger import Bench, Finger
@@ -293,7 +293,7 @@ def shapes_of(
         ensure_physics(finger, friction, progress=progress)
     moving = needs_places(log, free, held)
     if moving:
-        refuse_far(log, Room.of(relatives), free)
+        refuse_far(log, MoveLimits.of(relatives), free)
     shapes = []
     for number, kept in enumerate(log.specimens or (touched,)):
         made: tuple[Specimen, ...] = (kept,)
@@ -309,7 +309,7 @@ def shapes_of(
         if friction is None and responses[0].friction:
             responses += tuple(response(relatives, one, friction=0.0, progress=progress) for one in made)
         rubbing = friction_words(responses[0].friction)
-        aside = beside(relatives, made[len(made) // 2], rubbing, progress=progress) if moving else None
+        aside = off_apex_change(relatives, made[len(made) // 2], rubbing, progress=progress) if moving else None
         rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)
         shapes.append(Shape(rows, kept, responses, thicknesses, aside))
     return tuple(sorted(shapes, key=lambda one: -len(one.rows)))

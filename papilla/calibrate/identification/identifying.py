@@ -19,7 +19,7 @@ from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, check
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
-from papilla.fem.pressing.beside import beside
+from papilla.fem.pressing.off_apex import off_apex_change
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import Friction, Specimen, friction_words
@@ -123,14 +123,14 @@ def _misfit(found: Identification) -> bool:
 
 def _moving(problem: Problem, size_mm: float | None, progress: Callable[[str], None] | None) -> Problem:
     """The problem with what contacts beside the apex and moved gauges change."""
-    if all(shape.beside is not None for shape in problem.shapes):
+    if all(shape.off_apex is not None for shape in problem.shapes):
         return problem
     relatives = family_of(problem.finger, size_mm=size_mm, progress=progress)
     shapes = []
     for shape in problem.shapes:
         friction = friction_words(shape.responses[0].friction)
-        aside = shape.beside or beside(relatives, shape.specimen, friction, progress=progress)
-        shapes.append(replace(shape, beside=aside))
+        aside = shape.off_apex or off_apex_change(relatives, shape.specimen, friction, progress=progress)
+        shapes.append(replace(shape, off_apex=aside))
     return replace(problem, shapes=tuple(shapes))
 
 
@@ -140,11 +140,11 @@ def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
     for name in names_of(problem.finger):
         if kind(name) not in MOVES or name in problem.free or name in held:
             continue
-        room = problem.shapes[0].beside
-        assert room is not None
+        off_apex = problem.shapes[0].off_apex
+        assert off_apex is not None
         flat = all(shape.specimen.curvature == (0.0, 0.0) for shape in problem.shapes)
         try:
-            refuse_far(problem.log, room.room, (*problem.free, name))
+            refuse_far(problem.log, off_apex.limits, (*problem.free, name))
         except InputError:
             continue
         if flat or not name.startswith("tilt"):

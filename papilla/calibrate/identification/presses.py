@@ -7,7 +7,7 @@ import numpy as np
 
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS
 from papilla.errors import InputError
-from papilla.fem.pressing.beside import Beside, Room
+from papilla.fem.pressing.off_apex import MoveLimits, OffApex
 from papilla.fem.pressing.response import RATIO_LIMITS, Response
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.logs import PressLog
@@ -26,14 +26,14 @@ class Shape:
 
     responses : one a thickness; where friction is not known those that stick, then those without friction, of which
     `stick_share` is mixed.
-    beside : what contacts beside the apex and moved gauges change, where there are any.
+    off_apex : what contacts off the apex and moved gauges change; None where there are none.
     """
 
     rows: np.ndarray
     specimen: Specimen
     responses: tuple[Response, ...]
     thicknesses: tuple[float, ...] = ()
-    beside: Beside | None = None
+    off_apex: OffApex | None = None
 
     @property
     def friction_open(self) -> bool:
@@ -58,7 +58,7 @@ class Known:
 class FeltBy:
     """What n presses do to g gauges (n, q, g) and how deep they go (n,) in mm, with derivatives of both by name.
 
-    changed : (n, q, g) how much of it is that contacts are beside the apex and gauges moved.
+    changed : (n, q, g) how much of it comes from contacts off the apex and from moved gauges.
     """
 
     values: np.ndarray
@@ -102,7 +102,7 @@ def felt_by(
             slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
             slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
             slope["stick_share"][rows] = np.tensordot(by_share, of_all, 1)
-        if shape.beside is not None:
+        if shape.off_apex is not None:
             _move(found, shape, loads, log, values, gauges)
     return found
 
@@ -113,12 +113,12 @@ def places(log: PressLog) -> np.ndarray:
     return np.column_stack([np.zeros(len(log)) if one is None else one for one in at])
 
 
-def rolled(room: Room, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+def rolled(limits: MoveLimits, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """How far (2,) in mm the tilt of the finger moves the contact along x and y, and by a degree about y and x.
 
     A finger that is turned about y (from z to x) is touched where its skin faces the specimen: at smaller x.
     """
-    per_degree = np.radians(1.0) * np.array([-1.0, 1.0]) * room.rolling
+    per_degree = np.radians(1.0) * np.array([-1.0, 1.0]) * limits.rolling
     tilt = np.array([values["tilt_y_deg"], values["tilt_x_deg"]])
     return np.where(tilt == 0, 0.0, tilt * np.where(tilt == 0, 0.0, per_degree)), per_degree
 
@@ -131,17 +131,17 @@ def _move(
     values: Mapping[str, float],
     gauges: tuple[str, ...],
 ) -> None:
-    """Add what a shape's contacts beside the apex and moved gauges change."""
-    beside, rows = shape.beside, shape.rows
-    assert beside is not None
-    offset, per_degree = rolled(beside.room, values)
+    """Add what contacts off the apex and moved gauges change, of the presses on one shape."""
+    off_apex, rows = shape.off_apex, shape.rows
+    assert off_apex is not None
+    offset, per_degree = rolled(off_apex.limits, values)
     shift = np.array(
         [
             [values["row_along_mm"] + values[f"place_mm.{gauge}"] for gauge in gauges],
             [values["row_across_mm"]] * len(gauges),
         ]
     )
-    changed = beside.changed(*loads, places(log)[rows] + offset, shift)
+    changed = off_apex.changed(*loads, places(log)[rows] + offset, shift)
     found.values[rows] += changed.values
     found.changed[rows] = changed.values
     by = changed.slopes
@@ -171,19 +171,19 @@ def needs_places(log: PressLog, free: tuple[str, ...], held: Mapping[str, float]
     return moved or bool(places(log).any()) or any(name.split(".")[0] in MOVES for name in free)
 
 
-def refuse_far(log: PressLog, room: Room, free: tuple[str, ...]) -> None:
+def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None:
     """Raise `InputError` for contacts that are too far from the apex, or a tilt that no press could tell."""
-    left = np.full(2, room.reach)
+    left = np.full(2, limits.reach)
     for axis, name in enumerate(("tilt_y_deg", "tilt_x_deg")):
         if name in free:
-            if not np.isfinite(room.rolling[axis]):
+            if not np.isfinite(limits.rolling[axis]):
                 raise InputError(f"{name} cannot be free: the skin is straight along {'xy'[axis]}")
-            left[axis] -= np.radians(PARAMETERS[name].high) * room.rolling[axis]
+            left[axis] -= np.radians(PARAMETERS[name].high) * limits.rolling[axis]
     if (far := np.abs(places(log)) > left + 1e-9).any():
         row, axis = (int(one) for one in np.argwhere(far)[0])
         raise InputError(
             f"{'xy'[axis]}_mm is {places(log)[row, axis]:g} in press {row + 1}: contacts are known within "
-            f"{max(left[axis], 0.0):.3g} mm of the apex{', tilt included' if left[axis] < room.reach else ''}"
+            f"{max(left[axis], 0.0):.3g} mm of the apex{', tilt included' if left[axis] < limits.reach else ''}"
         )
 
 

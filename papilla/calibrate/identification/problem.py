@@ -14,7 +14,7 @@ import numpy as np
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS, kind, physical, scaled
 from papilla.calibrate.identification.presses import FeltBy, Known, Shape, felt_by, places
-from papilla.fem.pressing.beside import UNSURE
+from papilla.fem.pressing.off_apex import UNSURE
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from papilla import view
-from papilla.calibrate.identification import PARAMETERS, Confession, Identification
+from papilla.calibrate.identification import PARAMETERS, Diagnosis, Identification
 from papilla.calibrate.identification.parameters import kind
 from papilla.calibrate.identification.presses import places
 from papilla.files import write_text
@@ -19,23 +19,23 @@ MOST_NAMED = 8
 """Presses and correlations that the page lists, the largest first."""
 
 
-def write_identification(path: str | PathLike, found: Identification, told: Confession) -> None:
+def write_identification(path: str | PathLike, found: Identification, diagnosis: Diagnosis) -> None:
     """Write the page of an identification as one HTML file: no script, no link; raises `FileAccessError`."""
     template = environment("papilla.calibrate.report").get_template("identification.html")
-    text = template.render(name=found.problem.finger.name, **parts(found, told))
+    text = template.render(name=found.problem.finger.name, **parts(found, diagnosis))
     write_text(path, text)
 
 
-def parts(found: Identification, told: Confession) -> dict[str, Any]:
+def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:
     """What the page shows, by the names that its template has."""
     return {
-        "told": told,
+        "diagnosis": diagnosis,
         "noise": found.problem.noise.words,
         "friction": found.problem.friction,
         "specimen": " and ".join(shape.specimen.words for shape in found.problem.shapes),
-        "parameters": _parameters(found, told),
+        "parameters": _parameters(found, diagnosis),
         "gauges": _gauges(found),
-        "influential": _influential(found, told),
+        "influential": _influential(found, diagnosis),
         "correlations": _correlations(found),
         "curves": data_uri(view.svg(_curves(found)), "svg+xml"),
         "residuals": data_uri(view.svg(_residuals(found)), "svg+xml"),
@@ -52,10 +52,10 @@ def weighted_residuals(found: Identification) -> np.ndarray:
     return found.residuals / np.sqrt(own**2 + unsure**2 + slope**2)
 
 
-def _parameters(found: Identification, told: Confession) -> list[tuple[str, str, str, str]]:
+def _parameters(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
     rows = []
     for name, value in found.values.items():
-        low, high = told.intervals.get(name, (None, None))
+        low, high = diagnosis.intervals.get(name, (None, None))
         interval = "held" if low is None else f"{number(low, 4)} to {number(high, 4)}"
         rows.append((name, number(value, 4), interval, PARAMETERS[kind(name)].unit))
     return rows
@@ -73,15 +73,15 @@ def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
     return rows
 
 
-def _influential(found: Identification, told: Confession) -> list[tuple[str, str, str, str]]:
+def _influential(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
     log = found.problem.log
-    first = np.argsort(-told.influence)[:MOST_NAMED].tolist()
+    first = np.argsort(-diagnosis.influence)[:MOST_NAMED].tolist()
     return [
         (
             str(row + 1),
             plain(float(log.force_N[row])),
             plain(float(log.modulus_MPa[row])),
-            number(told.influence[row], 2),
+            number(diagnosis.influence[row], 2),
         )
         for row in first
     ]

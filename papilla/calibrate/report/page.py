@@ -110,7 +110,7 @@ def _bench(done: Calibrated) -> dict | None:
         return None
     from papilla.calibrate.report.identification_page import parts
 
-    return parts(done.bench.found, done.bench.told) | {
+    return parts(done.bench.found, done.bench.diagnosis) | {
         "recovery": done.bench.recovery,
         "inside": int(done.bench.inside.sum()),
     }

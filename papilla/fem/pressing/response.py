@@ -9,13 +9,16 @@ microseconds, derivatives are the polynomial's, and the steps by which contact t
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
 
 import numpy as np
 
 from papilla import cache
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.pressing.fidelity import including_large_strain, press
+from papilla.fem.pressing.fidelity import including_large_strain
+from papilla.fem.pressing.grid import press_grid, with_modulus
 from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
 from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.pressing.press import Press
@@ -146,7 +149,9 @@ def response(
     ]
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
     design = (FORCES, MODULI, list(DEGREES), TOTAL)
-    key = cache.key(__name__, *parts, repr(_at(specimen, 1.0)), str(friction), large, json.dumps(tables), *design)
+    key = cache.key(
+        __name__, *parts, repr(with_modulus(specimen, 1.0)), str(friction), large, json.dumps(tables), *design
+    )
     found = cache.fetch("response", key, make)
     strained = float(found["strained"]) if large else math.inf
     return Response(
@@ -167,18 +172,17 @@ def _presses(
     """Rows of F / E_inner, E / E_inner, ratio, whether resolved, whether large strain is known, indentation, values."""
     rows: list[tuple] = []
     rubbing = friction_coefficient(friction)
-    for modulus in MODULI:
-        touched = _at(specimen, float(modulus) * inner)
-        for force in FORCES:
+    presses = press_grid(member, partial(with_modulus, specimen), MODULI * inner, FORCES * inner, friction)
+    for (modulus, force), (touched, found) in zip(product(MODULI, FORCES), presses, strict=True):
+        if isinstance(found, Exception):
+            continue
+        if large:
             try:
-                with np.errstate(over="ignore"):
-                    found = press(member, touched, force=force * inner, fidelity="contact", friction=friction)
-                    if large:
-                        # Without friction the contact is larger: it may leave the patch where this one does not
-                        found = including_large_strain(member, touched, found, rubbing, beyond=True) or found
+                # Without friction the contact is larger: it may leave the patch where this one does not
+                found = including_large_strain(member, touched, found, rubbing, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue
-            rows.append((force, modulus, ratio, found.resolved, BEYOND not in found.status, *_measures(found)))
+        rows.append((force, modulus, ratio, found.resolved, BEYOND not in found.status, *_measures(found)))
     return rows
 
 
@@ -218,7 +222,3 @@ def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
         "strained": np.array(strained),
         "error": error,
     }
-
-
-def _at(specimen: Specimen, modulus: float) -> Specimen:
-    return replace(specimen, modulus=modulus)

@@ -10,8 +10,9 @@ from papilla import cache
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, PositionTerms
 from papilla.calibration.surface import POWERS, power_vector
-from papilla.errors import ContactRangeError, InputError
-from papilla.fem import ReducedFinger, press
+from papilla.errors import InputError
+from papilla.fem import ReducedFinger
+from papilla.fem.pressing.grid import press_grid
 from papilla.fem.reduction.finger_model import FingerModel, model_of
 from papilla.fem.reduction.transported import transported_readings
 from papilla.finger import Finger
@@ -75,27 +76,12 @@ def move_presses(
     force_N, modulus_MPa : (m,); place_mm : (p,); reading : (p, m, g) in microstrain. A press that leaves what the model
     covers is left out. Raises `InputError` where a contact beside the apex would leave the skin.
     """
-    rows, tractions = [], []
-    for modulus in np.geomspace(*domain["modulus_MPa"], MODULI).tolist():
-        start = None
-        for force in np.geomspace(*domain["force_N"], FORCES).tolist():
-            try:
-                found = press(
-                    reduced,
-                    model.finger.bench.specimen(modulus),
-                    force=force,
-                    fidelity="contact",
-                    friction=friction,
-                    start=start,
-                )
-            except ContactRangeError:
-                break
-            start = found.active
-            rows.append((force, modulus))
-            tractions.append(found.traction)
-    force_N, modulus_MPa = np.array(rows).reshape(-1, 2).T
+    forces, moduli = np.geomspace(*domain["force_N"], FORCES), np.geomspace(*domain["modulus_MPa"], MODULI)
+    presses = press_grid(reduced, model.finger.bench.specimen, moduli, forces, friction)
+    found = [one for _, one in presses if not isinstance(one, Exception)]
+    force_N, modulus_MPa = np.array([(one.force, one.modulus) for one in found]).reshape(-1, 2).T
     places = position_places(model)
-    readings = transported_readings(model, reduced.patch, np.array(tractions), places.tolist())
+    readings = transported_readings(model, reduced.patch, np.array([one.traction for one in found]), places.tolist())
     return {"force_N": force_N, "modulus_MPa": modulus_MPa, "place_mm": places, "reading": readings}
 
 

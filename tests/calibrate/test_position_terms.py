@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import beside_apex as position
-from papilla.calibrate.beside_apex import CELLS, ERROR, fit_positions, with_positions
+from papilla.calibrate import position_terms as position
+from papilla.calibrate.position_terms import CELLS, ERROR, fit_positions, with_positions
 from papilla.errors import ContactRangeError, InputError
+from papilla.fem.pressing import grid
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.finger import Finger
 
@@ -101,13 +102,14 @@ def test_presses_beyond_the_model_are_left_out(monkeypatch):
         if block.modulus < 0.03 and force > 0.5:
             raise ContactRangeError("the rim")
         assert options["friction"] == "stick"
-        return type("Press", (), {"active": None, "traction": np.array([[force, block.modulus]] * 3)})
+        traction = np.array([[force, block.modulus]] * 3)
+        return SimpleNamespace(force=force, modulus=block.modulus, traction=traction)
 
     def readings(_, patch, traction, places):
         force, modulus = traction[:, 0].T
         return force[:, None] * seen(force, modulus, np.array(places)[:, None])
 
-    monkeypatch.setattr(position, "press", press)
+    monkeypatch.setattr(grid, "press", press)
     monkeypatch.setattr(position, "transported_readings", readings)
     found = position.move_presses(model, reduced, {"force_N": (0.05, 1.0), "modulus_MPa": (0.02, 5.0)}, "stick")
     assert len(found["force_N"]) == position.FORCES * position.MODULI - 3

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.fem import press
-from papilla.fem.pressing.beside import Room, beside
+from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
 from papilla.fem.reduction.family import family
 from papilla.finger import Finger, Slab
 from papilla.specimen import Block
@@ -25,7 +25,7 @@ def relatives():
 
 @pytest.fixture(scope="module")
 def moved(relatives):
-    return beside(relatives, BLOCK, 0.0)
+    return off_apex_change(relatives, BLOCK, 0.0)
 
 
 def changed(moved, outer, inner, place=(0.0, 0.0), shift=(0.0, 0.0)):
@@ -102,8 +102,8 @@ def test_what_is_too_far_is_refused(moved):
 
 @pytest.mark.slow
 def test_a_skin_rolls_by_its_radius(relatives):
-    room = Room.of(relatives)
+    room = MoveLimits.of(relatives)
     a, b, c = relatives.finger.shape.outer
     assert room.rolling == pytest.approx([a**2 / c, b**2 / c], rel=0.01)
     straight = family(replace(Finger.default(), shape=Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 20.0)), size_mm=2.8)
-    assert np.isinf(Room.of(straight).rolling[1])
+    assert np.isinf(MoveLimits.of(straight).rolling[1])

@@ -1,4 +1,4 @@
-"""Stands between papilla and a job that it runs in a folder: `python keeper.py FOLDER COMMAND...`.
+"""Stands between papilla and a job that it runs in a folder: `python watchdog.py FOLDER COMMAND...`.
 
 papilla holds the other end of standard input and writes nothing: when that ends, however papilla ended, the job is
 killed and its folder removed. The job itself cannot watch, as it may hold the interpreter's lock for minutes.

@@ -1,4 +1,8 @@
-"""What a fit of a finger has to confess: what presses do not tell, what decides instead, and which press decides."""
+"""What to doubt of an identification: weakly determined parameters, values that priors decide, influential presses.
+
+`diagnose` runs a few more fits where a parameter is poorly determined (profile likelihood) and where two gauges may be
+swapped; all else follows from the Jacobian of the fit. `record` is what a design file keeps of the identification.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,11 +15,11 @@ from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, kind,
 from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
 from papilla.identified import Identified
 
-TOLD = 0.7
-"""Share of a prior's width that is left in a parameter, from which the prior decides it."""
+PRIOR_DECIDES = 0.7
+"""Standard deviation after the fit over that of the prior, from which the prior rather than the presses decides."""
 
 CORRELATED = 0.95
-"""Between two parameters that readings do not follow linearly, from which they are told together only."""
+"""Correlation of two nonlinear parameters from which only a combination of them is determined."""
 
 POORLY = 0.15
 """Standard deviation (relative, for logarithmic ones) from which an interval is that of the profile likelihood."""
@@ -32,7 +36,7 @@ IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 
 
 @dataclass(frozen=True, eq=False)
-class Confession:
+class Diagnosis:
     """What to doubt of an `Identification` of n presses. influence : (n,) change of the moduli, in standard deviations,
     by leaving out each press. condition : condition number of the presses' information, columns scaled."""
 
@@ -44,8 +48,8 @@ class Confession:
     condition: float
 
 
-def confess(found: Identification) -> Confession:
-    """All that a reader of an identification should be told; costs a few fits where a parameter is poorly told."""
+def diagnose(found: Identification) -> Diagnosis:
+    """Diagnose an identification; runs a few more fits where a parameter is poorly determined."""
     profiles = tuple(
         profile(found, name)
         for name, sigma, linear in zip(found.names, found.sigma, found.problem.linear, strict=True)
@@ -76,11 +80,11 @@ def confess(found: Identification) -> Confession:
     good = "ok" if not doubts else "doubtful"
     doubts += (*_backwards(found), *_rubbing(found, intervals))
     status = f"{good}: identified from {n} presses, chi-square {found.chi_square:.3g} at {found.freedom:.3g} of freedom"
-    return Confession(status, doubts, intervals, profiles, moved, _condition(found))
+    return Diagnosis(status, doubts, intervals, profiles, moved, _condition(found))
 
 
-def record(found: Identification, told: Confession, specimen: str) -> Identified:
-    """The `[identified]` table of an identification: what it told of the finger, and the tilt that it was pressed at.
+def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identified:
+    """The `[identified]` table of an identification: parameters of the finger, and the tilt at which it was pressed.
 
     Specimens' moduli leave their covariance to the others; what all gauges have in common stands as each one's.
     """
@@ -88,9 +92,9 @@ def record(found: Identification, told: Confession, specimen: str) -> Identified
     names, values, by_free = _recorded(found)
     covariance = by_free @ ((found.covariance + found.covariance.T) / 2) @ by_free.T
     half = NORMAL * np.sqrt(np.diag(covariance))
-    intervals = dict(zip(names, zip(values - half, values + half, strict=True), strict=True)) | told.intervals
+    intervals = dict(zip(names, zip(values - half, values + half, strict=True), strict=True)) | diagnosis.intervals
     return Identified(
-        status=told.status,
+        status=diagnosis.status,
         presses=len(problem.log),
         specimen=specimen,
         friction=problem.friction,
@@ -106,7 +110,7 @@ def record(found: Identification, told: Confession, specimen: str) -> Identified
         freedom=found.freedom,
         force_error=problem.noise.force,
         noise_microstrain=problem.noise.readings_microstrain,
-        notes=told.doubts,
+        notes=diagnosis.doubts,
     )
 
 
@@ -193,8 +197,8 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
     if beyond := problem.beyond(found.vector):
         said.append(f"the ratio of the moduli is {100 * abs(beyond):.1g} % outside of 1 to 16, where fingers are known")
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
-        told = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
-        if not (linear or told or name == "stick_share") and sigma > TOLD * problem.prior_sigma(name):
+        explained = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
+        if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.prior_sigma(name):
             said.append(f"the presses do not tell {name}: its prior decides")
     for name, known in problem.specimens.items():
         off = np.log(found.values[name] / problem.held[name]) / known.sigma
@@ -253,20 +257,20 @@ def _of_gauges(found: Identification) -> list[str]:
             continue
         if lever in found.names:
             prior = PARAMETERS["lever_mm"].sigma * float(problem.gains[number]) if problem.gains is not None else np.inf
-            if found[lever][1] > TOLD * prior:
+            if found[lever][1] > PRIOR_DECIDES * prior:
                 said.append(f"the presses do not tell lever and gain of {gauge.name} apart: the prior decides")
     return said
 
 
 def _backwards(found: Identification) -> list[str]:
-    """Gauges of negative gain, which is no doubt: leads may be swapped."""
+    """Gauges of negative gain: a note, no doubt, for their leads may be swapped."""
     gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
     turned = [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
     return turned
 
 
 def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
-    """What is taken of a friction that nobody told, which is no doubt: its intervals are in all others."""
+    """The share of stick where the friction was not given: a note, no doubt, for all intervals include it."""
     if "stick_share" not in found.names:
         return []
     low, high = intervals["stick_share"]

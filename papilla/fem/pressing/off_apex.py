@@ -1,23 +1,30 @@
-"""`Beside`: what changes where the contact is beside the apex or gauges are moved, for all fingers of one geometry.
+"""What changes in a press where its contact lies off the apex, or where gauges were moved: `OffApex`.
 
-Tractions of presses at the apex move with the skin, and the adjoint fields of gauges at several places of the interface
-weigh them (`papilla.fem.reduction.transported`). What that adds to the gauges' values is a polynomial in the place of
-the contact (x, y) and the shift of each gauge (along, across), times one in the logarithms of F / E_inner, E / E_inner
-and E_outer / E_inner, as the `Response` that it belongs to. Large strain is in the latter alone.
+Quantity: the change of what each gauge feels, for all fingers of one geometry. A contact at (x, y) is taken to have the
+tractions of the same press at the apex, moved along the skin (`papilla.fem.reduction.transported`); the adjoint field
+of a gauge at a shifted site weighs them. So one solve a gauge and parity answers every place, and no new contact has to
+be solved. The change over F / E_inner is then fitted by
+
+    sum over nodes of L_i(x) L_j(y) L_k(along) L_l(across) P_ijkl(ln F/E_inner, ln E/E_inner, ln E_outer/E_inner),
+
+L Lagrange polynomials on Chebyshev points of the place and of the gauge's shift, P a `LogPolynomial` as of `Response`.
+Cost: a few seconds of solves for each geometry, then microseconds a press with exact derivatives. It is linear: large
+strain is in the `Response` at the apex alone, and `UNSURE` holds what that leaves out.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import product
 
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 
 from papilla import cache
-from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.pressing.fidelity import press
+from papilla.errors import InputError
+from papilla.fem.pressing.grid import press_grid, with_modulus
 from papilla.fem.pressing.log_polynomial import LogPolynomial
-from papilla.fem.pressing.response import FORCES, MODULI, USUAL, _at
+from papilla.fem.pressing.response import FORCES, MODULI, USUAL
 from papilla.fem.reduction.family import RATIOS, FingerFamily
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
@@ -65,8 +72,8 @@ class Changed:
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
-    """How far (mm) contacts and gauges of a finger are moved.
+class MoveLimits:
+    """How far (mm) contacts and gauges of a finger may be moved.
 
     reach, shift : farthest |x| and |y| of a contact, and shift of a gauge. rolling : (2,) mm along x and y by which a
     flat specimen's contact moves for a radian of tilt: radii of the skin at the apex, infinite where it is straight.
@@ -77,7 +84,7 @@ class Room:
     rolling: np.ndarray
 
     @classmethod
-    def of(cls, relatives: FingerFamily) -> "Room":
+    def of(cls, relatives: FingerFamily) -> "MoveLimits":
         """That of a family's geometry: more on a wider finger."""
         model = relatives.model(float(relatives.ratios[0]))
         share = float(np.ptp(model.mesh.points[:, 0])) / WIDTH_MM
@@ -85,7 +92,7 @@ class Room:
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class OffApex:
     """Changes of gauges' values for all fingers of one geometry; q quantities, g gauges.
 
     coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes.
@@ -93,27 +100,27 @@ class Beside:
     """
 
     coefficients: np.ndarray
-    room: Room
+    limits: MoveLimits
     error: float
 
     def __repr__(self) -> str:
-        most = f"contacts within {self.room.reach:g} mm, gauges within {self.room.shift:g} mm"
-        return f"Beside({most}, to {100 * self.error:.2g} %)"
+        most = f"contacts within {self.limits.reach:g} mm, gauges within {self.limits.shift:g} mm"
+        return f"OffApex({most}, to {100 * self.error:.2g} %)"
 
     def changed(
         self, force_N, modulus_MPa, outer: float, inner: float, place_mm: np.ndarray, shift_mm: np.ndarray
     ) -> Changed:
         """Presses by forces (n,) on specimens of moduli (n,) at places (n, 2) of the finger with these Young's moduli
-        (MPa), its gauges shifted by (2, g) along and across. Raises `InputError` beyond `room`."""
-        for what, given, most in (("contacts", place_mm, self.room.reach), ("shifts", shift_mm, self.room.shift)):
+        (MPa), its gauges shifted by (2, g) along and across. Raises `InputError` beyond `limits`."""
+        for what, given, most in (("contacts", place_mm, self.limits.reach), ("shifts", shift_mm, self.limits.shift)):
             if np.abs(given).max(initial=0.0) > most * (1 + 1e-9):
                 far = float(np.abs(given).max())
                 raise InputError(f"{what} are known within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner
         terms = POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
         spots, which = np.unique(place_mm, axis=0, return_inverse=True)
-        places = _products(PLACES, spots.T, self.room.reach)
-        shifts = _products(SHIFTS, shift_mm, self.room.shift)
+        places = _products(PLACES, spots.T, self.limits.reach)
+        shifts = _products(SHIFTS, shift_mm, self.limits.shift)
         # (g, 3, x y t q): the gauges' own shifts and their two slopes, then (3, x y, t q g)
         shifted = np.swapaxes(shifts, 0, 1) @ self._by_gauge
         shifted = np.moveaxis(shifted, 0, -1).reshape(3, len(places[0][0]), -1)
@@ -137,34 +144,34 @@ class Beside:
         return np.ascontiguousarray(self.coefficients.transpose(6, 3, 4, 1, 2, 0, 5)).reshape(g, a * c, x * y * t * q)
 
 
-def beside(
+def off_apex_change(
     family: FingerFamily,
     specimen: Specimen,
     friction: Friction,
     *,
     progress: Callable[[str], None] | None = None,
-) -> Beside:
-    """What moved contacts and gauges change in a family's presses on a specimen's shape; kept in the cache.
+) -> OffApex:
+    """What moved contacts and gauges change in the presses of a family on one shape of specimen; kept in the cache.
 
     Raises `InputError` where the farthest contact would leave the skin, or a gauge the interface.
     """
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), family.finger.sha256)
     design = (PLACES, SHIFTS, GRID, RATIO_NODES, PROBE, PROBES, REACH_MM, SHIFT_MM)
-    key = cache.key(__name__, *parts, repr(_at(specimen, 1.0)), str(friction), *design)
-    found = cache.fetch("beside", key, lambda: _made(family, specimen, friction, progress))
-    return Beside(found["coefficients"], Room.of(family), float(found["error"]))
+    key = cache.key(__name__, *parts, repr(with_modulus(specimen, 1.0)), str(friction), *design)
+    found = cache.fetch("off_apex", key, lambda: _made(family, specimen, friction, progress))
+    return OffApex(found["coefficients"], MoveLimits.of(family), float(found["error"]))
 
 
 def _made(
     family: FingerFamily, specimen: Specimen, friction: Friction, progress: Callable[[str], None] | None
 ) -> dict[str, np.ndarray]:
     first = family.model(float(family.ratios[0]))
-    room = Room.of(family)
-    reach, shift = room.reach, room.shift
+    limits = MoveLimits.of(family)
+    reach, shift = limits.reach, limits.shift
     nodes = [_points(count) for count in PLACES]
     places = [(reach * x, reach * y) for x in nodes[0] for y in nodes[1]] + [(reach * x, reach * y) for x, y in PROBES]
     if progress is not None:
-        progress("contacts beside the apex")
+        progress("contacts off the apex")
     contacts = [MovedContact.at(first, family.reduced.patch, place) for place in places]
     ratios = np.exp(_points(RATIO_NODES) * np.log(RATIOS[1]) / 2) * RATIOS[1] ** 0.5
     loads, values = [], []
@@ -182,7 +189,7 @@ def _made(
     terms = POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
     flat = np.concatenate(values)
     coefficients = np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
-    made = Beside(coefficients, room, 0.0)
+    made = OffApex(coefficients, limits, 0.0)
     return {
         "coefficients": coefficients,
         "error": np.array(_missed(made, rows, pressed, traction, family.finger.inner.modulus)),
@@ -213,7 +220,7 @@ class _Rows:
         return np.stack(every, axis=1).reshape(len(traction), *PLACES, *SHIFTS, *every[0].shape[2:])
 
 
-def _missed(made: Beside, rows: _Rows, pressed: np.ndarray, traction: np.ndarray, inner: float) -> float:
+def _missed(made: OffApex, rows: _Rows, pressed: np.ndarray, traction: np.ndarray, inner: float) -> float:
     """Root mean square of what changes at the probes are off by, in that of what gauges feel of usual presses."""
     usual = np.all([(low <= one) & (one <= high) for one, (low, high) in zip(pressed.T, USUAL, strict=False)], axis=0)
     pressed, traction = (one[usual] if usual.any() else one for one in (pressed, traction))
@@ -222,8 +229,8 @@ def _missed(made: Beside, rows: _Rows, pressed: np.ndarray, traction: np.ndarray
     off = []
     for number, probe in enumerate(PROBES):
         felt = rows.felt(rows.contacts[number - len(PROBES)], traction)[:, number - len(PROBES)] - base
-        place = np.tile(made.room.reach * np.array(probe), (len(pressed), 1))
-        shift = np.tile(made.room.shift * np.array(probe)[:, None], (1, rows.gauges))
+        place = np.tile(made.limits.reach * np.array(probe), (len(pressed), 1))
+        shift = np.tile(made.limits.shift * np.array(probe)[:, None], (1, rows.gauges))
         told = made.changed(pressed[:, 0] * inner, pressed[:, 1] * inner, PROBE * inner, inner, place, shift).values
         off.append((told - felt) / size)
     return float(np.sqrt(np.mean(np.square(off))))
@@ -235,15 +242,11 @@ def _presses(
     """Presses at the apex of a member: (m, 3) F / E_inner, E / E_inner and the ratio, and tractions (m, 3, n)."""
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
+    forces, moduli = np.geomspace(FORCES[0], FORCES[-1], GRID[0]), np.geomspace(MODULI[0], MODULI[-1], GRID[1])
+    presses = press_grid(member, partial(with_modulus, specimen), moduli * inner, forces * inner, friction)
     rows, tractions = [], []
-    for modulus in np.geomspace(MODULI[0], MODULI[-1], GRID[1]).tolist():
-        for force in np.geomspace(FORCES[0], FORCES[-1], GRID[0]).tolist():
-            touched = replace(specimen, modulus=modulus * inner)
-            try:
-                with np.errstate(over="ignore"):
-                    found = press(member, touched, force=force * inner, fidelity="contact", friction=friction)
-            except (ContactRangeError, SolverError):
-                continue
+    for (modulus, force), (_, found) in zip(product(moduli, forces), presses, strict=True):
+        if not isinstance(found, Exception):
             rows.append((force, modulus, ratio))
             tractions.append(found.traction)
     if len(rows) < GRID[0]:

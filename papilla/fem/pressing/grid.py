@@ -1,0 +1,43 @@
+"""Presses of one finger over a grid of moduli and forces."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from papilla.errors import ContactRangeError, SolverError
+from papilla.fem.pressing.fidelity import press
+from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.specimen import Friction, Specimen
+
+
+def with_modulus(specimen: Specimen, modulus: float) -> Specimen:
+    """The same specimen of another modulus (MPa)."""
+    return replace(specimen, modulus=modulus)
+
+
+def press_grid(
+    reduced: ReducedFinger,
+    specimen: Callable[[float], Specimen],
+    moduli: Sequence[float] | np.ndarray,
+    forces: Sequence[float] | np.ndarray,
+    friction: Friction | None,
+) -> Iterator[tuple[Specimen, Press | ContactRangeError | SolverError]]:
+    """Linear presses on the specimens of rising moduli (MPa) by rising forces (N): the specimen, and its press or what
+    refused it; all forces of a modulus, then the next modulus.
+
+    Presses on one specimen share one path of contact. The hardest is made first, and makes the path long enough for
+    all; the other way round the path is extended again and again.
+    """
+    for modulus in map(float, moduli):
+        touched = specimen(modulus)
+        found: list[Press | ContactRangeError | SolverError] = []
+        for force in map(float, reversed(forces)):
+            try:
+                # Of specimens that are far softer or harder than the finger
+                with np.errstate(over="ignore"):
+                    found.append(press(reduced, touched, force=force, fidelity="contact", friction=friction))
+            except (ContactRangeError, SolverError) as error:
+                found.append(error)
+        yield from ((touched, one) for one in reversed(found))
