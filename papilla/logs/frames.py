@@ -1,7 +1,7 @@
-"""Tables that are no text: Parquet files, frames, dicts and structured arrays, read as `TableReader` reads.
+"""Tables in memory and Parquet files: frames, dicts and structured arrays, with the interface of `TableReader`.
 
-A frame is whatever names its columns (`columns`, `keys()`, or a dtype's names) and gives each by `frame[name]`, as
-those of pandas and polars do: neither is imported.
+A frame is any object that lists its columns (`columns`, `keys()`, or the names of a dtype) and returns one by
+`frame[name]`. Frames of pandas and polars are such objects; neither package is imported.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -15,14 +15,14 @@ from papilla.files import reason
 from papilla.tables import BLOCK, Table
 
 PARQUET = (".parquet", ".pq")
-"""How names of Parquet files end."""
+"""Suffixes of Parquet files."""
 
 FRAME = Path("the frame")
-"""What messages call a table in memory."""
+"""Name of a table in memory in messages."""
 
 
 class FrameReader:
-    """Reads columns in memory block by block; as `papilla.tables.TableReader`."""
+    """Reads columns in memory block by block, like `papilla.tables.TableReader`."""
 
     delimiter, decimal = ",", "."
     notes: tuple[str, ...] = ()
@@ -33,7 +33,7 @@ class FrameReader:
         self.want(wanted, words)
 
     def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
-        """Change which columns are wanted, and which of them hold text."""
+        """Select the columns to read, and those of them that contain text."""
         self._words = words
         self.names = tuple(name for name in self.header if wanted(name))
         self.ignored = tuple(name for name in self.header if name not in self.names)
@@ -46,7 +46,7 @@ class FrameReader:
         pass
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
-        """All rows as tables of `size` rows or less; raises `FileFormatError` for no rows, or text for numbers."""
+        """All rows, in tables of at most `size`; raises `FileFormatError` if there are none, or text for numbers."""
         columns = {name: self._column(name) for name in self.names}
         lengths = {len(column) for column in columns.values()}
         if lengths - {0} == set():
@@ -73,7 +73,7 @@ class FrameReader:
 
 
 def parquet(path: Path, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> FrameReader:
-    """A reader of a Parquet file; raises `FileAccessError`, or `InputError` where the extra `tables` is not there."""
+    """A reader of a Parquet file; raises `FileAccessError`, or `InputError` if the extra `tables` is missing."""
     try:
         import pyarrow
         import pyarrow.parquet
@@ -89,7 +89,7 @@ def parquet(path: Path, wanted: Callable[[str], bool], words: tuple[str, ...] = 
 
 
 class _Columns:
-    """Columns of an Arrow table as arrays; an empty cell of numbers is NaN."""
+    """Columns of an Arrow table as arrays; an empty cell in a column of numbers is NaN."""
 
     def __init__(self, table: Any):
         self._table, self.columns = table, table.column_names

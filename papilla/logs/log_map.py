@@ -1,9 +1,9 @@
-"""Log map: a TOML file that says which column of somebody's log is what, in which unit.
+"""Log map: a TOML file that gives meaning and unit of the columns of a foreign log.
 
 ```toml
-decimal = ","                 # and delimiter = ";", header_line = 3, where they are not told by the file itself
-speed_mm_s = 50.0             # a constant speed, where no column has one
-air_s = [0.0, 1.2]            # seconds of the log before the touch: their mean is the zero of gauges and force
+decimal = ","                 # also delimiter = ";", header_line = 3, if papilla does not find them by itself
+speed_mm_s = 50.0             # a constant speed, if there is no column of it
+air_s = [0.0, 1.2]            # time in the air before the touch: the mean there is the zero of gauges and force
 
 [columns]
 t_s = { column = "time", unit = "ms" }
@@ -12,8 +12,8 @@ g1 = { column = "ch1", unit = "mV/V", gauge_factor = 2.1, active_arms = 1 }
 g2 = { column = "ch2", unit = "counts", bits = 16, span_V = 5.0, amplification = 500.0, excitation_V = 2.5, gauge_factor = 2.1 }
 ```
 
-The keys of `[columns]` are papilla's columns. An amplifier's output becomes strain by the equation of a bridge for small
-strain, e = 4 V_out / (active_arms gauge_factor V_excitation).
+The keys of `[columns]` are papilla's columns. The output of an amplifier becomes strain by the equation of a Wheatstone
+bridge at small strain, e = 4 V_out / (active_arms gauge_factor V_excitation).
 """  # noqa: E501
 
 import re
@@ -33,17 +33,17 @@ from papilla.logs.quantities import BRIDGES, QUANTITIES, quantity_of
 from papilla.tables import closest
 
 BESIDE = "log_map.toml"
-"""Name of the map that is found beside a log."""
+"""Name under which a map in the folder of a log is found."""
 GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a log: its name and unit; of a gauge's amplifier what turns its output into strain.
+    """A column of a log: its name and unit, and for the output of an amplifier the constants that convert it to strain.
 
-    unit : of the quantity's units, `papilla.logs.quantities`. gauge_factor, active_arms : of the bridge (1 quarter, 2
-    half, 4 full). amplification, excitation_V : of a voltage. bits, span_V : counts are `span_V / 2**bits` V each.
-    Raises `InputError` for a number that is not positive.
+    unit : one of the quantity's units in `papilla.logs.quantities`. gauge_factor, active_arms : of the bridge (1
+    quarter, 2 half, 4 full). amplification, excitation_V : for voltages and counts. bits, span_V : of the converter,
+    one count is `span_V / 2**bits` V. Raises `InputError` for a number that is not positive.
     """
 
     column: str
@@ -61,7 +61,7 @@ class Column:
                 checks.positive(name, value)
 
     def factor(self, to: str) -> float:
-        """From the log's unit into that of papilla's column `to`; raises `InputError` for another quantity's unit."""
+        """Factor from the log's unit to that of papilla's column `to`; raises `InputError` for an unfit unit."""
         known = quantity_of(to).units
         if self.unit not in known:
             meant = closest(self.unit, [*known])
@@ -81,11 +81,11 @@ class Column:
 
 @dataclass(frozen=True)
 class LogMap:
-    """What the columns of a log are.
+    """Meaning and units of the columns of a log.
 
-    columns : papilla's column -> that of the log. delimiter, decimal, header_line : of the text, None where the file
-    tells them. speed_mm_s : a constant speed. air_s : (from, to) in s before the touch. path : of its file.
-    Raises `InputError` for columns and units that there are not.
+    columns : papilla's column -> column of the log. delimiter, decimal, header_line : of the text; None lets papilla
+    find them. speed_mm_s : a constant speed. air_s : (from, to) in s, in the air before the touch. path : of the map.
+    Raises `InputError` for unknown columns and units.
     """
 
     columns: Mapping[str, Column] = field(default_factory=dict)
@@ -128,7 +128,7 @@ class LogMap:
 
     @classmethod
     def beside(cls, log: Path) -> "LogMap | None":
-        """The map in the folder of a log, if there is one; raises what `load` raises."""
+        """The map in the folder of a log, None if there is none; raises what `load` raises."""
         path = log.with_name(BESIDE)
         return cls.load(path) if path.is_file() else None
 

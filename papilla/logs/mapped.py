@@ -1,4 +1,4 @@
-"""A log by its map: the reader whose columns and units are papilla's, whatever those of the file are."""
+"""Reads a log through its map: columns and units are papilla's, whatever those of the file are."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -14,11 +14,11 @@ from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
 from papilla.tables import BLOCK, Table, TableReader, closest
 
 ZEROED = ("force_N", "tangential_N")
-"""What, beside gauges, has its zero in the air."""
+"""Columns besides the gauges whose zero is their mean in the air."""
 
 
 class MappedReader:
-    """Reads as `TableReader` does, under papilla's names and in its units; names, ignored, notes and path as there."""
+    """A `TableReader` with papilla's names and units; names, ignored, notes and path have the same meaning."""
 
     def __init__(self, reader: TableReader | FrameReader, log_map: LogMap, wanted: Callable[[str], bool]):
         self._reader, self._map, self.path = reader, log_map, reader.path
@@ -39,7 +39,7 @@ class MappedReader:
         self._reader.__exit__(*error)
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
-        """All rows, as `TableReader.blocks` gives them; raises what that raises."""
+        """All rows in blocks; raises what `TableReader.blocks` raises."""
         called = {name: column.column for name, column in self._columns.items()}
         for block in self._reader.blocks(size):
             table = Table(block.path, block.columns, block.lines, called)
@@ -61,7 +61,7 @@ class MappedReader:
         return found if column.unit != ISO else (_instants(block, name, found) - self._start) / np.timedelta64(1, "s")
 
     def _first_time(self) -> np.datetime64:
-        """The instant from which seconds are counted, where times are dates."""
+        """The date and time at which seconds start, if times are dates."""
         column = self._columns.get("t_s")
         if column is None or column.unit != ISO:
             return np.datetime64(0, "ns")
@@ -96,7 +96,7 @@ class MappedReader:
 
 
 def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> "Reader":
-    """A reader of a log, a path or a frame: by a map, or by the units in the names of its columns, or as it stands.
+    """A reader of a log (path or frame), with its map, with the units in its column names, or without conversion.
 
     Raises what `TableReader` raises, and `FileFormatError` for a map that does not fit the log.
     """
@@ -128,7 +128,7 @@ def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], l
 
 
 def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) -> dict[str, Column]:
-    """What columns are that have papilla's names, or a known name with its unit ("Fz [N]", "t_ms")."""
+    """Columns that have papilla's names, or a known name with a unit ("Fz [N]", "t_ms")."""
     found: dict[str, Column] = {}
     for name in header:
         stem, unit = split_unit(name)
@@ -144,13 +144,13 @@ def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) ->
 
 
 def _own_unit(column: str) -> str:
-    """The unit of papilla's column; of text, which has none, the first there is."""
+    """The unit of papilla's column; for a column of text the only one in its list."""
     known = quantity_of(column).units
     return next((unit for unit, factor in known.items() if factor == 1), next(iter(known)))
 
 
 def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
-    """Dates and times (n,) as instants; a zone is dropped, for a log has one."""
+    """Dates and times (n,) as `datetime64`; the zone Z is dropped, because a log has only one zone."""
     plain = np.char.replace(np.char.replace(cells, "Z", ""), " ", "T")
     try:
         return plain.astype("datetime64[ns]")
@@ -164,4 +164,4 @@ def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
 
 
 Reader = TableReader | FrameReader | MappedReader
-"""What reads a log, block by block."""
+"""A reader of a log, block by block."""

@@ -1,7 +1,7 @@
-"""Proposes a log map: what the columns of somebody's log seem to be, with the reason for each guess.
+"""Proposes a log map: what the columns of a foreign log probably are, with the reason for each guess.
 
-A column is told by its name, its unit in the name, and the size of its numbers. What nothing tells stays out of the map
-and is named, so that a person decides.
+A column is recognised by its name, the unit in its name, and the size of its numbers. A column that is not recognised
+is listed but left out of the map, so that a person decides.
 """
 
 from collections import Counter
@@ -17,21 +17,21 @@ from papilla.logs.quantities import BRIDGES, GAUGE, ISO, QUANTITIES, column_mean
 from papilla.tables import TableReader
 
 HEAD = 2000
-"""Rows from which sizes are told."""
+"""Number of rows that are read for the size of the numbers."""
 
 RATES_HZ = 8.0, 60_000.0
-"""Sampling rates that logs of gauges have: the unit of an unmarked time is the one that gives such a rate."""
+"""Lowest and highest sampling rate of gauge logs. A time without a unit gets the unit that gives such a rate."""
 
 STRAIN_BELOW, COUNTS_FROM = 0.05, 1500.0
 """Largest reading that is more likely strain than microstrain, and from which whole numbers are more likely counts."""
 
 MOST_SKIPPED = 60
-"""Lines before the header that are looked through."""
+"""Number of lines that are searched for the header."""
 
 
 @dataclass(frozen=True)
 class Guess:
-    """A column of the log, the column of papilla that it seems to be ("" where nothing tells), its unit, and why."""
+    """A column of the log, the papilla column that it probably is ("" if not recognised), its unit, and the reason."""
 
     name: str
     meant: str
@@ -41,7 +41,7 @@ class Guess:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Guesses of a log's columns in the file's order, how the text is written, and what a person has to decide."""
+    """Guesses for the columns in the order of the file, the format of the text, and what a person must decide."""
 
     path: Path
     guesses: tuple[Guess, ...]
@@ -71,7 +71,7 @@ class Proposal:
 
 
 def propose(path: Path) -> Proposal:
-    """What the columns of a log seem to be; raises `FileAccessError`, or `FileFormatError` where there is no table."""
+    """Guesses for the columns of a log; raises `FileAccessError`, or `FileFormatError` if there is no table."""
     line = 1 if path.suffix in PARQUET else _header_line(path)
     with parquet(path, _all) if path.suffix in PARQUET else TableReader(path, _all, header_line=line) as reader:
         reader.want(_all, tuple(reader.header))
@@ -88,7 +88,7 @@ def _all(name: str) -> bool:
 
 
 def _header_line(path: Path) -> int:
-    """The first line, from 1, from which on two rows of equally many cells, more than one of them numbers, follow."""
+    """Number (from 1) of the first line that two rows of equally many cells, several of them numbers, follow."""
     for line in range(1, MOST_SKIPPED):
         try:
             with TableReader(path, _all, header_line=line) as reader:
@@ -148,7 +148,7 @@ def _unit_by_size(meant: str, values: np.ndarray) -> tuple[str, str]:
 
 
 def _unique(guesses: list[Guess]) -> tuple[Guess, ...]:
-    """Gauges without a number get one, and a column that two others seem to be is given to the first."""
+    """Guesses with a number for each gauge; if two columns have one meaning, the first keeps it."""
     taken, result = Counter(guess.meant for guess in guesses), []
     used: set[str] = set()
     for guess in guesses:
@@ -164,7 +164,7 @@ def _unique(guesses: list[Guess]) -> tuple[Guess, ...]:
 
 
 def _questions(guesses: tuple[Guess, ...]) -> Iterator[str]:
-    """What a map needs that no column told."""
+    """What a map still needs and no column gives."""
     meant = {guess.meant for guess in guesses}
     if not meant & {"t_s", "modulus_MPa"}:
         yield "no column seems to be a time (t_s), as an estimate needs, or a modulus (modulus_MPa), as presses need"
@@ -179,7 +179,7 @@ def _questions(guesses: tuple[Guess, ...]) -> Iterator[str]:
 
 
 def _floats(cells: np.ndarray, decimal: str) -> np.ndarray:
-    """Cells of text as floats, NaN where they are none."""
+    """Cells of text as floats, NaN for other text."""
     result = np.full(len(cells), np.nan)
     for row, cell in enumerate(cells.tolist()):
         try:

@@ -1,4 +1,4 @@
-"""Quantities of a log: papilla's column of each, the units in which labs record it, and the names that they give it."""
+"""Quantities of a log: papilla's column, the units that labs use, and the names that they give it."""
 
 import re
 from collections.abc import Mapping
@@ -14,15 +14,15 @@ _SPEEDS = {f"{unit}/s": factor for unit, factor in _LENGTHS.items()}
 _PRESSURES = {"MPa": 1.0, "kPa": 1e-3, "Pa": 1e-6, "GPa": 1e3}
 _TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": 10.0, "Nm": 1e3}
 ISO = "iso"
-"""Unit of a time that is written as date and time (2026-05-04T12:30:00.001)."""
+"""Unit of a time written as date and time (2026-05-04T12:30:00.001)."""
 STRAINS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": 1e6, "m/m": 1e6, "%": 1e4}
 BRIDGES = ("mV/V", "V", "counts")
-"""Units of a gauge's amplifier, which its gauge factor turns into strain (`papilla.logs.log_map.Column`)."""
+"""Units of an amplifier's output; the gauge factor converts it to strain (`papilla.logs.log_map.Column`)."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """units : name -> factor into the unit of papilla's column. words : what labs call it, in small letters."""
+    """units : name -> factor to the unit of papilla's column. words : names that labs give it, in small letters."""
 
     units: Mapping[str, float]
     words: tuple[str, ...]
@@ -59,9 +59,9 @@ def quantity_of(column: str) -> Quantity:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Name and unit of "Fz [N]", "time(s)", "force / N", "force_gf" or "speed_mm_s"; None where no unit stands.
+    """Name and unit of "Fz [N]", "time(s)", "force / N", "force_gf" or "speed_mm_s"; None if there is no unit.
 
-    A unit behind an underscore is one only if some quantity has it, in exactly these letters.
+    A part after an underscore counts as a unit only if some quantity has exactly this unit.
     """
     if (found := _BRACKETS.fullmatch(name)) is not None:
         return found["stem"].strip(), plain_unit(next(unit for unit in found.group("a", "b", "c") if unit))
@@ -80,14 +80,14 @@ def plain_unit(unit: str) -> str:
 
 
 def split_number(name: str) -> tuple[str, int | None]:
-    """Stem in small letters and number of "Strain 3" or "ch1"; the number is None where none stands."""
+    """Stem in small letters and number of "Strain 3" or "ch1"; None if there is no number."""
     found = _NUMBERED.fullmatch(name.strip())
     stem, number = (found["stem"], int(found["number"])) if found else (name, None)
     return re.sub(r"[\s_.-]+", "_", stem.strip().lower()), number
 
 
 def column_meant(stem: str) -> str | None:
-    """Papilla's column that a lab's name without its unit means; None where the name is none of `QUANTITIES`."""
+    """Papilla's column for a lab's name without its unit; None if no quantity has this name."""
     word, number = split_number(stem)
     if number is not None:
         return f"g{number}" if word in GAUGE.words and number > 0 else None

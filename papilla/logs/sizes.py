@@ -1,37 +1,37 @@
-"""Remarks on numbers whose size belongs to another unit: strain, gram-force, m/s."""
+"""Remarks on numbers whose size suggests another unit: strain, counts, gram-force, m/s."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 STRAIN_BELOW = 0.05
-"""Microstrain: all readings of a log below it are less than any gauge's noise, and are strain more likely."""
+"""Microstrain. A log whose readings are all smaller is probably in strain: gauges have more noise than this."""
 
 COUNTS_FROM = 3000.0
-"""Whole numbers of this size are counts of a converter more likely than rounded microstrain."""
+"""Readings that are whole numbers and reach this size are probably counts of a converter."""
 
 FORCE_ABOVE_N = 20.0
-"""A soft finger takes a newton or two; 20 is 20 gf, a light touch."""
+"""A soft finger is pressed with a newton or two. A number above 20 is probably in gf, where it is a light touch."""
 
 SPEED_BELOW_MM_S = 0.5
-"""A hand moves by 1 to 500 mm/s, which is 0.001 to 0.5 m/s."""
+"""A hand moves at 1 to 500 mm/s. If all speeds are smaller than this number, they are probably in m/s."""
 
 
 class Sizes:
-    """Largest magnitudes of a log's columns, and whether its readings are whole numbers, block by block."""
+    """Collects, block by block, the largest magnitude of each column and whether readings are whole numbers."""
 
     def __init__(self, names: tuple[str, ...], gauges: int):
         self._names, self._gauges = names, gauges
         self._largest, self._whole = np.zeros(len(names)), True
 
     def add(self, rows: np.ndarray) -> None:
-        """Take in rows (n, columns); NaN counts for nothing."""
+        """Add rows (n, columns); NaN is ignored."""
         known = np.where(np.isfinite(rows), rows, 0.0)
         self._largest = np.maximum(self._largest, np.abs(known).max(axis=0, initial=0))
         self._whole &= bool((known[:, : self._gauges] % 1 == 0).all())
 
     def remarks(self) -> Iterator[str]:
-        """What looks like another unit, and how to say so in a map."""
+        """Columns that seem to have another unit, each with the line of a map that states it."""
         gauges = self._largest[: self._gauges].max(initial=0)
         if 0 < gauges < STRAIN_BELOW:
             yield f"no reading is above {gauges:.2g}: this looks like strain, not microstrain" + _mend("g1", "strain")
