@@ -10,7 +10,7 @@ from collections import defaultdict
 import numpy as np
 
 from papilla.estimators import Friction
-from papilla.studies.estimator_bench.rubbing import NAMED, Judged, Rubbed, drawn, judge
+from papilla.studies.estimator_bench.friction_logs import NAMED, Judged, Rubbed, drawn, judge
 
 FIRST = 30_000
 EVERY = "every drawn log"

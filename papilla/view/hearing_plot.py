@@ -10,7 +10,7 @@ from papilla.view.style import ACCENTS, FAINT, INK, MUTED, literal, plain_log, s
 
 
 class Heard(Protocol):
-    """A scene as `papilla.studies.hearing.hear` tells it."""
+    """A scene as `papilla.studies.grating_signals.signals_over_gratings` tells it."""
 
     wavelength_mm: float
     pitch_mm: float

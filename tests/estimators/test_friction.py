@@ -9,7 +9,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.studies.estimator_bench import rubbing
+from papilla.studies.estimator_bench import friction_logs
 
 OFFSET_N = 0.3
 
@@ -49,12 +49,12 @@ def answered(scene):
     return Friction(sample_rate_Hz=scene.rate_Hz, **scene.options).process(scene.samples)
 
 
-@pytest.mark.parametrize("kind", rubbing.NAMED, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", friction_logs.NAMED, ids=lambda kind: kind.__name__)
 def test_logs_of_the_kinds_that_it_was_wrong_on(kind):
     """Inside two sigma, and sigma at most 10 % where anything tells the offset."""
     for seed in (1001, 1002):
         scene = kind(seed)
-        found = rubbing.judge(scene, answered(scene))
+        found = friction_logs.judge(scene, answered(scene))
         assert found.inside > 0.95 and found.answered > 0.95
         assert not found.false > 0.02
         assert found.sigma < 0.1 or not scene.told
@@ -63,8 +63,8 @@ def test_logs_of_the_kinds_that_it_was_wrong_on(kind):
 
 @pytest.mark.slow
 def test_stated_sigmas_cover_what_is_drawn():
-    scenes = [rubbing.drawn(seed) for seed in range(5000, 5040)]
-    found = [rubbing.judge(scene, answered(scene)) for scene in scenes]
+    scenes = [friction_logs.drawn(seed) for seed in range(5000, 5040)]
+    found = [friction_logs.judge(scene, answered(scene)) for scene in scenes]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         assert np.nanmean([one.inside for one in found]) > 0.95

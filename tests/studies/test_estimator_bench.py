@@ -9,7 +9,7 @@ import pytest
 
 from papilla.cli import bench_estimators as command
 from papilla.errors import InputError
-from papilla.studies.estimator_bench import cost, honesty, rivals, runner
+from papilla.studies.estimator_bench import cost, honesty, other_methods, runner
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.studies.estimator_bench.scenes import CLAIMS, scene
 from papilla.view.estimator_plots import honesty_figure
@@ -185,7 +185,7 @@ def test_a_spectrum_is_at_the_bound_and_its_sigma_is_true():
     made, rng, errors, sigmas = scene("const, rounded", 1.2, snr_dB=300, seconds=0.5), np.random.default_rng(0), [], []
     for _ in range(60):
         noisy = made.signal[:, 0] + 0.3 * rng.standard_normal(500)
-        wavelength, sigma, ok = rivals.strongest(made.position_mm, noisy, tapered=False)
+        wavelength, sigma, ok = other_methods.strongest(made.position_mm, noisy, tapered=False)
         assert ok
         errors.append(wavelength - 1.2)
         sigmas.append(sigma)
@@ -195,7 +195,9 @@ def test_a_spectrum_is_at_the_bound_and_its_sigma_is_true():
 def test_noise_alone_is_no_line_of_a_spectrum():
     place, rng = np.linspace(0, 96, 960), np.random.default_rng(1)
     found = [
-        rivals.strongest(place, rng.standard_normal(960), tapered)[2] for tapered in (True, False) for _ in range(100)
+        other_methods.strongest(place, rng.standard_normal(960), tapered)[2]
+        for tapered in (True, False)
+        for _ in range(100)
     ]
     assert sum(found) <= 1
 

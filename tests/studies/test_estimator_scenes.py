@@ -7,7 +7,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.references.bounds import frequency_bound, wavelength_bound
-from papilla.studies.estimator_bench.parts import HARMONICS, common_period, profile_amplitudes, sheared
+from papilla.studies.estimator_bench.scene_parts import HARMONICS, common_period, profile_amplitudes, sheared
 from papilla.studies.estimator_bench.scenes import SCENES, WAVELENGTHS_MM, scene
 
 FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES]

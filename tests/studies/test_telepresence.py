@@ -7,7 +7,6 @@ from papilla.errors import InputError
 from papilla.studies.telepresence import (
     Observer,
     beside_each_other,
-    delays_and_losses,
     experiments_2011,
     fit_pairwise_noise,
     pairwise_2007,
@@ -15,6 +14,9 @@ from papilla.studies.telepresence import (
 )
 from papilla.studies.telepresence.soak import growth, soak
 from papilla.studies.telepresence.timing import periods
+from papilla.telepresence.link import LinkModel
+from papilla.telepresence.loop import Set, run
+from papilla.telepresence.texture import GratingTexture
 
 
 def test_the_rates_of_an_observer_of_039_are_those_known():
@@ -61,11 +63,12 @@ def test_the_four_experiments_of_2011_judge_as_the_paper_does():
 
 
 @pytest.mark.slow
-def test_loss_does_not_make_the_local_model_late():
-    clean, lossy = delays_and_losses((200.0,), (0.0, 0.3), seconds=3)
-    for row in (clean, lossy):
-        assert abs(row.lag_ms["local"]) < 2 and row.lag_ms["direct"] == pytest.approx(200, abs=10)
-        assert row.wavelength_error["local"] < 0.05 < row.wavelength_error["direct"]
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_loss_does_not_make_the_local_model_late(loss):
+    way = LinkModel(one_way_ms=100.0, loss=loss)
+    record = run(Set(GratingTexture(1.2), seconds=3, uplink=way, downlink=way))
+    assert abs(record.lag_ms("local")) < 2 and record.lag_ms("direct") == pytest.approx(200, abs=10)
+    assert record.felt("local").error < 0.05 < record.felt("direct").error
 
 
 @pytest.mark.slow

@@ -20,7 +20,6 @@ from papilla.studies.verify.manufactured import Manufactured
 from papilla.studies.verify.spectral import stack_sphere
 from papilla.studies.verify.structured import cube, cylinder, growing, shell
 
-QUICK = ("patch", "engines")
 KEYS = ["name", "measure", "error", "bound", "passed", "seconds"]
 
 
@@ -192,26 +191,15 @@ def _arrays(mesh):
 
 # ---- The families
 
-SLOW = [
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
     # A layer of 0.3 mm cannot be had by moving a mesh, and the mesher draws it
-    pytest.param(name, marks=pytest.mark.mesher) if name == "thin-layer" else name
-    for name in FAMILIES
-    if name not in QUICK
-]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", QUICK)
-def test_quick_families(name):
-    missed = [case for case in verify([name]) if not case.passed]
-    assert missed == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SLOW)
-def test_slow_families(name):
-    missed = [case for case in verify([name]) if not case.passed]
-    assert missed == []
+    "name",
+    [pytest.param(name, marks=pytest.mark.mesher) if name == "thin-layer" else name for name in FAMILIES],
+)
+def test_a_family_is_within_its_bounds(name):
+    assert [case for case in verify([name]) if not case.passed] == []
 
 
 @pytest.mark.parametrize("name", FAMILIES)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.errors import InputError
+from papilla.studies.case import Case
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, RIVAL, Answer
-from papilla.studies.estimator_bench.rivals import LONG_MM
+from papilla.studies.estimator_bench.other_methods import LONG_MM
 from papilla.studies.estimator_bench.scenes import SCENES, Scene
 
 WRONG = 0.05
@@ -138,26 +139,32 @@ def _share(what, among) -> float:
     return float(np.mean(what[among])) if among.any() else math.nan
 
 
-def faults(row: Row, beside: Sequence[Row]) -> tuple[str, ...]:
-    """What of a row of the product misses its target, `beside` the other methods on the same scene."""
+def faults(row: Row, others: Sequence[Row]) -> tuple[str, ...]:
+    """What of a row of the product misses its target; `others` are the other methods on the same scene."""
+    missed = (case for case in targets(row, others) if not math.isnan(case.value or 0.0) and not case.passed)
+    return tuple(f"{case.what} {100 * (case.value or 0):.3g} > {100 * case.interval[1]:.2g} %" for case in missed)
+
+
+def targets(row: Row, others: Sequence[Row]) -> list[Case]:
+    """The shares and errors of a row of the product that have a target, with it; NaN where there is no such row."""
     if row.kind != PRODUCT:
-        return ()
-    if not SCENES[row.scene].lined:
-        return _missed([("runs with an answer", row.claimed, MOST_RUNS_CLAIMED)])
-    rivals = [other for other in beside if other.kind == RIVAL]
-    wanted = [("false", row.false, MOST_FALSE), ("false at a constant speed", row.false_steady, MOST_FALSE),
-              ("false when settled", row.false_settled, MOST_FALSE_SETTLED),
-              ("outside two sigma", 1 - row.covered, 1 - LEAST_COVERED)]  # fmt: skip
-    right = any(other.over_5 <= TRUSTED for other in rivals if other.method in ("STFT over the path", "periodogram"))
-    # A spectrum takes hum for the surface, and it is known where one could tell.
-    if right or SCENES[row.scene].hums:
-        wanted.append(("unanswered", 1 - row.answered, 1 - LEAST_ANSWERED))
-    for name in ("median", "over_5") if rivals else ():
-        best = min(getattr(other, name) for other in rivals)
-        allowed = max(BESIDE_BEST * best, MOST_FALSE_SETTLED if name == "over_5" else 0.0)
-        wanted.append((name.replace("_5", " 5 %"), getattr(row, name), allowed))
-    return _missed(wanted)
-
-
-def _missed(wanted: list[tuple[str, float, float]]) -> tuple[str, ...]:
-    return tuple(f"{name} {100 * value:.3g} > {100 * most:.2g} %" for name, value, most in wanted if value > most)
+        return []
+    scene = SCENES[row.scene]
+    if not scene.lined:
+        return [Case("runs with an answer", "no line is there", row.claimed, MOST_RUNS_CLAIMED)]
+    other_methods = [other for other in others if other.kind == RIVAL]
+    wanted = [
+        Case("false", "share of ok rows", row.false, MOST_FALSE),
+        Case("false at a constant speed", "share of ok rows", row.false_steady, MOST_FALSE),
+        Case("false when settled", "share of ok rows", row.false_settled, MOST_FALSE_SETTLED),
+        Case("outside two sigma", "share of ok rows", 1 - row.covered, 1 - LEAST_COVERED),
+    ]
+    spectra = [other for other in other_methods if other.method in ("STFT over the path", "periodogram")]
+    # A spectrum takes hum for the surface, and the scene says where one could tell the two apart.
+    if scene.hums or any(other.over_5 <= TRUSTED for other in spectra):
+        wanted.append(Case("unanswered", "a spectrum is right here", 1 - row.answered, 1 - LEAST_ANSWERED))
+    for name, least in (("median", 0.0), ("over_5", MOST_FALSE_SETTLED)) if other_methods else ():
+        best = min(getattr(other, name) for other in other_methods)
+        allowed = max(BESIDE_BEST * best, least)
+        wanted.append(Case(name.replace("_5", " 5 %"), "against the best other method", getattr(row, name), allowed))
+    return wanted

@@ -17,7 +17,7 @@ from papilla.estimators.published.roughness import (
     ShortTimeSpectrum,
     ZeroCrossing,
 )
-from papilla.studies.estimator_bench import rivals
+from papilla.studies.estimator_bench import other_methods
 
 RIDGE_PITCH_MM = 1.2
 """Of the default finger, which the scenes "felt by FEM" are of."""
@@ -62,7 +62,7 @@ def _blind(time, readings, velocity) -> Answer:
     return Answer(np.asarray(found.wavelength_mm), np.asarray(found.wavelength_sigma_mm), ok)
 
 
-def _rival(run, time, readings, velocity) -> Answer:
+def _on_one_gauge(run, time, readings, velocity) -> Answer:
     return Answer(*run(time, readings[:, 0], velocity))
 
 
@@ -76,20 +76,20 @@ def _rate(time) -> float:
     return round((time.size - 1) / float(time[-1] - time[0]), 6)
 
 
-def _over_path(look, path_mm: float) -> Method:
-    return Method(RIVAL, partial(_rival, partial(rivals.hopping, look, path_mm)), path_mm)
+def _over_path(search, path_mm: float) -> Method:
+    return Method(RIVAL, partial(_on_one_gauge, partial(other_methods.hopping, search, path_mm)), path_mm)
 
 
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
-        "pipeline": Method(PRODUCT, _pipeline, rivals.LONG_MM),
-        "exact scale": Method(VARIANT, partial(_pipeline, scale_sigma=0.0), rivals.LONG_MM),
+        "pipeline": Method(PRODUCT, _pipeline, other_methods.LONG_MM),
+        "exact scale": Method(VARIANT, partial(_pipeline, scale_sigma=0.0), other_methods.LONG_MM),
         "ridges known": Method(VARIANT, partial(_pipeline, ridge_pitch_mm=RIDGE_PITCH_MM)),
         "no velocity": Method(VARIANT, _blind),
-        "STFT over the path": _over_path(partial(rivals.strongest, tapered=True), rivals.SHORT_MM),
-        "periodogram": _over_path(partial(rivals.strongest, tapered=False), rivals.LONG_MM),
-        "MUSIC": _over_path(rivals.music, rivals.SHORT_MM),
-        "seeded EKF": Method(RIVAL, partial(_rival, rivals.seeded_filter)),
+        "STFT over the path": _over_path(partial(other_methods.strongest, tapered=True), other_methods.SHORT_MM),
+        "periodogram": _over_path(partial(other_methods.strongest, tapered=False), other_methods.LONG_MM),
+        "MUSIC": _over_path(other_methods.music, other_methods.SHORT_MM),
+        "seeded EKF": Method(RIVAL, partial(_on_one_gauge, other_methods.seeded_filter)),
         "impulse density (2006)": Method(PUBLISHED, partial(_published, ImpulseDensity)),
         "impulse interval (2006)": Method(PUBLISHED, partial(_published, ImpulseInterval)),
         "STFT 200 ms (2006)": Method(PUBLISHED, partial(_published, ShortTimeSpectrum)),

@@ -1,9 +1,7 @@
 """The comparison: every method on every scene, on as many processes as asked for, and what came of it."""
 
-import multiprocessing
 import time
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +10,7 @@ from papilla.errors import InputError
 from papilla.studies.estimator_bench.honesty import Row, Run, faults, judged, row_of
 from papilla.studies.estimator_bench.methods import METHODS, PUBLISHED, chosen
 from papilla.studies.estimator_bench.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, scene
+from papilla.studies.runner import run_jobs
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ def wavelength_of(seed: int) -> float:
     return low * (high / low) ** float(np.random.default_rng([seed, 1]).uniform())
 
 
-def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan) -> list[Run]:
+def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, say: Callable[[str], None]) -> list[Run]:
     """One run of each method on a scene."""
     recipe = SCENES[name]
     seconds = recipe.seconds if "slow" in name else min(recipe.seconds, plan.longest_s)
@@ -71,27 +70,14 @@ def compare(
 ) -> tuple[Row, ...]:
     """A row for each scene and method of the plan, on `workers` processes; raises `InputError` for unknown names."""
     names, methods = chosen("scene", plan.scenes, SCENES), chosen("estimator", plan.methods, METHODS)
-    jobs = [(name, seed, methods, plan) for name in names for seed in plan.seeds]
+    jobs = {f"{name}, seed {seed}": (name, seed, methods, plan) for name in names for seed in plan.seeds}
     results = []
-    for done, found in enumerate(_results(jobs, workers), 1):
+    for _, found in run_jobs(runs_of, jobs, processes=workers):
         results.append(found)
-        progress(done, len(jobs))
+        progress(len(results), len(jobs))
     rows: list[Row] = []
     for number, name in enumerate(names):
         own = results[number * len(plan.seeds) : (number + 1) * len(plan.seeds)]
         here = [row_of(name, method, runs) for method, runs in zip(methods, zip(*own, strict=True), strict=True)]
         rows += [replace(row, faults=faults(row, here)) for row in here]
     return tuple(rows)
-
-
-def _results(jobs: list[tuple], workers: int) -> Iterable[list[Run]]:
-    """Results in the order of the jobs."""
-    if workers <= 1:
-        yield from (runs_of(*job) for job in jobs)
-        return
-    # A fresh interpreter for each: to fork one whose threads draw a progress bar is not safe.
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    try:
-        yield from pool.map(runs_of, *zip(*jobs, strict=True))
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)

@@ -13,7 +13,7 @@ QUIET_DB, USUAL_DB = 40.0, 20.0
 """Signal to noise ratios that are tried: AC power of the texture over the variance of white noise."""
 
 
-def told(method: RoughnessStream, seen: Scene):
+def answers_to(method: RoughnessStream, seen: Scene):
     """What a method answers to the first gauge of a scene and its velocity, and which rows are judged and answered."""
     found = method.process(np.column_stack([seen.readings[:, 0], seen.known_mm_s]))
     answered = np.isfinite(np.asarray(found.wavelength_mm)) & seen.judged()
@@ -22,7 +22,7 @@ def told(method: RoughnessStream, seen: Scene):
 
 def wavelength_error(method: RoughnessStream, seen: Scene) -> float:
     """Root mean square relative error of the wavelength over the judged rows that were answered (clipped to 1, 3)."""
-    found, answered = told(method, seen)
+    found, answered = answers_to(method, seen)
     ratio = np.clip(found.wavelength_mm[answered] / seen.wavelength_mm[answered] - 1, -1, 3)
     return float(np.sqrt(np.mean(ratio**2))) if answered.any() else 1.0
 

@@ -1,6 +1,5 @@
-"""Delay and loss: how late each display is, what it tells of the wavelength, and what it costs to send."""
+"""Two gratings side by side: how late each display changes from one to the other, with a delayed link and without."""
 
-from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,52 +8,6 @@ from papilla.telepresence.link import LinkModel
 from papilla.telepresence.loop import Set, run
 from papilla.telepresence.motion import Motion
 from papilla.telepresence.texture import GratingTexture, SideBySide
-
-ROUND_TRIPS_MS = (0.0, 60.0, 120.0, 250.0, 500.0)
-LOSSES = (0.0, 0.1, 0.3)
-
-
-class DelayRow(NamedTuple):
-    """A link, by its round trip and the share it loses each way; then for each display, local and direct: lag behind
-    the hand in ms, wavelength error and share of silent time as fractions, payload in bytes a second."""
-
-    round_trip_ms: float
-    loss: float
-    lag_ms: dict[str, float]
-    wavelength_error: dict[str, float]
-    silent: dict[str, float]
-    bytes_per_s: dict[str, float]
-
-
-def delays_and_losses(
-    round_trips_ms: Sequence[float] = ROUND_TRIPS_MS,
-    losses: Sequence[float] = LOSSES,
-    *,
-    wavelength_mm: float = 1.2,
-    seconds: float = 5.0,
-    seed: int = 0,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[DelayRow]:
-    """The loop over links of all these delays (half of the round trip each way) and losses, in natural touch."""
-    rows: list[DelayRow] = []
-    total = len(round_trips_ms) * len(losses)
-    for trip in round_trips_ms:
-        for loss in losses:
-            progress(len(rows), total)
-            way = LinkModel(one_way_ms=trip / 2, loss=loss)
-            record = run(Set(GratingTexture(wavelength_mm), seconds=seconds, uplink=way, downlink=way, seed=seed))
-            felt = {name: record.felt(name) for name in ("local", "direct")}
-            rows.append(
-                DelayRow(
-                    trip,
-                    loss,
-                    {name: record.lag_ms(name) for name in felt},
-                    {name: own.error for name, own in felt.items()},
-                    {name: own.silent for name, own in felt.items()},
-                    record.bytes_per_s,
-                )
-            )
-    return rows
 
 
 class BesideEachOther(NamedTuple):

@@ -20,7 +20,7 @@ BOUND = 0.03
 
 def adhesion() -> Iterator[Case]:
     """A ball on a block of 600 contact radii, weakly and strongly adhesive."""
-    reduced = half_space(Layer(MODULUS, NU), (0.0,), 1.0).reduce()
+    reduced = half_space(Layer(MODULUS, NU)).reduce()
     e_star = MODULUS / (1 - NU**2)
     force = 4 / 3 * e_star * 0.5**3 / BALL_RADIUS
     for pull in PULLS:

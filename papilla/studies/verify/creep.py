@@ -8,7 +8,7 @@ from papilla.fem.pressing.creep import creeping_press
 from papilla.finger import Layer
 from papilla.references import Prony, lee_radok_force, lee_radok_indentation
 from papilla.studies.case import Case
-from papilla.studies.verify.bodies import BALL, BALL_RADIUS, half_space, off
+from papilla.studies.verify.bodies import BALL, BALL_RADIUS, FEW_CHORDS, half_space, off
 
 MODULUS, NU = 1.0, 0.3
 
@@ -24,7 +24,7 @@ BOUND = 0.01
 
 def creep() -> Iterator[Case]:
     """A ball on a block of 600 contact radii, pushed in and held, and loaded and held."""
-    reduced = half_space(Layer(MODULUS, NU), (0.0,), 1.0).reduce()
+    reduced = half_space(Layer(MODULUS, NU), FEW_CHORDS).reduce()
     e_star, ramp = MODULUS / (1 - NU**2), np.minimum(TIME, 1.0)
     late = TIME > 0.5
     depth = DEEPEST * ramp

@@ -8,7 +8,7 @@ from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.finger import Finger
-from papilla.mesh import build
+from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import THICKNESS_MM, Block, Specimen
 from papilla.units import gf_to_newton
 
@@ -19,24 +19,28 @@ FORCES_GF = (5, 10, 30, 60, 100)
 """From a light press to the heaviest published one."""
 
 
+COARSE_MM = 2.0
+"""Element size for what holds on any mesh."""
+
+
 @lru_cache(maxsize=1)
-def default_model() -> FingerModel:
-    """The default finger on its default mesh; for symmetric fields alone, since it keeps every factor it makes."""
+def default_model(size_mm: float = DEFAULT_SIZE_MM) -> FingerModel:
+    """The default finger; for symmetric fields alone, since it keeps every factor it makes."""
     finger = Finger.default()
-    return FingerModel(finger, build(finger))
+    return FingerModel(finger, build(finger, size_mm=size_mm))
 
 
 @lru_cache(maxsize=1)
-def default_adjoints() -> dict[tuple[int, int], np.ndarray]:
+def default_adjoints(size_mm: float = DEFAULT_SIZE_MM) -> dict[tuple[int, int], np.ndarray]:
     """Its gauges' adjoint displacements by parity, as `FingerModel.gauge_adjoints` has them."""
-    model = default_model()
+    model = default_model(size_mm)
     return FingerModel(model.finger, model.mesh).gauge_adjoints()
 
 
 @lru_cache(maxsize=1)
-def default_reduced() -> ReducedFinger:
+def default_reduced(size_mm: float = DEFAULT_SIZE_MM) -> ReducedFinger:
     """The default finger condensed at its apex."""
-    return default_model().reduce()
+    return default_model(size_mm).reduce()
 
 
 def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:

@@ -23,7 +23,7 @@ THICKNESS = 1.5
 
 def friction() -> Iterator[Case]:
     """A ball on a block of 600 contact radii, and on a bonded layer that is meshed or taken from its kernels."""
-    model = half_space(Layer(MODULUS, NU), (0.0,), 1.0)
+    model = half_space(Layer(MODULUS, NU))
     reduced = model.reduce()
     beta = dundurs_beta(MODULUS, NU)
     frictions: tuple[tuple[Friction, str], ...] = (("stick", "Mossakovskii"), (0.2, "Spence"), (0.1, "Spence"))

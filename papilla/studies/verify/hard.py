@@ -17,7 +17,7 @@ from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen
 from papilla.studies.case import Case
-from papilla.studies.verify.bodies import BALL, BALL_RADIUS, coated, compared, off
+from papilla.studies.verify.bodies import BALL, BALL_RADIUS, CHORDS, FEW_CHORDS, coated, compared, off
 from papilla.studies.verify.finger import (
     BLOCK,
     contact_residuals,
@@ -59,8 +59,9 @@ def contrast() -> Iterator[Case]:
         lower = 1 / ratio
         stack = [StackLayer(thickness, 1.0, nu), StackLayer(depth, lower, nu)]
         exact = stack_sphere(1.0, BALL_RADIUS, stack, None)
-        growth = 1.6 if ratio <= 1 else 1.35
-        model = coated(Layer(1.0, nu), Layer(lower, nu), thickness, depth=depth, width=60.0, ratio=growth)
+        growth, chords = (1.6, FEW_CHORDS) if ratio <= 1 else (1.35, CHORDS)
+        layers = Layer(1.0, nu), Layer(lower, nu)
+        model = coated(*layers, thickness, depth=depth, width=60.0, ratio=growth, chords=chords)
         found = press(model.reduce(), BALL, indentation=exact.indentation, fidelity="contact")
         name = f"modulus contrast {ratio:g}"
         against = "at given indentation, against integral transforms (second method)"

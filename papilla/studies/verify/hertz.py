@@ -18,6 +18,7 @@ from papilla.studies.case import Case
 from papilla.studies.verify.bodies import (
     BALL,
     BALL_RADIUS,
+    CHORDS_FOR_ELLIPSES,
     DEEP,
     at_unit_contact,
     bonded_layer,
@@ -39,7 +40,7 @@ CHIS = (0.19, 0.49, 0.75, 1.05)
 def hertz() -> Iterator[Case]:
     """Sphere and ellipse on a block of 600 contact radii, at both fidelities, with gauges below."""
     nu, depth, sites = 0.3, 1.0, (0.0, 1.0, 2.5)
-    reduced = half_space(Layer(MODULUS, nu), sites, depth).reduce()
+    reduced = half_space(Layer(MODULUS, nu), CHORDS_FOR_ELLIPSES, sites, depth).reduce()
     e_star = MODULUS / (1 - nu**2)
     exact = hertz_sphere_at(1 / BALL_RADIUS, BALL_RADIUS, e_star)
     bounds = {"force": FORCE_BOUND, "radius": FORCE_BOUND, "peak_pressure": FORCE_BOUND}

@@ -11,7 +11,7 @@ from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
 from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, at_unit_contact, bonded_layer, compared
-from papilla.studies.verify.finger import default_model, pressed_by
+from papilla.studies.verify.finger import COARSE_MM, default_model, pressed_by
 
 POISSONS = (0.49, 0.499, 0.4999, 0.49999, 0.499999, 0.5)
 
@@ -50,7 +50,7 @@ def _bonded_layer() -> Iterator[Case]:
 
 def _finger() -> Iterator[Case]:
     readings = []
-    base = default_model()
+    base = default_model(COARSE_MM)
     for nu in POISSONS:
         finger = replace(base.finger, outer=replace(base.finger.outer, nu=nu), inner=replace(base.finger.inner, nu=nu))
         model = FingerModel(finger, base.mesh)

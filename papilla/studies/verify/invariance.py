@@ -18,6 +18,7 @@ from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
 from papilla.studies.verify.finger import (
     BLOCK,
+    COARSE_MM,
     contact_residuals,
     default_adjoints,
     default_model,
@@ -30,7 +31,9 @@ from papilla.units import gf_to_newton
 TIGHT, BALANCE, MIRROR = 1e-10, 1e-9, 1e-9
 
 WORK_BOUND = 1e-3
-"""On the work of a press, integrated over 100 steps by the trapezoidal rule."""
+"""On the work of a press, integrated over `STEPS` by the trapezoidal rule."""
+
+STEPS = 40
 
 SMALL_PATCH = 8.0
 """Patch radius (mm) that a press of 20 gf stays inside of."""
@@ -50,10 +53,10 @@ def invariance() -> Iterator[Case]:
 
 def _reciprocity() -> Iterator[Case]:
     """Gauge rows by one adjoint solve a gauge, against the solves of all unit pressures."""
-    model, reduced = default_model(), default_reduced()
+    model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
     loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
-    adjoints = default_adjoints()
+    adjoints = default_adjoints(COARSE_MM)
     loads = loaded.loads(SYMMETRIC)
     # An apex press is symmetric in both planes: only that part of an adjoint, halved in each, does work with it
     rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
@@ -62,14 +65,14 @@ def _reciprocity() -> Iterator[Case]:
 
 
 def _energy() -> Iterator[Case]:
-    model, reduced = default_model(), default_reduced()
+    model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
     pressed = pressed_by(reduced, 50)
     displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC].ravel()
     stored = reduced.multiplicity * _strain_energy(model, displacement)
     work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
     yield Case("strain energy", "integral over the mesh, against half of pressure times displacement",
                 abs(stored / work - 1), BALANCE)  # fmt: skip
-    depths = np.linspace(0, pressed.indentation, 101)[1:]
+    depths = np.linspace(0, pressed.indentation, STEPS + 1)[1:]
     forces, start = [0.0], None
     for depth in depths:
         step = contact_press(reduced, BLOCK, (None, float(depth)), 0.0, start)
@@ -93,7 +96,7 @@ def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
 
 def _complementarity() -> Iterator[Case]:
     """Every scene of a grid of specimens and forces, recomputed from the compliance alone."""
-    reduced = default_reduced()
+    reduced = default_reduced(COARSE_MM)
     specimens: dict[str, Specimen] = {
         "block": BLOCK,
         "half-space of 0.089 MPa": HalfSpace(0.089),
@@ -116,7 +119,7 @@ def _complementarity() -> Iterator[Case]:
 
 def _mirrors() -> Iterator[Case]:
     """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
-    base = default_model()
+    base = default_model(COARSE_MM)
     there = [Gauge(f"a{k}", angle_deg=a, y_mm=y, direction_deg=d) for k, (a, y, d) in enumerate(LEANING)]
     back = [Gauge(f"b{k}", angle_deg=-a, y_mm=y, direction_deg=-d) for k, (a, y, d) in enumerate(LEANING)]
     model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=SMALL_PATCH), base.mesh)
@@ -149,7 +152,7 @@ def _mirrors() -> Iterator[Case]:
 
 def _units() -> Iterator[Case]:
     """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
-    reference, steps = _pressed(default_reduced(), 1.0, 1.0)
+    reference, steps = _pressed(default_reduced(COARSE_MM), 1.0, 1.0)
     for unit, scales in (("stress", [(1e-6, 1.0), (1e6, 1.0)]), ("length", [(1.0, 1e-6), (1.0, 1e6)])):
         for stress, length in scales:
             found, taken = _pressed(_rescaled(stress, length), stress, length)
@@ -177,7 +180,7 @@ def _pressed(reduced: ReducedFinger, stress: float, length: float):
 
 def _rescaled(stress: float, length: float) -> ReducedFinger:
     """The default finger and its mesh in other units, condensed anew."""
-    base = default_model()
+    base = default_model(COARSE_MM)
     finger = base.finger
     shape = finger.shape
     assert isinstance(shape, Dome)

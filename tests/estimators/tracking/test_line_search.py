@@ -10,7 +10,7 @@ from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.line_search import LineSearch, sharpness
 from papilla.estimators.tracking.search_task import Task, window_of
 from papilla.estimators.tracking.time_lines import credits_of, forward
-from papilla.studies.estimator_bench.parts import sheared
+from papilla.studies.estimator_bench.scene_parts import sheared
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
 PLACES = {

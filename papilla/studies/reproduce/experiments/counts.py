@@ -6,7 +6,7 @@ from papilla.estimators.published.roughness import ZeroCrossing, expected_error,
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.studies.estimator_bench.scenes import scene
 from papilla.studies.reproduce.claim import Found, Series
-from papilla.studies.reproduce.signals import USUAL_DB, overlap, told
+from papilla.studies.reproduce.signals import USUAL_DB, answers_to, overlap
 
 SIMULATED = "synthetic gratings of 1-4 mm at 100 mm/s, white noise at 20 dB"
 MILLIMETRES = (4.0, 3.0, 2.0, 1.0)
@@ -59,7 +59,7 @@ def _groups(name: str) -> list[np.ndarray]:
     """Answers (mm) on each grating, the longest first."""
     groups = []
     for wavelength in MILLIMETRES:
-        found, answered = told(ZeroCrossing(), scene(name, wavelength, snr_dB=USUAL_DB, seed=8))
+        found, answered = answers_to(ZeroCrossing(), scene(name, wavelength, snr_dB=USUAL_DB, seed=8))
         groups.append(np.asarray(found.wavelength_mm)[answered])
     return groups
 
@@ -67,6 +67,6 @@ def _groups(name: str) -> list[np.ndarray]:
 def _settling_ms(seed: int) -> float:
     """Time after a step from 1 to 4 mm from which on the answer stays within 25 % for 0.08 s; inf if never."""
     seen = scene("const", 1.0, snr_dB=USUAL_DB, seed=seed, seconds=3.0, step_to_mm=4.0)
-    off = np.abs(np.asarray(told(ZeroCrossing(), seen)[0].wavelength_mm)[2000:] / 4.0 - 1) <= 0.25
+    off = np.abs(np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)[2000:] / 4.0 - 1) <= 0.25
     stays = np.convolve(off, np.ones(80), "valid") == 80
     return float(np.argmax(stays)) if stays.any() else float("inf")

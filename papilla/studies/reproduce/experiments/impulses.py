@@ -11,11 +11,11 @@ from papilla.studies.reproduce.signals import (
     FIVE_MM,
     QUIET_DB,
     USUAL_DB,
+    answers_to,
     correlation,
     lag_ms,
     mean_error,
     overlap,
-    told,
 )
 
 SIMULATED = "synthetic gratings (trapezoid through a soft skin, white noise), not the sensor's own records"
@@ -35,7 +35,9 @@ def run(tell) -> Found:
     values |= _touch()
     values |= _spectrum()
     seen = scene("act1", 1.8, snr_dB=QUIET_DB, seed=3, seconds=3.0)
-    density, spectrum = (np.asarray(told(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum))
+    density, spectrum = (
+        np.asarray(answers_to(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum)
+    )
     series = (
         Series("true, |v| over wavelength", seen.time_s, seen.frequency_Hz),
         Series("impulse density, as printed", seen.time_s, density),
@@ -107,7 +109,7 @@ def _grooves() -> dict:
     fast = np.column_stack([seen.readings[:, 0], seen.known_mm_s * 350 / seen.known_mm_s.mean()])
     answer = np.asarray(ImpulseDensity().process(fast).wavelength_mm)
     # The record is of about 100 mm/s: told 350 mm/s, the same impulses mean 3.5 times the wavelength
-    usual = np.asarray(told(ImpulseDensity(), seen)[0].wavelength_mm)
+    usual = np.asarray(answers_to(ImpulseDensity(), seen)[0].wavelength_mm)
     scaled = answer * seen.known_mm_s.mean() / 350
     both = np.isfinite(usual) & np.isfinite(scaled)
     at_350 = 3.0 * float(np.median(scaled[both] / usual[both])) if both.any() else float("nan")
@@ -130,7 +132,7 @@ def _levels() -> dict:
     for name, (variant, noise) in cases.items():
         groups = []
         for wavelength in FIVE_MM:
-            found, answered = told(
+            found, answered = answers_to(
                 ImpulseDensity(variant=variant), scene("const", wavelength, snr_dB=noise, seed=2, seconds=3.0)
             )
             groups.append(np.asarray(found.wavelength_mm)[answered])
@@ -145,7 +147,7 @@ def _touch() -> dict:
     for noise in (QUIET_DB, USUAL_DB):
         seen = scene("act1", 1.8, snr_dB=noise, seed=3)
         density, spectrum = (
-            np.asarray(told(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum)
+            np.asarray(answers_to(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum)
         )
         rows, dB = slice(1000, None), int(noise)
         values[f"lag_{dB}"] = lag_ms(density[rows], seen.frequency_Hz[rows], seen.sample_rate_Hz)
@@ -156,7 +158,7 @@ def _touch() -> dict:
     seen = scene("const", 1.8, snr_dB=QUIET_DB, seed=6)
     judged = seen.judged()
     methods = (ImpulseInterval(), ImpulseDensity(), ImpulseInterval(variant="corrected"))
-    single, density, paired = (np.asarray(told(one, seen)[0].frequency_Hz)[judged] for one in methods)
+    single, density, paired = (np.asarray(answers_to(one, seen)[0].frequency_Hz)[judged] for one in methods)
     step_interval, step_density = (float(np.sqrt(np.nanmean(np.diff(one) ** 2))) for one in (single, density))
     true = float(np.mean(seen.frequency_Hz))
     return values | {
@@ -173,7 +175,7 @@ def _fast_and_slow(seen: Scene) -> dict:
     speed = np.abs(seen.velocity_mm_s) / np.abs(seen.velocity_mm_s).max()
     values: dict[str, float] = {}
     for name, variant in (("", "as_printed"), ("_corrected", "corrected")):
-        found, answered = told(ImpulseDensity(variant=variant), seen)
+        found, answered = answers_to(ImpulseDensity(variant=variant), seen)
         off = np.asarray(found.wavelength_mm) / 1.8 - 1
         parts = {"fast": answered & (speed > 0.8), "slow": answered & (speed < 0.6)}
         values |= {f"{part}{name}": float(np.sqrt(np.mean(off[rows] ** 2))) for part, rows in parts.items()}

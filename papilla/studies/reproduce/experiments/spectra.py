@@ -6,7 +6,7 @@ from papilla.estimators import SpaceTracker, find_lines
 from papilla.estimators.published.roughness import ImpulseDensity, Okamoto, ZeroCrossing
 from papilla.studies.estimator_bench.scenes import scene
 from papilla.studies.reproduce.claim import Found, Series
-from papilla.studies.reproduce.signals import USUAL_DB, mean_error, told
+from papilla.studies.reproduce.signals import USUAL_DB, answers_to, mean_error
 
 SIMULATED = "synthetic gratings, white noise at 20 dB, strokes of 197 sin(2 pi 1.07 t) mm/s"
 WINDOWS_MS = (16, 32, 64, 128)
@@ -27,7 +27,7 @@ def run(tell) -> Found:
     tell("gratings")
     groups = []
     for wavelength in GRATINGS:
-        found, answered = told(Okamoto(), scene("act2", wavelength, snr_dB=USUAL_DB, seed=14))
+        found, answered = answers_to(Okamoto(), scene("act2", wavelength, snr_dB=USUAL_DB, seed=14))
         groups.append(np.asarray(found.wavelength_mm)[answered])
     spread = [
         float(np.sqrt(np.median((group - wavelength) ** 2) + (np.median(group) - wavelength) ** 2))
@@ -58,7 +58,7 @@ def run(tell) -> Found:
 def _by_hand() -> float:
     """Share of samples on which the published method agrees with a spectrum written once more."""
     seen = scene("act2", 1.8, snr_dB=USUAL_DB, seed=15, seconds=2.0)
-    readings, found = seen.readings[:, 0], told(Okamoto(), seen)[0]
+    readings, found = seen.readings[:, 0], answers_to(Okamoto(), seen)[0]
     taper, agree = np.hamming(32), []
     for row in range(100, 2000, 7):
         power = np.abs(np.fft.rfft(taper * readings[row - 31 : row + 1])) ** 2

@@ -17,7 +17,7 @@ from papilla.finger import Gauge
 from papilla.studies.verify.axisymmetric.bodies import APART, Bodies, quadratic
 from papilla.studies.verify.axisymmetric.readout import Readout
 
-REACH = 0.5  # Share of the skin's radius up to which it may be touched
+REACH = 0.35  # Share of the skin's radius up to which it may be touched
 TERMS = 4  # Of the profile sqrt(1 - x^2) (c_0 + c_1 (1 - x^2) + ...)
 FITTED = (0.2, 0.93)  # Share of the contact's radius in which it is fitted: near the edge a ring sees half of itself
 

@@ -18,7 +18,7 @@ SAMPLES = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
+class GratingSignal:
     """One scene; g gauges. pitch_mm : of the ridges, 0 for smooth skin. fundamental, rms : (g,) in microstrain, the
     amplitude at the grating's wavelength and the standard deviation of the whole signal. status : of the slide."""
 
@@ -32,7 +32,7 @@ class Heard:
     status: str
 
 
-def hear(
+def signals_over_gratings(
     finger: Finger,
     wavelengths_mm: Sequence[float],
     *,
@@ -45,7 +45,7 @@ def hear(
     dynamics: str = "auto",
     length_mm: float | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[Heard]:
+) -> list[GratingSignal]:
     """Slide over gratings with groove = ridge, for each pitch of the finger's ridges (groove = ridge too, 0 for none).
 
     `length_mm` as for `papilla.fem.slide`. Raises what that raises.
@@ -67,7 +67,7 @@ def hear(
             readings = result.readings[rows] - result.readings[rows].mean(axis=0)
             turns = np.exp(-2j * np.pi * motion.position_mm[rows] / wavelength)
             found.append(
-                Heard(
+                GratingSignal(
                     wavelength, pitch, speed_mm_s, float(result.depth_mm.mean()),
                     2 * np.abs((readings * turns[:, None]).mean(axis=0)), readings.std(axis=0), result.dynamics,
                     result.status,

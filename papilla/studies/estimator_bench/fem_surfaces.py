@@ -11,7 +11,7 @@ import numpy as np
 from papilla.fem import Motion, slide
 from papilla.finger import Finger
 from papilla.specimen import Grating
-from papilla.studies.estimator_bench.parts import Draft
+from papilla.studies.estimator_bench.scene_parts import Draft
 from papilla.textures import MeasuredProfile, Texture
 
 FORCE_N, LENGTH_MM, FRICTION, DEPTH_MM = 0.3, 7.0, 0.3, 0.5

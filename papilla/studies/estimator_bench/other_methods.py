@@ -21,8 +21,8 @@ DECIMATED = 2
 _NOTHING = (math.nan, math.nan, False)
 
 
-def hopping(look: Callable, path_mm: float, time, reading, velocity):
-    """Wavelength, sigma and ok (n,) of `look(place, reading)` at every 2 mm of path, held until the next answer."""
+def hopping(search: Callable, path_mm: float, time, reading, velocity):
+    """Wavelength, sigma and ok (n,) of `search(place, reading)` at every 2 mm of path, held until the next answer."""
     place = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time))])
     travelled = np.cumsum(np.abs(np.diff(place, prepend=0.0)))
     found = np.full((3, time.size), np.nan)
@@ -31,7 +31,7 @@ def hopping(look: Callable, path_mm: float, time, reading, velocity):
     for end, after in zip(hops, [*hops[1:], time.size], strict=True):
         rows = np.arange(np.searchsorted(travelled, travelled[end] - path_mm), end)
         rows = rows[known[rows]]
-        wavelength, sigma, ok = look(place[rows], reading[rows])
+        wavelength, sigma, ok = search(place[rows], reading[rows])
         held = found[:, end - 1] if math.isnan(wavelength) else (wavelength, sigma, ok)
         found[:, end:after] = np.reshape(held, (3, 1))
     return found[0], found[1], found[2] == 1
