@@ -68,6 +68,15 @@ def test_scalars_and_arrays_agree():
     assert calibration.invert(np.array([]), np.array([])).modulus_MPa.shape == (0,)
 
 
+def test_without_an_interval_the_rest_is_the_same():
+    calibration, (force, modulus) = record(), domain_points(6)
+    sd = calibration.predict(force, modulus)
+    full, quick = (calibration.invert(sd, force, force_sigma=0.001, interval=which) for which in (True, False))
+    for name in ("modulus_MPa", "sigma_MPa", "status", "dominant"):
+        assert getattr(full, name).tolist() == getattr(quick, name).tolist()
+    assert np.isnan(quick.interval).all() and not np.isnan(full.interval).any()
+
+
 @pytest.mark.parametrize(
     "sd, force, status, interval",
     [

@@ -14,7 +14,7 @@ from papilla.calibration.published import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
-    beside_published,
+    compare_with_published,
     exact_inverse,
     published_sd,
 )
@@ -185,7 +185,7 @@ def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101,
     Raises `InputError` where the calibration does not cover those forces and moduli.
     """
     force = np.asarray(force_gf, float)
-    ours, theirs, scale = beside_published(calibration, force)
+    ours, theirs, scale = compare_with_published(calibration, force)
     return Comparison(scale, *_misfits(scale * ours - theirs, theirs, force), force, theirs, scale * ours)
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,7 +13,7 @@ from papilla.calibration.compact import TERMS as COMPACT_TERMS
 from papilla.calibration.compact import Compact
 from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
 from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
-from papilla.calibration.surface import Surface
+from papilla.calibration.surface import Axes, Surface
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.sealed import read_sealed, write_sealed
@@ -72,28 +72,25 @@ def to_document(calibration: Calibration) -> dict[str, Any]:
     if one.compact is not None:
         softness["compact"] = COMPACT | _values(one.compact)
     if position is not None:
-        softness["position"] = POSITION | {"gauges": len(position.coefficients), "cells": position.cells}
-        softness["position"] |= _values(position)
+        softness["position"] = POSITION | {"gauges": len(position.coefficients)} | _values(position)
     whole = {"schema": SCHEMA, "finger": one.finger, "mesh": one.mesh, "softness": softness, "domain": one.domain}
     notes = (*one.notes, one.remark) if one.remark else one.notes
     return _plain(whole | {"provenance": one.provenance, "notes": notes})
 
 
 def _values(part: Any) -> dict[str, Any]:
-    """The fields of a dataclass."""
-    return {item.name: getattr(part, item.name) for item in fields(part)}
+    """The fields of a dataclass; those of a spline with its cells."""
+    cells = {"cells": part.cells} if isinstance(part, Axes) else {}
+    return {item.name: getattr(part, item.name) for item in fields(part)} | cells
 
 
 def _spline(part: SdSurface | GaugeSurface) -> dict[str, Any]:
-    uncertainty = {"level": LEVEL} | _values(part.uncertainty)
-    for name in ("friction", "identified", "form"):
-        found = getattr(part.uncertainty, name)
-        uncertainty[name] = None if found is None else _values(found) | {"cells": found.cells}
-    return _values(part.surface) | {"cells": part.surface.cells, "uncertainty": uncertainty}
+    return _values(part.surface) | {"uncertainty": {"level": LEVEL} | _values(part.uncertainty)}
 
 
 def _plain(value: Any) -> Any:
     """A value as JSON has it, NaN as null."""
+    value = _values(value) if is_dataclass(value) else value
     if isinstance(value, Mapping):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
 """Moduli of the published silicone specimens."""
 PUBLISHED_FORCE_GF = (5.0, 100.0)
-"""Forces that (9) is for: its S_d is negative below, and specimens were told apart up to about 100 gf."""
+"""Forces that (9) is for: its S_d is negative below, and specimens could be distinguished up to about 100 gf."""
 PUBLISHED_FORWARD = (-0.0314, 14.5, 87.2, 104.5, -81.9)
 """Eq. (9): a, b, c, d, e with f in gf and E in MPa."""
 PUBLISHED_INVERSE = QuadraticInverse(np.array([0.0115, 0.00036, -0.166, 1.3]), 0.6, 1, (-0.6, np.inf))
@@ -40,7 +40,7 @@ def exact_inverse(digits: int | None = None) -> QuadraticInverse:
     return QuadraticInverse(rounded, float(f"{exact.shift:.{digits - 1}e}"), exact.branch, (-np.inf, np.inf))
 
 
-def beside_published(calibration: "Calibration", force_gf: ArrayLike) -> tuple[np.ndarray, np.ndarray, float]:
+def compare_with_published(calibration: "Calibration", force_gf: ArrayLike) -> tuple[np.ndarray, np.ndarray, float]:
     """S_d of a calibration (k, 3) in microstrain at forces (gf) and the published moduli, that of (9), and the scale.
 
     scale : published S_d per microstrain that fits best. Raises `InputError` where the calibration does not cover them.

@@ -1,4 +1,4 @@
-"""Fitted surfaces of S_d and of each gauge, what a contact off the apex changes in them, and their errors."""
+"""Fitted surfaces of S_d and of each gauge, the change of readings with the place of contact, and their uncertainty."""
 
 import math
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ NEWTON_STEPS = 5
 """Steps that find the reach of an interval between the two to rounding."""
 
 IDENTIFIABLE = 0.5
-"""sigma_E / E above which a modulus is called not identifiable (the sensor cannot tell)."""
+"""sigma_E / E above which a modulus is called not identifiable (the sensor cannot resolve it)."""
 
 
 class SoftnessStatus(Status):
@@ -45,17 +45,17 @@ class SoftnessStatus(Status):
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """How far a fitted surface may be off, in the units of the surface.
+    """Uncertainty of a fitted surface, in the units of the surface.
 
     fit_rms : rms by which a new press misses the surface, fit_factor : half width of its 95 % interval in fit_rms
     (Student's t of the freedom left); fit_max : largest residual of the fit.
     scatter_force_N, scatter : (k,) rms difference of independent meshes from this one, at rising forces; zero where
     none was given. scatter_factor : half width of the 95 % interval in `scatter`.
     meshes : how many meshes the scatter comes from.
-    strain : one sigma of what large strain changes, as far as it is known.
-    friction : what the value changes where there is no friction, if friction is not known; else None.
-    identified : one sigma of what the identification of the finger leaves open; None for a finger taken as its design.
-    form : one sigma of what the form of the surface leaves open between its presses, in files of papilla before 0.2.
+    strain : one sigma of the effect of large strain that is left.
+    friction : change of the value without friction, if friction is not known; else None.
+    identified : one sigma from the identification of the finger; None for a finger taken as its design.
+    form : one sigma from the form of the surface between its presses, in files of papilla before 0.2.
 
     Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
     """
@@ -96,10 +96,10 @@ class Uncertainty:
         return 0.0 if self.friction is None else _value(self.friction, ln_force, ln_modulus)
 
     def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
-        """Standard deviation of the value at a point of the domain (N, MPa), by what it comes from.
+        """Standard deviation of the value at a point of the domain (N, MPa), by its cause.
 
-        That of the mesh is its scatter, and what few meshes leave open of it. Two sigmas of friction reach from what
-        the surface says to what holds without it.
+        That of the mesh is its scatter, larger where few meshes were compared. Two sigmas of friction reach from the
+        value of the surface to the value without friction.
         """
         more = {"identification": self.identified, "form": self.form}
         return {
@@ -189,7 +189,7 @@ class GaugeSurface:
 
 @dataclass(frozen=True, eq=False)
 class PositionTerms(Axes):
-    """What a contact off the apex changes in the gauges' readings; m, n and k uniform cells, g gauges.
+    """Change of the gauges' readings for a contact off the apex; m, n and k uniform cells, g gauges.
 
     At the apex the gauges' own surfaces hold; a contact x further along the finger adds force * change(force, modulus,
     x), a tricubic spline that is zero at x = 0. Its cells are few: a contact is displaced, hardly deformed.

@@ -1,4 +1,4 @@
-"""The calibration record: S_d from force and modulus, and the modulus back from S_d, with what is known of its error.
+"""The calibration record: S_d from force and modulus, and the modulus back from S_d, with its uncertainty.
 
 `softness.surface` of the file is ln S_d over (ln force, ln modulus) and is what `predict` and `invert` use. The
 published form, S_d = a f^2 + b f + c E^2 + d E + e (2006, eq. 9) with f in gram-force, E in MPa and S_d in microstrain,
@@ -48,7 +48,7 @@ class Quadratic:
     rms, max : of the residuals, microstrain.
     modulus_MPa : range of moduli that was fitted.
     condition : condition number of the normalised columns.
-    notes : what a reader has to doubt, a sentence each.
+    notes : weaknesses of the fit, a sentence each.
     """
 
     coefficients: np.ndarray
@@ -129,7 +129,7 @@ class Inversion:
     """The modulus behind S_d; scalars, or arrays of one shape.
 
     modulus_MPa, sigma_MPa : estimate and its standard deviation; NaN where there is none.
-    lower_MPa, upper_MPa : 95 % interval; 0 or inf where it leaves the calibrated moduli, NaN where nothing is known.
+    lower_MPa, upper_MPa : 95 % interval; 0 or inf where it leaves the calibrated moduli, NaN where S_d has no inverse.
     dominant : what sigma comes from most: "measurement", "fit", "mesh", "large strain" or "friction"; "" without sigma.
     status : `SoftnessStatus`, or an int array of its values. NOT_IDENTIFIABLE may come with an estimate: then its
     sigma is more than half of it, and only the interval means something.
@@ -167,10 +167,10 @@ class Calibration:
         (empty for a bench calibration).
     forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
-    provenance : versions, hashes, when; notes : what a user has to doubt, a sentence each.
+    provenance : versions, hashes, when; notes : limits that a user has to know, a sentence each.
     position : what contacts off the apex change; None where it is not known.
     compact : five coefficients with a closed-form inverse, for a microcontroller; None where they do not fit.
-    remark : what the file that it was loaded from is to be doubted for; empty where that is as papilla wrote it.
+    remark : a warning about the file that it was loaded from; empty where that is as papilla wrote it.
     """
 
     finger: dict
@@ -267,9 +267,9 @@ class Calibration:
         Parameters
         ----------
         sd_microstrain, force_N : S_d (population standard deviation of the readings) and force.
-        sd_sigma, force_sigma : standard deviations of the two (microstrain, N); residual of the fit, mesh scatter and
-            what is not known of large strain and friction are added: sigma_lnE = sigma_lnS / (d ln S_d / d ln E).
-            Friction that is not known draws the interval to one side: that of a press without.
+        sd_sigma, force_sigma : standard deviations of the two (microstrain, N). The residual of the fit, mesh scatter
+            and the uncertainty of large strain and friction are added: sigma_lnE = sigma_lnS / (d ln S_d / d ln E).
+            Unknown friction widens the interval on one side, towards the press without friction.
         interval : whether the 95 % interval is wanted; it takes most of the time, and is NaN without.
 
         Never extrapolates: outside the domain there is no modulus, and the status says why. Raises `InputError` for
@@ -341,7 +341,7 @@ class Calibration:
     def _end(self, ln_force: float, ln_sd: float, half: float, at: float) -> float:
         """An end of an interval: 0 or inf where it leaves the calibrated moduli, NaN where S_d has no inverse.
 
-        What friction changes is taken where the end lies, which is found from `at`.
+        The effect of friction is taken at the end itself, which is found iteratively from `at`.
         """
         known, ln_modulus, status = self.surface.uncertainty, at, SoftnessStatus.OK
         for _ in range(1 if known.friction is None else 3):

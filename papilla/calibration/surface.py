@@ -22,7 +22,7 @@ POWERS = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0
 """POWERS[k, a]: coefficient of t^a in the weight of the k-th coefficient of a cell."""
 
 ROUNDING = 4e-15
-"""Relative difference that rounding may leave between the end of a domain and what is inverted there."""
+"""A value this far (relative) beyond the end of the domain is there by rounding, and is inverted at the end."""
 
 NEWTON_STEPS = 60
 """Newton's method on a rising cubic needs 3 to 6; bisection steps in between are counted too."""
@@ -81,7 +81,7 @@ class Spline:
 
 
 class Axes:
-    """Base of what is fitted over ln force and ln modulus: `force_N`, `modulus_MPa`, (low, high) each, and `cells`."""
+    """Base of functions of ln force and ln modulus: `force_N` and `modulus_MPa`, (low, high) each, and `cells`."""
 
     force_N: tuple[float, float]
     modulus_MPa: tuple[float, float]

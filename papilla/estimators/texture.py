@@ -1,4 +1,4 @@
-"""Telling textures apart by what they are over the path, whatever the speed; what is like none of them is unknown.
+"""Classification of textures by their spectrum over the path, at any speed; a window unlike all of them is unknown.
 
 A window is cut by path, resampled in even steps of it, and each channel less the mean of all (hum, supply and net force
 reach every gauge alike, a texture does not) gives the logarithm of its power in bands of wavelength. A linear
@@ -158,7 +158,7 @@ class TextureModel:
 def train(runs: Sequence[tuple], *, features: Features | None = None) -> TextureModel:
     """A model from runs (label, group, position (n,), readings (n, channels)).
 
-    group : what a run has in common with others beside the texture, such as its speed or its repetition; accuracy and
+    group : a property that a run shares with others besides the texture, such as speed or repetition; accuracy and
     limit come from leaving out each group in turn, so there must be two groups with every label at least.
     Raises `InputError` for runs that do not fit, `MissingExtraError` without scikit-learn.
     """
@@ -183,7 +183,7 @@ def train(runs: Sequence[tuple], *, features: Features | None = None) -> Texture
         distances[out] = _fitted(how, names, table[~out], labels[~out]).distances(table[out])
     found = {"linear discriminant": np.array(names)[distances.argmin(axis=1)]}
     found["nearest neighbours"] = _neighbours(table, labels, groups)
-    accuracy = {name: float(np.mean(told == labels)) for name, told in found.items()}
+    accuracy = {name: float(np.mean(answer == labels)) for name, answer in found.items()}
     channels = np.asarray(runs[0][3]).shape[1]
     limit = MARGIN * float(np.quantile(distances.min(axis=1), LEVEL))
     return replace(whole, channels=channels, limit=limit, accuracy=accuracy)

@@ -12,7 +12,7 @@ from papilla.calibration.published import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
-    beside_published,
+    compare_with_published,
     exact_inverse,
 )
 from papilla.calibration.record import quadratic
@@ -101,7 +101,7 @@ class PrintedSoftness(Stream):
         self._range = (0.5 * SPECIMENS_MPA[0], 1.5 * SPECIMENS_MPA[-1])
         self._scale, self._misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
-            ours, theirs, best = beside_published(calibration, COMPARED_GF)
+            ours, theirs, best = compare_with_published(calibration, COMPARED_GF)
             self._scale = best if scale is None else self._scale
             self._misfit = float(np.sqrt(np.mean((self._scale * ours - theirs) ** 2)))
 

@@ -1,4 +1,4 @@
-"""The last samples of channels, as one piece of memory, for whoever transforms them every so many samples."""
+"""The last samples of channels, as one contiguous array, for methods that transform them every few samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,14 +13,14 @@ MOST_MISSING = 0.1
 class Window:
     """The last `count` samples of `channels`; NaN is missing, and holds the value before.
 
-    Once it is full there is something new to see every `hop` samples. beside : so many more channels, which are
-    taken as they are.
+    Once it is full, `push` says every `hop` samples that there is a new window to transform. extra : number of further
+    channels, whose values are stored unchanged.
     """
 
     channels: int
     count: int
     hop: int
-    beside: int = 0
+    extra: int = 0
     _ring: np.ndarray = field(init=False)
     _missing: list[bool] = field(init=False)
     _last: list[float] = field(init=False)
@@ -31,12 +31,12 @@ class Window:
 
     def __post_init__(self) -> None:
         # Each sample is written twice, a window apart: any window is then one contiguous piece.
-        self._ring = np.zeros((self.channels + self.beside, 2 * self.count))
+        self._ring = np.zeros((self.channels + self.extra, 2 * self.count))
         self._missing, self._until = [False] * self.count, self.count
         self._last, self._still = [0.0] * self.channels, [0] * self.channels
 
     def push(self, sample: Sequence[float]) -> bool:
-        """Take one value of each channel; whether there is something new to see."""
+        """Take one value of each channel; whether there is a new window to transform."""
         place, count, gap = self._place, self.count, False
         for channel, value in enumerate(sample):
             if channel < self.channels:
@@ -53,7 +53,7 @@ class Window:
 
     @property
     def samples(self) -> np.ndarray:
-        """(channels + beside, count) values, oldest first."""
+        """(channels + extra, count) values, oldest first."""
         return self._ring[:, self._place : self._place + self.count]
 
     @property

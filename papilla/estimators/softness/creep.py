@@ -1,4 +1,9 @@
-"""How far the silicone has crept in a touch, against the touches that its finger was identified by."""
+"""Creep of the silicone in a touch, compared with the touches that identified the finger.
+
+The equivalent force is the force that would give the same strain at once; its ratio to the force says how far the
+silicone has crept (`references.Prony.strained`). Outside the range of that ratio in the identifying touches, readings
+differ from the calibration, and a remark says so.
+"""
 
 import math
 from collections.abc import Mapping
@@ -8,7 +13,7 @@ from papilla.errors import InputError
 from papilla.references import Prony
 
 LEAST_CHANGE = 0.02
-"""Of the equivalent force over the force, from which a touch is told to be another than those: 1 to 2 % of S_d."""
+"""Change of that ratio beyond the range from which a touch is called different: 1 to 2 % of S_d."""
 
 WORDS = (
     "",
@@ -26,12 +31,12 @@ class CreepState(NamedTuple):
 
 
 class Creep:
-    """Equivalent force over force of a stream of samples: `Prony.strained`, a sample at a time; `state` is remembered.
+    """Ratio of equivalent force to force of a stream of samples: `Prony.strained`, a sample at a time.
 
     Parameters
     ----------
     relaxation : of a calibration's finger: shares, times_s, and crept, the range of that ratio in the touches that it
-        was identified by. least_N : forces below tell nothing.
+        was identified by. least_N : forces below it are not judged.
 
     Raises `InputError` for a relaxation that is not of these numbers.
     """
@@ -49,14 +54,14 @@ class Creep:
         self.state = CreepState(math.nan, 0.0, (0.0,) * len(self._terms))
 
     def feel(self, time_s: float, force_N: float) -> int:
-        """Take a sample; 0, or the place in `WORDS` of what is unlike. Without a force it tells nothing."""
+        """Take a sample; 0, or the index in `WORDS` of how it differs. A sample without a force is not judged."""
         before = self.state
         step = time_s - before.time_s
         if force_N != force_N or step <= 0:
             return 0
         kept = (force_N,) * len(self._terms)
         if step > 0:
-            # What was kept creeps away, and of a rise of the force that is linear over the step a part has already.
+            # The forces kept creep away; of a force that rises linearly over the step, a part has crept already.
             rise, lost = force_N - before.force_N, [(-math.expm1(-step / tau), tau) for _, tau in self._terms]
             each = zip(lost, before.kept, strict=True)
             kept = tuple([one * (1 - share) + rise * tau / step * share for (share, tau), one in each])

@@ -1,4 +1,4 @@
-"""What a lab does not know exactly of its finger, its sensors and its specimen: one standard deviation of each."""
+"""Errors that are constant in a touch and unknown, of finger, sensors and specimen: one standard deviation each."""
 
 import math
 from dataclasses import dataclass, fields
@@ -8,7 +8,7 @@ from papilla.errors import InputError
 from papilla.specimen import THICKNESS_MM
 
 THIN_MM = 3.0
-"""Thickness that an unknown one may have at 1.7 standard deviations."""
+"""Thickness that stands for 1.7 standard deviations below an unknown one."""
 SHIFT_PER_FORCE, SHIFT_POWER = 10.2, 0.72
 """A bonded block h mm thick instead of h0 presses like one whose ln E is higher by 10.2 f^0.72 (h^-1.5 - h0^-1.5), f in
 N: presses of the default finger, 0.05-0.72 MPa, 3 to 20 mm, within 0.1 or a tenth of it."""
@@ -16,12 +16,12 @@ N: presses of the default finger, 0.05-0.72 MPa, 3 to 20 mm, within 0.1 or a ten
 
 @dataclass(frozen=True)
 class Doubts:
-    """Standard deviations of what is constant in a touch; every one of them is in the modulus' sigma.
+    """Standard deviations of errors that are constant in a touch; all of them are in the modulus' sigma.
 
     gauge_gain : relative, of each gauge; creep : relative, of all gauges alike. zero_microstrain : of each gauge, half
     of that once it was seen in the air. force_gain : relative. force_offset_N : of the force's zero, half of that too
-    once it was seen. beside_mm : how far beside the apex across the row of gauges (y) it touches, which the row cannot
-    see; x is an unknown of its own. thickness_mm : of the specimen, None where it is not known (then 3 mm are 1.7
+    once it was seen. beside_mm : distance of the contact from the row of gauges (y), which the row cannot
+    measure; x is an unknown of its own. thickness_mm : of the specimen, None where it is not known (then 3 mm are 1.7
     standard deviations from the calibrated thickness); thickness_error : relative, of a stated one. The defaults are
     what a careful lab has; `Doubts.NONE` has none.
 

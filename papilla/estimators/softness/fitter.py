@@ -36,7 +36,7 @@ SHAPE_ERROR = 0.4
 """Relative error, per factor of e of the force, of how the effect of the thickness grows with force."""
 SPREAD_FORCE = 0.5
 """Prior standard deviation of a sample's ln force about that of the one before (that of its place is the reach of the
-calibration): so wide that it tells next to nothing."""
+calibration): so wide that it has next to no weight."""
 BENT, NEAR = 0.4, 0.005
 """Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the
 first a sample is linearised again at its new contact; below the second the linearisation of another sample is used."""
@@ -135,7 +135,7 @@ class Fitter:
         return parts
 
     def _distances(self):
-        """Slope of h over ln E at the calibrated nodes, at the middle force: what one sample's noise tells."""
+        """dh / d ln E at the calibrated nodes, at the middle force: root of one sample's information about ln E."""
         nodes = self.surfaces.ln_nodes
         slopes = []
         for node in nodes.tolist():
@@ -201,7 +201,7 @@ class Fitter:
 
     def _own_errors(self, H: np.ndarray, pressed: np.ndarray, ln_force: float, samples: float):
         """Variances (k,) of what a mean of `samples` reads in its cell of force, noise and the cell's own error: as
-        they are, and such that they tell no more than is new where the cell was pressed before; and the cell."""
+        they are, and such that only new information counts where the cell was pressed before; and the cell."""
         cell = min(max(int((ln_force - self.low) / CELL), 0), len(pressed) - 1)
         before, slopes = float(pressed[cell]), H[:, self._shaped]
         own = SHAPE**2 * np.einsum("km,km->k", slopes, slopes)
@@ -256,8 +256,8 @@ class Fitter:
         split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
         bent = math.sqrt(LEVEL / max(float(np.abs(expected).max()), 1.0))
         slack = bent + JITTER * float(jitter[0]), bent / BENT_PLACE + JITTER * float(jitter[1])
-        (at, there, *_), beside = linear.at, self.surfaces.reach
-        ends = zip(slack, ((self.low - at, self.high - at), (-beside - there, beside - there)), strict=True)
+        (at, there, *_), end = linear.at, self.surfaces.reach
+        ends = zip(slack, ((self.low - at, self.high - at), (-end - there, end - there)), strict=True)
         reach = tuple([(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in ends])
         return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)
 

@@ -90,7 +90,7 @@ class Corpuscle(Trigger):
 class UpwardCrossings(Trigger):
     """Fires where the signal behind a first-order high-pass goes over zero (2007 paper).
 
-    Missing readings leave the filter as it is: the signal is taken to go on from where it stopped.
+    Missing readings do not change the filter: the signal is assumed to go on from where it stopped.
     """
 
     PRINTED: ClassVar = Threshold(factor=0.0, release=0.0)

@@ -21,7 +21,7 @@ BY_MATRIX = 2**18
 class Method(NamedTuple):
     """window_s, hop_s : of the paper, 0 for one sample; taper : of so many; padding : windows in a transform.
 
-    corrected : mean and trend are removed; only lines of the wavelength range are looked at; the peak is interpolated
+    corrected : mean and trend are removed; only lines of the wavelength range count; the peak is interpolated
     (within 1e-3 of a line at a padding of 4); the wavelength is by the mean |v| under the taper, not by |v(t)|.
     """
 
@@ -39,7 +39,7 @@ def hann(count: int) -> np.ndarray:
 
 @dataclass(eq=False)
 class SpectrumMemory:
-    """window : of readings and, beside them, speeds; line : of the last spectrum, the mean speed for a distance."""
+    """window : of readings and of speeds; line : of the last spectrum, with the mean speed in place of the distance."""
 
     window: Window
     line: Finding = Finding(WARMING_UP)
@@ -98,7 +98,7 @@ class ShortTimeSpectrum(RoughnessStream):
             self._matrix = np.stack([rows.real, rows.imag], axis=1).reshape(-1, count)
 
     def _begin(self) -> SpectrumMemory:
-        return SpectrumMemory(Window(1, self.window_samples, self._hop, beside=1))
+        return SpectrumMemory(Window(1, self.window_samples, self._hop, extra=1))
 
     def _find(self, method: SpectrumMemory, reading: float, speed: float) -> Finding:
         if method.window.push((reading, speed)):
@@ -145,7 +145,7 @@ class ShortTimeSpectrum(RoughnessStream):
         return np.fft.rfft(windows * self._taper, self._length)
 
     def _gate(self, speed: float) -> tuple[int, int]:
-        """First and one past the last line to look at; without a velocity, all above 0 Hz."""
+        """First and one past the last line that may be the peak; without a velocity, all above 0 Hz."""
         if not self._method.corrected or not speed < math.inf:
             return 1, self._lines
         # One line more at each end, so that a peak inside the range has both neighbours.

@@ -83,7 +83,7 @@ class CrossWavelet:
     def travels(self) -> np.ndarray:
         """(m, n) significant, with a phase that nothing common to both channels (hum, a jolt) has.
 
-        A texture whose phase is near 0 or pi, a whole number of half periods between the channels, is not told from it.
+        A texture whose phase is near 0 or pi, a whole number of half periods between the channels, is mistaken for it.
         """
         return self.significant & (self.product.imag**2 > self.common_level[:, None] * np.abs(self.product))
 

@@ -13,7 +13,7 @@ from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import (
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
-    beside_published,
+    compare_with_published,
     exact_inverse,
     published_sd,
 )
@@ -86,9 +86,9 @@ def _published(calibration: Calibration, table: Sweep) -> dict:
     """The calibration against (9), and (10) against (9)."""
     off = {}
     for name, low in (("rms_9", 10), ("rms_9_30", 30)):
-        ours, theirs, scale = beside_published(calibration, np.arange(low, 101, 10))
+        ours, theirs, scale = compare_with_published(calibration, np.arange(low, 101, 10))
         off[name] = 100 * float(np.sqrt(np.mean((scale * ours - theirs) ** 2) / np.mean(theirs**2)))
-    _, _, scale = beside_published(calibration, np.arange(10, 101, 10))
+    _, _, scale = compare_with_published(calibration, np.arange(10, 101, 10))
     sd = calibration.predict(gf_to_newton(np.arange(10.0, 101, 10))[:, None], np.array(SPECIMENS_MPA))
     along = calibration.predict(gf_to_newton(60.0), np.geomspace(0.021, 4.9, 40))
     cost, four = rounding_error(PUBLISHED_INVERSE), rounding_error(exact_inverse(4))
