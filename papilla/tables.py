@@ -7,12 +7,12 @@ import io
 import math
 import re
 import shutil
+import sys
 import tempfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from itertools import islice
 from pathlib import Path
 from typing import IO, Any, Self
 
@@ -20,6 +20,7 @@ import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import reason, replacing
+from papilla.pipes import PIPE, LiveText
 
 BLOCK = 8192  # Rows that are read at once
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
@@ -83,10 +84,11 @@ class TableReader:
         header_line: int = 1,
     ):
         self.path, self._skipped = Path(path), header_line - 1
-        self._raw = _opened(self.path)
-        self._text = io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
+        self.live = self.path == PIPE
+        self._raw = None if self.live else _opened(self.path)
+        self._text: Any = LiveText() if self.live else io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
-            self._cut_off = _last_byte(self._raw) not in b"\r\n"
+            self._cut_off = self._raw is not None and _last_byte(self._raw) not in b"\r\n"
             self._written, self._delimiter, self.decimal = self._dialect(delimiter, decimal)
             self.header, _ = self._begin()
             _check_header(self.path, self.header, header_line)
@@ -129,12 +131,23 @@ class TableReader:
         _, rows = self._begin()
         empty = True
         with self._faults(rows):
-            while taken := [(row, rows.line_num + self._skipped) for row in islice(rows, size)]:
+            while taken := [(row, rows.line_num + self._skipped) for row in self._some(rows, size)]:
                 if kept := [item for item in taken if item[0]]:
                     empty = False
                     yield self._table(*zip(*kept, strict=True))
         if empty:
             raise FileFormatError(f"{self.path} holds a header but no rows")
+
+    def once(self) -> None:
+        """From now on read standard input once: rows are no longer kept."""
+        self._text.once()
+
+    def _some(self, rows: Iterator[list[str]], size: int) -> Iterator[list[str]]:
+        """The next rows, up to a size; of standard input those that are there, at least one."""
+        for count, row in enumerate(rows, 1):
+            yield row
+            if count == size or self.live and not self._text.pending():
+                return
 
     def whole(self) -> Table:
         """All rows as one table; raises what `blocks` raises."""
@@ -231,7 +244,9 @@ class TableReader:
             raise FileFormatError(f"{self.path}, line {self._undecodable()}: not a text file in UTF-8") from None
 
     def _undecodable(self) -> int:
-        """The first line that is not UTF-8."""
+        """The first line that is not UTF-8; 0 where nobody can look again."""
+        if self._raw is None:
+            return 0
         self._raw.seek(0)
         for number, line in enumerate(self._raw, start=1):
             try:
@@ -246,8 +261,18 @@ def table_writer(path: str | Path, names: Iterable[str]) -> Iterator[Callable[[I
     """Writes a CSV table block by block: called with one block's columns; the file appears when all is written.
 
     Floats become the shortest text that reads back bit for bit, NaN an empty cell. Raises `FileAccessError` where the
-    file cannot be written.
+    file cannot be written. `-` is standard output, which has each block at once.
     """
+    if Path(path) == PIPE:
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow(names)
+
+        def write(columns: Iterable[Any]) -> None:
+            writer.writerows(zip(*map(_texts, columns), strict=True))
+            sys.stdout.flush()
+
+        yield write
+        return
     with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(names)

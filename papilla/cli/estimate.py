@@ -22,8 +22,8 @@ SILENT_ROWS = 100_000
 
 
 def estimate(
-    log: Path = argument(..., "Time log (CSV): t_s, g1, ..., force_N, ...", metavar="LOG.csv"),
-    out: Path = option(..., "Table of estimates to write (CSV)."),
+    log: Path = argument(..., "Time log (CSV): t_s, g1, ..., force_N, ...; - for standard input.", metavar="LOG.csv"),
+    out: Path = option(..., "Table of estimates to write (CSV); - for standard output."),
     calibration: Path | None = option(None, "Calibration file (JSON); without it no modulus."),
     finger: Path | None = option(None, "Design (TOML, or a name that ships) for its ridges; a calibration has them."),
     wavelength_range: tuple[float, float] | None = option(
@@ -53,7 +53,7 @@ def estimate(
     from papilla.files import check_writable
     from papilla.tables import table_writer
 
-    keep_inputs([log, calibration, finger, log_map], [out])
+    printed = _check_files([log, calibration, finger, log_map], out, as_json)
     if softness != "surface" and thickness is not None:
         raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
     wavelengths = wavelength_range and checks.rising("--wavelength-range", wavelength_range)
@@ -77,7 +77,8 @@ def estimate(
             **{name: value for name, value in chosen.items() if value is not None},
         )
         summary = Summary(recorded)
-        check_writable(out.parent)
+        if printed:
+            check_writable(out.parent)
         with table_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
             bar.line("estimating")
             for block in recorded.blocks():
@@ -86,14 +87,27 @@ def estimate(
                 write([block[:, 0], *answer])
                 summary.add(block, answer)
                 bar.line("estimating")
-                bar.steps(summary.rows, recorded.report.rows)
+                bar.steps(summary.rows, max(summary.rows, recorded.report.rows))
         found = summary.finish(pipeline.messages, wavelengths)
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
     found |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
-    print_json(found) if as_json else print_summary(found)
+    if printed:
+        print_json(found) if as_json else print_summary(found)
     for message in found["messages"]:
         say(message)
+
+
+def _check_files(inputs: list[Path | None], out: Path, as_json: bool) -> bool:
+    """Refuse an output that cannot be; whether standard output is free for the summary."""
+    from papilla.pipes import PIPE
+
+    if out == PIPE and as_json:
+        raise InputError("--out - and --json both want standard output: give one of them")
+    if out == PIPE:
+        return False
+    keep_inputs(inputs, [out])
+    return True
 
 
 def _opened(log: Path, lever_mm: float | None, log_map: Path | None, bar: Progress) -> "TimeLogFile":

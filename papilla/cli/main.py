@@ -1,6 +1,7 @@
 """`papilla COMMAND`: the commands, and the one place where errors become one line and an exit code."""
 
 import os
+import signal
 import sys
 import traceback
 import warnings
@@ -18,7 +19,7 @@ from papilla.cli.export_c import export_c
 from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.options import grouped
-from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, plain
+from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
 from papilla.cli.slide import slide
@@ -88,6 +89,8 @@ def run(arguments: list[str] | None = None) -> None:
     # A command's matrices are small: a second thread doubles the processor time of a press and saves nothing
     for name in THREADS:
         os.environ.setdefault(name, "1")
+    with suppress(ValueError):  # In a thread there are no signals
+        signal.signal(signal.SIGTERM, _terminate)
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         code = _exit_code(sys.argv[1:] if arguments is None else arguments)
@@ -113,6 +116,8 @@ def _exit_code(arguments: list[str]) -> int:
         if any("\0" in argument for argument in arguments):
             raise InputError("an argument holds a NUL character, which no file name can")
         code = app(arguments, prog_name="papilla", standalone_mode=False)
+        if code == INTERRUPTED:
+            raise KeyboardInterrupt
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
     except typer.TyperException as error:
@@ -122,7 +127,11 @@ def _exit_code(arguments: list[str]) -> int:
     except MemoryError as error:
         return _refuse(f"not enough memory for this job ({error or 'no detail'})")
     except (KeyboardInterrupt, typer.Abort):
+        print("papilla: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except _Terminated:
+        print("papilla: terminated", file=sys.stderr)
+        return TERMINATED
     except (BrokenPipeError, SystemExit):
         # The reader of our output has gone (typer leaves by SystemExit then).
         _drop_output()
@@ -132,6 +141,14 @@ def _exit_code(arguments: list[str]) -> int:
         return _refuse(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except Exception as error:
         return _report_internal(error)
+
+
+class _Terminated(BaseException):
+    """The process is told to end: what is half written is removed on the way out."""
+
+
+def _terminate(*_signal: object) -> None:
+    raise _Terminated
 
 
 def _report_internal(error: Exception) -> int:

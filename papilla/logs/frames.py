@@ -24,7 +24,7 @@ FRAME = Path("the frame")
 class FrameReader:
     """Reads columns in memory block by block, like `papilla.tables.TableReader`."""
 
-    delimiter, decimal = ",", "."
+    delimiter, decimal, live = ",", ".", False
     notes: tuple[str, ...] = ()
 
     def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME):
@@ -44,6 +44,9 @@ class FrameReader:
 
     def __exit__(self, *_error: object) -> None:
         pass
+
+    def once(self) -> None:
+        """Columns in memory can be read again."""
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows, in tables of at most `size`; raises `FileFormatError` if there are none, or text for numbers."""

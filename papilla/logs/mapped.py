@@ -24,11 +24,13 @@ class MappedReader:
         self._reader, self._map, self.path = reader, log_map, reader.path
         self._columns = {name: column for name, column in log_map.columns.items() if wanted(name)}
         self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
-        self.names = (*self._columns, *self._constant)
+        self.names, self.live = (*self._columns, *self._constant), reader.live
         self.ignored = reader.ignored
         self._factors = {name: column.factor(name) for name, column in self._columns.items()}
         self._start, self._zeros = self._first_time(), {name: 0.0 for name in self._columns}
         self.notes = (*self._told(), *reader.notes)
+        if log_map.air_s is not None and self.live:
+            raise FileFormatError(f"{log_map.path}: air_s needs the whole log, which a pipe does not give: use a file")
         if log_map.air_s is not None:
             self._zeros |= self._in_air(*log_map.air_s)
 
@@ -37,6 +39,10 @@ class MappedReader:
 
     def __exit__(self, *error: object) -> None:
         self._reader.__exit__(*error)
+
+    def once(self) -> None:
+        """From now on read standard input once."""
+        self._reader.once()
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows in blocks; raises what `TableReader.blocks` raises."""

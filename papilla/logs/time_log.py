@@ -23,6 +23,7 @@ from papilla.tables import Table
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
 GAP_STEPS = 1.5  # A time step longer than this many median steps is a gap
+PREAMBLE = 200  # Rows of a pipe from which its sampling rate and noise are told before the first answer
 SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Limits of the mean time step: beyond them t_s is not in seconds
 
 
@@ -156,10 +157,12 @@ class TimeLogFile:
         self._reader, self.gauge_names = open_log(path, ("t_s",), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
         try:
             self._lever = _lever(self._reader, lever_mm)
-            scan = _Scan(self._reader, self.gauge_names, self._lever)
+            scan = self._scan()
             for block in self._reader.blocks():
                 scan.add(block)
                 progress(scan.counts["rows"])
+                if self._reader.live and scan.counts["rows"] >= PREAMBLE:
+                    break
             self.sample_rate_Hz, self.report = scan.finish()
         except BaseException:
             self._reader.__exit__()
@@ -173,18 +176,36 @@ class TimeLogFile:
     def __exit__(self, *_error: object) -> None:
         self._reader.__exit__()
 
+    @property
+    def live(self) -> bool:
+        """Whether this is standard input: its rows come once, and `report` is of the rows so far."""
+        return self._reader.live
+
     def blocks(self) -> Iterator[np.ndarray]:
         """Blocks (n, 1 + gauges + optional columns) of the counted rows: time, readings, optional columns.
 
-        Cells without a finite number, or beyond `papilla.checks.LARGEST`, are NaN.
+        Cells without a finite number, or beyond `papilla.checks.LARGEST`, are NaN. Of standard input they come as they
+        are there, and raise what opening a file raises.
         """
-        left = self.report.rows
-        for block in self._reader.blocks():
-            names = ("t_s", *self.gauge_names, *self.optional)
-            yield believable(np.column_stack([column_of(block, name, self._lever) for name in names])[:left])
+        left, scan = self.report.rows, self._scan()
+        blocks = self._reader.blocks()
+        if self.live:
+            self._reader.once()
+        names = ("t_s", *self.gauge_names, *self.optional)
+        for block in blocks:
+            rows = believable(np.column_stack([column_of(block, name, self._lever) for name in names]))
+            if self.live:
+                scan.add(block)
+                yield rows
+                continue
+            yield rows[:left]
             left -= len(block)
             if left <= 0:
                 return
+        self.report = scan.finish()[1] if self.live else self.report
+
+    def _scan(self) -> _Scan:
+        return _Scan(self._reader, self.gauge_names, self._lever)
 
 
 def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:

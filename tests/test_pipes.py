@@ -1,0 +1,128 @@
+"""Standard input row by row: the same answers as from a file, at once, in constant memory; signals end with a line."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from papilla.errors import FileFormatError
+from papilla.logs import TimeLogFile, time_log
+from papilla.pipes import LiveText
+from papilla.tables import Table
+
+
+def rows(count: int) -> list[str]:
+    rng = np.random.default_rng(1)
+    noise = rng.normal(0, 1, (count, 2))
+    return [f"{k / 1e3:.3f},{10 + a:.4f},{20 + b:.4f},0.1,40\n" for k, (a, b) in enumerate(noise)]
+
+
+HEADER = "t_s,g1,g2,force_N,velocity_mm_s\n"
+
+
+@pytest.fixture
+def pipe(monkeypatch):
+    """Standard input in the place of the real one: writes text to it; `None` ends it."""
+    reading, writing = os.pipe()
+    stdin = os.fdopen(reading)
+    monkeypatch.setattr("papilla.pipes.sys.stdin", stdin)
+    ends = {writing}
+
+    def write(text: str | None) -> None:
+        if text is None:
+            os.close(writing)
+            ends.clear()
+        else:
+            os.write(writing, text.encode())
+
+    yield write
+    for end in ends:
+        os.close(end)
+    stdin.close()
+
+
+def test_the_first_lines_can_be_read_again_until_once(pipe):
+    pipe("\ufeffa,b\n1,2\n3")
+    text = LiveText()
+    assert [text.readline(), text.readline()] == ["a,b\n", "1,2\n"] and not text.pending()
+    text.seek(0)
+    assert text.readline() == "a,b\n"
+    text.once()
+    pipe(",4\n")
+    assert [text.readline() for _ in range(3)] == ["a,b\n", "1,2\n", "3,4\n"]
+    pipe("5")
+    pipe(None)
+    assert [text.readline(), text.readline()] == ["5", ""]
+
+
+def test_a_log_from_a_pipe_is_read_as_its_rows_come(pipe, monkeypatch):
+    monkeypatch.setattr(time_log, "PREAMBLE", 20)
+    lines = rows(60)
+    pipe(HEADER + "".join(lines[:20]))
+    with TimeLogFile("-") as log:
+        assert log.live and log.sample_rate_Hz == pytest.approx(1000)
+        blocks = log.blocks()
+        got = [next(blocks)]
+        assert sum(map(len, got)) <= 20
+        while sum(map(len, got)) < 20:
+            got.append(next(blocks))
+        for line in lines[20:]:
+            pipe(line)
+            got.append(next(blocks))
+            assert len(got[-1]) == 1
+        pipe(None)
+        assert list(blocks) == [] and log.report.rows == 60
+    expected = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    np.testing.assert_array_equal(np.concatenate(got)[:, :3], expected[:, :3])
+
+
+def test_time_that_goes_back_is_refused_in_a_pipe_too(pipe, monkeypatch):
+    monkeypatch.setattr(time_log, "PREAMBLE", 3)
+    pipe("t_s,g1\n0,1\n1,1\n2,1\n1,1\n")
+    pipe(None)
+    with pytest.raises(FileFormatError, match="line 5, column t_s: time goes back from 2 to 1 s"):  # noqa: SIM117
+        with TimeLogFile("-") as log:
+            list(log.blocks())
+
+
+@pytest.mark.slow
+def test_estimates_of_a_pipe_are_those_of_the_file(tmp_path):
+    lines = rows(3000)
+    (tmp_path / "log.csv").write_text(HEADER + "".join(lines))
+    command = [sys.executable, "-m", "papilla", "estimate"]
+    subprocess.run([*command, "log.csv", "--out", "file.csv"], cwd=tmp_path, check=True, capture_output=True)
+    with open(tmp_path / "log.csv") as stream:
+        done = subprocess.run([*command, "-", "--out", "-"], cwd=tmp_path, stdin=stream, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert [line.split(",")[0] for line in done.stdout.splitlines()[1:]] == [str(float(x.split(",")[0])) for x in lines]
+    assert len((tmp_path / "file.csv").read_text().splitlines()) == len(done.stdout.splitlines())
+    refused = subprocess.run([*command, "-", "--out", "-", "--json"], cwd=tmp_path, capture_output=True, text=True)
+    assert refused.returncode == 2 and "--out - and --json both want standard output" in refused.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    "number, code, word", [(signal.SIGTERM, 143, "terminated"), (signal.SIGINT, 130, "interrupted")]
+)
+def test_a_signal_ends_with_a_line_and_its_code(tmp_path, number, code, word):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "papilla", "estimate", "-", "--out", "-"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    process.stdin.write(HEADER + "".join(rows(300)))
+    process.stdin.flush()
+    assert process.stdout.readline().startswith("t_s,")
+    process.stdout.readline()
+    process.send_signal(number)
+    _, said = process.communicate()
+    assert process.returncode == 128 + number and said.splitlines()[-1] == f"papilla: {word}"
+
+
+def test_a_column_has_the_name_that_its_file_gives_it(tmp_path):
+    table = Table(tmp_path / "a.csv", {}, np.array([7]), {"force_N": "Fz"})
+    assert str(table.fault(0, "force_N", "no")) == f"{tmp_path / 'a.csv'}, line 7, column Fz: no"
