@@ -162,10 +162,8 @@ def _describe_shape(layer: Layer) -> dict:
     """A layer without its stiffness: Poisson's ratio, and its material law divided by the shear modulus."""
     if layer.material is None or layer.material.kind == "neo-hookean":
         return {"nu": layer.nu, "kind": "neo-hookean"}
-    mu, card = layer.material.shear_modulus, layer.material.describe()
-    return {"nu": layer.nu} | {
-        key: round(value / mu, 9) if key.startswith(("mu", "c")) else value for key, value in card.items()
-    }
+    mu, card, moduli = layer.material.shear_modulus, layer.material.describe(), layer.material.in_MPa
+    return {"nu": layer.nu} | {key: round(value / mu, 9) if key in moduli else value for key, value in card.items()}
 
 
 def _digest(value: dict) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Hashable
 from dataclasses import astuple, fields, replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, cast
+from typing import Annotated, Any, TypeVar, Union, cast
 
 from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
@@ -17,7 +17,7 @@ from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import read_toml, write_text
 from papilla.finger_parts import Bench, Dome, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.identified import Identified
-from papilla.materials import Material, NeoHookean, Ogden, Yeoh
+from papilla.materials import MATERIALS, Material
 
 Design = TypeVar("Design")
 
@@ -69,11 +69,12 @@ def _layer(modulus: float | None, nu: float, material: Material | None) -> Layer
     return Layer.of(material, nu)
 
 
-_CARDS: Any = (
-    table(NeoHookean, keys_of(NeoHookean, unit="_MPa"), {"model": "neo-hookean"}, known=True)
-    | table(Yeoh, keys_of(Yeoh, unit="_MPa"), {"model": "yeoh"}, known=True)
-    | table(Ogden, keys_of(Ogden, unit={"mu": "_MPa"}), {"model": "ogden"}, known=True)
-)
+_CARDS: Any = Union[  # noqa: UP007
+    tuple(
+        table(card, keys_of(card, unit=dict.fromkeys(card.in_MPa, "_MPa")), {"model": kind}, known=True)
+        for kind, card in MATERIALS.items()
+    )
+]
 _MATERIAL: Any = Annotated[Annotated[_CARDS, Field(discriminator="model")], BeforeValidator(_named_in_lower_case)]
 _LAYER = table(
     _layer, keys_of(Layer, unit={"modulus": "_MPa"}, modulus=float | None, material=_MATERIAL | None), known=True
@@ -100,7 +101,7 @@ _TABLES: dict[str, Any] = {
     "bench": _BENCH,
     "identified": _IDENTIFIED | None,
 }
-_TAGS = ("dome", "slab", "surfaces", "neo-hookean", "yeoh", "ogden")
+_TAGS = (*FORMS, *MATERIALS)
 
 
 @cache
@@ -166,7 +167,7 @@ def _layer_table(layer: Layer | None) -> dict[str, Any] | None:
     found: dict[str, Any] = {"modulus_MPa": layer.modulus, "nu": layer.nu}
     if layer.material is not None:
         card = layer.material.describe()
-        names = {key: f"{key}_MPa" if key.startswith(("mu", "c")) else key for key in card if key != "kind"}
+        names = {key: f"{key}_MPa" if key in layer.material.in_MPa else key for key in card if key != "kind"}
         found["material"] = {"model": card["kind"]} | {name: card[key] for key, name in names.items()}
     return found
 

@@ -174,11 +174,9 @@ class Bench:
 
 
 def _small_strain_modulus(material: "Material", nu: float) -> float:
-    from papilla.materials import NeoHookean, Ogden, Yeoh
+    from papilla.materials import checked_material
 
-    if not isinstance(material, NeoHookean | Yeoh | Ogden):
-        raise InputError(f"layer material must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
-    return 2 * material.shear_modulus * (1 + nu)
+    return 2 * checked_material("layer material", material).shear_modulus * (1 + nu)
 
 
 def _check_nested(shape: Dome | Slab, axes: tuple[str, ...]) -> None:

@@ -103,6 +103,7 @@ class NeoHookean(FirstInvariantMaterial):
 
     mu: float
     kind: ClassVar[str] = "neo-hookean"
+    in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
 
     def __post_init__(self):
         checks.positive("neo-Hookean mu (MPa)", self.mu)
@@ -121,6 +122,7 @@ class Yeoh(FirstInvariantMaterial):
     c2: float = 0.0
     c3: float = 0.0
     kind: ClassVar[str] = "yeoh"
+    in_MPa: ClassVar[tuple[str, ...]] = ("c1", "c2", "c3")
 
     def __post_init__(self):
         checks.positive("Yeoh c1 (MPa)", self.c1)
@@ -143,6 +145,7 @@ class Ogden(_Material):
     mu: float
     alpha: float
     kind: ClassVar[str] = "ogden"
+    in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
 
     def __post_init__(self):
         checks.positive("Ogden mu (MPa)", self.mu)
@@ -186,7 +189,15 @@ def _least(matrices: np.ndarray) -> np.ndarray:
 Material = NeoHookean | Yeoh | Ogden
 
 MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
-"""Name of a material in a design file -> its class."""
+"""Name of a material in a design file -> its class. `in_MPa` of a class names its parameters that are moduli."""
+
+
+def checked_material(what: str, material: object) -> Material:
+    """The material; raises `InputError`, which names `what` is made of it, for anything else."""
+    if not isinstance(material, Material):
+        *names, last = (cls.__name__ for cls in MATERIALS.values())
+        raise InputError(f"{what} must be {', '.join(names)} or {last}, got {type(material).__name__}")
+    return material
 
 
 def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:

@@ -20,11 +20,11 @@ from papilla.calibrate.identification.parameters import start_of
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
-from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
+from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Specimen, friction_words
+from papilla.specimen import Specimen
 from papilla.units import gf_to_newton
 
 Criterion = Literal["I", "D"]
@@ -164,10 +164,9 @@ def _able(problem: Problem, candidates: _Presses, size_mm: float | None) -> Prob
     """The problem with what contacts beside the apex change, where candidates are there."""
     if not candidates.place.any():
         return problem
-    shape, relatives = problem.shapes[0], fit.family_of(problem.finger, size_mm=size_mm)
+    relatives = fit.family_of(problem.finger, size_mm=size_mm)
     refuse_far(candidates.log(problem.finger, False), MoveLimits.of(relatives), problem.free)
-    aside = shape.off_apex or off_apex_change(relatives, shape.specimen, friction_words(shape.responses[0].friction))
-    return replace(problem, shapes=(replace(shape, off_apex=aside), *problem.shapes[1:]))
+    return replace(problem, shapes=(*fit.with_moves(problem.shapes[:1], relatives), *problem.shapes[1:]))
 
 
 def _from_nothing(
@@ -226,10 +225,7 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: _Presses, known: n
 
 def _unread(problem: Problem, presses: _Presses) -> Problem:
     """A finger's problem with other presses, of which all gauges are to be read."""
-    log = presses.log(problem.finger, problem.log.indentation_mm is not None)
-    nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in problem.specimens.items()}
-    shapes = (replace(problem.shapes[0], rows=np.arange(len(log))),)
-    return replace(problem, log=log, shapes=shapes, specimens=nobody, candidates=True, weights=None, robust=None)
+    return problem.of(presses.log(problem.finger, problem.log.indentation_mm is not None))
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: _Presses) -> Problem:

@@ -16,6 +16,7 @@ from papilla.calibrate.identification.parameters import (
     checked_values,
     expanded,
     kind,
+    linear_last,
     names_of,
     physical,
     start_of,
@@ -131,10 +132,7 @@ class Identification:
         """The problem of other presses (n,) on the first shape of specimen: what they measure, and its derivatives."""
         problem, n = self.problem, len(force_N)
         deep = None if problem.log.indentation_mm is None else np.ones(n)
-        log = PressLog(force_N, modulus_MPa, np.zeros((n, problem.gauge_count)), problem.gauges, deep)
-        shape = replace(problem.shapes[0], rows=np.arange(n))
-        nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in problem.specimens.items()}
-        return replace(problem, log=log, shapes=(shape,), specimens=nobody, weights=None, robust=None, candidates=True)
+        return problem.of(PressLog(force_N, modulus_MPa, np.zeros((n, problem.gauge_count)), problem.gauges, deep))
 
     @cached_property
     def residuals(self) -> np.ndarray:
@@ -162,12 +160,11 @@ def problem_of(
     if isinstance(touched, Block) and "thickness_mm" in held:
         touched = replace(touched, thickness=held["thickness_mm"])
     specimens = specimens_of(log)
-    wanted = (*free_parameters(log, finger, free, held), *specimens)
-    wanted = tuple(sorted(wanted, key=lambda name: PARAMETERS[kind(name)].linear))
+    wanted = linear_last((*free_parameters(log, finger, free, held), *specimens))
     friction = finger.bench.friction if friction is None else friction
     shapes = shapes_of(log, touched, finger, wanted, held, friction, size_mm, progress)
     opened = {"stick_share": MIDDLES["stick_share"]} if any(shape.friction_open for shape in shapes) else {}
-    wanted = tuple(sorted((*wanted, *opened), key=lambda name: PARAMETERS[kind(name)].linear))
+    wanted = linear_last((*wanted, *opened))
     start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held | opened
     start |= {name: float(log.modulus_MPa[known.rows[0]]) for name, known in specimens.items()}
     problem = Problem(log, finger, shapes, start, wanted, noise or Noise(), specimens=specimens)
@@ -264,9 +261,7 @@ def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Ma
     if both:
         raise InputError(f"{both[0]} cannot be both free and fixed")
     wanted = {*expanded(usual, finger), *asked} - {*held}
-    return tuple(
-        sorted((name for name in names_of(finger) if name in wanted), key=lambda name: PARAMETERS[kind(name)].linear)
-    )
+    return linear_last(name for name in names_of(finger) if name in wanted)
 
 
 def shapes_of(
@@ -308,11 +303,26 @@ def shapes_of(
         responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
         if friction is None and responses[0].friction:
             responses += tuple(response(relatives, one, friction=0.0, progress=progress) for one in made)
-        rubbing = friction_words(responses[0].friction)
-        aside = off_apex_change(relatives, made[len(made) // 2], rubbing, progress=progress) if moving else None
         rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)
-        shapes.append(Shape(rows, kept, responses, thicknesses, aside))
-    return tuple(sorted(shapes, key=lambda one: -len(one.rows)))
+        shapes.append(Shape(rows, kept, responses, thicknesses))
+    found = tuple(sorted(shapes, key=lambda one: -len(one.rows)))
+    return with_moves(found, relatives, progress) if moving else found
+
+
+def with_moves(
+    shapes: tuple[Shape, ...], relatives: FingerFamily, progress: Callable[[str], None] | None = None
+) -> tuple[Shape, ...]:
+    """The shapes with what contacts off the apex and moved gauges change in the presses on each of them."""
+    return tuple(
+        replace(
+            shape,
+            off_apex=shape.off_apex
+            or off_apex_change(
+                relatives, shape.specimen, friction_words(shape.responses[0].friction), progress=progress
+            ),
+        )
+        for shape in shapes
+    )
 
 
 def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Identification:

@@ -13,16 +13,16 @@ from papilla.calibrate.identification.fit import (
     problem_of,
     solve,
     solved_from,
+    with_moves,
 )
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, checked_values, kind, names_of
+from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, checked_values, kind, linear_last, names_of
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
-from papilla.fem.pressing.off_apex import off_apex_change
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Friction, Specimen, friction_words
+from papilla.specimen import Friction, Specimen
 
 MOST_FREED = 2
 """Parameters that presses may ask for: with more, a fit would only be bent to what else is wrong."""
@@ -112,7 +112,7 @@ def freed(
 
 def _with_free(found: Identification, name: str) -> Identification:
     """The fit with one more parameter free, from where it was."""
-    free = tuple(sorted((*found.names, name), key=lambda one: PARAMETERS[kind(one)].linear))
+    free = linear_last((*found.names, name))
     at = dict(zip(found.names, found.vector.tolist(), strict=True))
     return solved_from(replace(found.problem, free=free), np.array([at.get(one, 0.0) for one in free]))
 
@@ -126,12 +126,7 @@ def _moving(problem: Problem, size_mm: float | None, progress: Callable[[str], N
     if all(shape.off_apex is not None for shape in problem.shapes):
         return problem
     relatives = family_of(problem.finger, size_mm=size_mm, progress=progress)
-    shapes = []
-    for shape in problem.shapes:
-        friction = friction_words(shape.responses[0].friction)
-        aside = shape.off_apex or off_apex_change(relatives, shape.specimen, friction, progress=progress)
-        shapes.append(replace(shape, off_apex=aside))
-    return replace(problem, shapes=tuple(shapes))
+    return replace(problem, shapes=with_moves(problem.shapes, relatives, progress))
 
 
 def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:

@@ -1,7 +1,7 @@
 """What a fit of a finger may vary: each parameter with its unit, prior and bounds, in one table."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from papilla import checks
@@ -79,6 +79,11 @@ def names_of(finger: Finger) -> tuple[str, ...]:
         if key not in OF_THE_LOG
         for name in ([f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key])
     )
+
+
+def linear_last(names: Iterable[str]) -> tuple[str, ...]:
+    """Names in their order, those that readings follow linearly after the others."""
+    return tuple(sorted(names, key=lambda name: PARAMETERS[kind(name)].linear))
 
 
 def kind(name: str) -> str:

@@ -134,6 +134,12 @@ class Problem:
         found = zip(self.free, vector.tolist(), strict=True)
         return {**self.held, **{name: physical(name, value) for name, value in found}}
 
+    def of(self, log: PressLog) -> "Problem":
+        """The problem of other presses on the first shape of specimen, each for itself; not weighted."""
+        shape = replace(self.shapes[0], rows=np.arange(len(log)))
+        nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in self.specimens.items()}
+        return replace(self, log=log, shapes=(shape,), specimens=nobody, candidates=True, weights=None, robust=None)
+
     @property
     def friction(self) -> Friction:
         """That of the presses on the first shape."""

@@ -1,6 +1,12 @@
-"""Profile likelihood of a parameter: its interval, and whether the presses close it or what was known before.
+"""Interval of a weakly determined parameter from its profile likelihood.
 
-All others are fitted again at each value (Venzon and Moolgavkar 1988, doi:10.2307/2347496), their priors included.
+Quantity: the values x of one parameter at which chi-square, all other parameters fitted again, is within 3.84 of its
+least value: chi2_p(x) = min over the others of chi2(x, others) <= chi2_p(best) + 1.96^2 (Venzon and Moolgavkar 1988,
+doi:10.2307/2347496). The covariance at the best fit is a parabola through that curve and misleads where the curve is
+flat on one side. The curve is walked outwards in steps of 0.75 standard deviations, each fit beginning at the end of
+the last one and at the starts of a whole fit (far out there may be another valley), until it rises above the level; the
+crossing is found by Brent's method. Priors are part of chi-square. Without the prior of the parameter itself the curve
+says whether the presses close the interval, or the prior does (`Profile.verdict`). Cost: a fit each step.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +27,7 @@ CLOSE_TO_BOUND = 1e-3
 RATIO = "the ratio of the moduli"
 
 STEP, STEPS, EXACT = 0.75, 12, 0.005
-"""A side is walked in so many steps of so many standard deviations; its end is then found to so much of one."""
+"""Step (standard deviations) and largest number of steps on each side, and accuracy of an end (standard deviations)."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_
 from papilla.fem.reduction.gauges import gauge_weights
 from papilla.fem.reduction.patch import Frame, build_patch
 from papilla.finger import Finger
-from papilla.materials import Material, NeoHookean, Ogden, Yeoh
+from papilla.materials import Material, NeoHookean, checked_material
 from papilla.memory import refuse_finite
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
@@ -58,8 +58,8 @@ def press_finite(
     ----------
     force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
     mesh : of `finger`; its mirror planes through the touch-down point are used, so the apex costs a quarter.
-    materials : "outer", "inner", "bone" -> `NeoHookean`, `Yeoh` or `Ogden`; a layer that is not named has the card of
-        the finger, and without one it is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
+    materials : "outer", "inner", "bone" -> one of `papilla.materials.MATERIALS`; a layer that is not named has the card
+        of the finger, and without one it is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
     friction : Coulomb's coefficient, or "stick": nothing slips. The load then rises from nothing in small steps, and a
         point keeps, while it sticks, the relative displacement that it had when it came into contact.
     at : (x, y) in mm where the specimen touches down, along the skin's inward normal.
@@ -136,9 +136,7 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
     for name, material in materials.items():
         if name not in layers:
             raise InputError(f"materials are for {', '.join(layers)}, got {name!r}")
-        if not isinstance(material, NeoHookean | Yeoh | Ogden):
-            raise InputError(f"material of {name} must be NeoHookean, Yeoh or Ogden, got {type(material).__name__}")
-        cards[name] = Card(material, layers[name].nu)
+        cards[name] = Card(checked_material(f"material of {name}", material), layers[name].nu)
     return {LAYER_NUMBERS[name]: card for name, card in cards.items()}
 
 

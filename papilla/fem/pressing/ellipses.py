@@ -1,7 +1,15 @@
-"""Pressure ellipses of a finger and the specimens of one shape, and the E* that finger and specimen have under them.
+"""Stiffness of finger and specimen under elliptic pressures, and what gauges feel of these: the tables of `hertz`.
 
-What does not depend on the specimen's modulus is measured once: compliances under ellipses of all sizes and a few
-aspects, and what gauges feel of them. See `hertz` for the pressure's two terms.
+Quantity: E*(a, b/a, pair of terms), the contact modulus that a homogeneous half-space must have for the same energy
+under a pressure ellipse of semi-axes a, b. The pressure has two terms, t = sqrt(1 - u) and t^3 with
+u = (x/a)^2 + (y/b)^2, so the energy is a quadratic form in their shares, with three pairs. For each ellipse
+
+    1 / E* = p . C p / (p . C_0 p),     C of finger + specimen / E,   C_0 of a half-space of 1 MPa,
+
+p being the nodal pressures. C is known on the nodes alone, so E* is measured where an ellipse is at least `SMALLEST`
+elements large; below, a polynomial in a carries ln E* on to its known limit at a = 0, that of the outer layer. The
+matrices of finger and specimen enter by themselves: a new modulus E of the specimen needs no new ellipse. It fails
+where no ellipse fits on the patch, or the skin is not convex.
 """
 
 import math
