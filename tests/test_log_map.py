@@ -176,7 +176,7 @@ def test_rubbish_is_no_table(file, content):
 def test_what_nothing_tells_is_named(file):
     found = propose(file("alpha,beta\n0,1\n1,2\n"))
     assert [guess.meant for guess in found.guesses] == ["", ""]
-    assert "not used, for nothing tells what they are: alpha, beta" in found.to_toml()
+    assert "not used, because they were not recognised: alpha, beta" in found.to_toml()
     assert any("no column seems to be a gauge" in question for question in found.open_questions)
 
 

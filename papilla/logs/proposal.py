@@ -66,7 +66,7 @@ class Proposal:
             entry = f"{guess.meant} = {{ column = {_quoted(guess.name)}, unit = {_quoted(guess.unit)}{bridge} }}"
             lines.append(f"{entry}   # {guess.reason}")
         rest = [one.name for one in self.guesses if not one.meant]
-        lines += [f"# not used, for nothing tells what they are: {', '.join(rest)}"] if rest else []
+        lines += [f"# not used, because they were not recognised: {', '.join(rest)}"] if rest else []
         return "\n".join([*lines, *(f"# ? {question}" for question in self.open_questions)]) + "\n"
 
 

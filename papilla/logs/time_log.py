@@ -23,7 +23,7 @@ from papilla.tables import Table
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
 GAP_STEPS = 1.5  # A time step longer than this many median steps is a gap
-PREAMBLE = 200  # Rows of a pipe from which its sampling rate and noise are told before the first answer
+PREAMBLE = 200  # Rows of a pipe that give its sampling rate and noise before the first answer
 SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Limits of the mean time step: beyond them t_s is not in seconds
 
 

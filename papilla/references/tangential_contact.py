@@ -29,7 +29,7 @@ _ELEMENTS = 240
 """Elements of the numerical solution with slip, smaller towards c and the edge: error 1e-4 in force and depth."""
 
 _ALL_SLIPS = 5e-3
-"""Stick radius (over a) below which Goodman's approximation is used: force and depth hardly depend on it there."""
+"""Stick radius (over a) below which Goodman's approximation is used: it changes force and depth very little there."""
 
 
 @dataclass(frozen=True)
