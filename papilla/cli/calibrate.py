@@ -210,10 +210,10 @@ def _print(summary: dict) -> None:
     tell(_inverse_in_words(inverse))
     if bench := summary["bench"]:
         tell(f"The finger: {bench['status']}; moduli {_moduli(bench)} MPa.")
-        told = f"{bench['presses'] - bench['unanswered']} of {bench['presses']} answered"
+        answered_of = f"{bench['presses'] - bench['unanswered']} of {bench['presses']} answered"
         worst, rms = (_percent(bench[key]) for key in ("max_error", "rms_error"))
         tell(
-            f"Error of E of the measured presses: {worst} % at most, {rms} % rms, {told}; "
+            f"Error of E of the measured presses: {worst} % at most, {rms} % rms, {answered_of}; "
             f"the 95 % interval holds it for {bench['inside_interval']}."
         )
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"

@@ -41,7 +41,7 @@ MOST_STATUSES = 12  # Statuses in the table; the JSON has all
 
 
 class Summary:
-    """What is told of a log and its estimates, gathered block by block in bounded memory.
+    """The summary of a log and its estimates, gathered block by block in bounded memory.
 
     Of the rows the lines are looked for in, the latest `LONGEST_ROWS` are kept.
     """
@@ -66,9 +66,9 @@ class Summary:
         for key, (quantity, _, names) in LAST.items():
             values = getattr(answer, names[0])
             self._answered[names[0]] += int((values == values).sum())
-            told = self._sentences(quantity, answer)
-            self._own[quantity].update(told)
-            usable = [row for row, text in enumerate(told) if text.startswith("ok") and values[row] == values[row]]
+            sentences = self._sentences(quantity, answer)
+            self._own[quantity].update(sentences)
+            usable = [row for row, text in enumerate(sentences) if text.startswith("ok") and values[row] == values[row]]
             if usable:
                 last = {name: float(getattr(answer, name)[usable[-1]]) for name in names}
                 self._last[key] = {"t_s": float(block[usable[-1], 0])} | last
@@ -78,7 +78,7 @@ class Summary:
             self._keep(block)
 
     def _sentences(self, quantity: str, answer: "PipelineEstimate") -> Sequence[str]:
-        """What each row says of a quantity; without a path a frequency has its status among the others alone."""
+        """The status of each row for a quantity; without a path that of a frequency stands among the others only."""
         if quantity != "frequency":
             return getattr(answer, f"{quantity}_status")
         if {"velocity_mm_s", "position_mm"} & {*self._columns}:
@@ -103,14 +103,14 @@ class Summary:
     def finish(self, messages: tuple[str, ...], wavelengths: tuple[float, float] | None) -> dict:
         """What is printed: JSON keys and their values, `messages` among them."""
         report = self._log.report
-        told = [*messages, *report.notes]
-        lines, searched = self._lines(wavelengths, told)
+        remarks = [*messages, *report.notes]
+        lines, searched = self._lines(wavelengths, remarks)
         if wavelengths is None and lines:
-            told += _beyond_rows(lines[0]["wavelength_mm"])
+            remarks += _beyond_rows(lines[0]["wavelength_mm"])
         own = {
             quantity: sum(n for text, n in of.items() if text.startswith("ok")) for quantity, of in self._own.items()
         }
-        told += self._remarks(own, lines)
+        remarks += self._remarks(own, lines)
         return {
             "rows": report.rows,
             "answered_rows": self._answered,
@@ -124,29 +124,31 @@ class Summary:
             "gaps": report.gaps,
             "duplicates": report.duplicates,
             "sample_rate_Hz": self._log.sample_rate_Hz,
-            "messages": told,
+            "messages": remarks,
         }
 
     def _remarks(self, ok_rows: dict[str, int], lines: list[dict]) -> list[str]:
         """One line for each result that is none or in doubt: why, and what to do."""
-        told = []
+        remarks = []
         if doubted := [line["wavelength_mm"] for line in lines if not line["ok_rows"] and line["harmonic"] == 1]:
-            told.append(
+            remarks.append(
                 f"lines: {len(doubted)} of the whole log, the strongest {doubted[0]:.5g} mm, are ok in no row: they "
                 "may be of time instead of the surface. To do: look at wavelength_status; --json lists them"
             )
         if steady := sum(n for text, n in self._own["wavelength"].items() if text.startswith(CONSTANT_SPEED)):
-            told.append(
+            remarks.append(
                 f"wavelength: {steady} of the {ok_rows['wavelength']} ok rows are of a constant speed, where a "
                 "vibration of that frequency is not excluded. To do: change the speed"
             )
         for quantity, advice in ADVICE.items():
             most = self._own[quantity].most_common(1)
             if most and not ok_rows[quantity] and not most[0][0].startswith(f"no {quantity}:"):
-                told.append(f"{quantity}: no row is ok, most often because: {most[0][0]}. To do: {advice}")
-        return told
+                remarks.append(f"{quantity}: no row is ok, most often because: {most[0][0]}. To do: {advice}")
+        return remarks
 
-    def _lines(self, wavelengths: tuple[float, float] | None, told: list[str]) -> tuple[list[dict], list[float] | None]:
+    def _lines(
+        self, wavelengths: tuple[float, float] | None, remarks: list[str]
+    ) -> tuple[list[dict], list[float] | None]:
         """Significant lines of the kept rows, strongest first, and the wavelengths (mm) that were searched."""
         if not self._tail:
             return [], None
@@ -161,10 +163,10 @@ class Summary:
             first = latest_stretch(place, wavelengths)
             found = find_lines(place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths)
         except InputError as error:
-            told.append(f"no lines: {error}")
+            remarks.append(f"no lines: {error}")
             return [], None
         if first or len(rows) < self.rows:
-            told.append(f"lines: of the log from {rows[first, 0]:.6g} s on; a longer path is not searched at once")
+            remarks.append(f"lines: of the log from {rows[first, 0]:.6g} s on; a longer path is not searched at once")
         lines = [
             {
                 "wavelength_mm": line.wavelength_mm,

@@ -47,9 +47,9 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None, log_ma
 
     deep = log.indentation_mm is not None
     seen = log.indentation_mm if log.indentation_mm is not None else (log.readings - zeros).std(axis=1)
-    told = fit_relaxation(time[rows], log.force_N[rows], seen[rows], terms=int(terms), elastic=elastic)
-    shares, times = told.prony.shares, told.prony.times_s
-    kept = {"relaxation_shares": shares, "relaxation_times_s": times, "crept": crept(told.prony, log)}
+    fitted = fit_relaxation(time[rows], log.force_N[rows], seen[rows], terms=int(terms), elastic=elastic)
+    shares, times = fitted.prony.shares, fitted.prony.times_s
+    kept = {"relaxation_shares": shares, "relaxation_times_s": times, "crept": crept(fitted.prony, log)}
     summary = {
         "relaxation": {
             "modulus_MPa": modulus,
@@ -57,13 +57,13 @@ def relaxation_of(path: Path, found: "Identification", terms: str | None, log_ma
             "terms": [
                 {"share": share, "share_sigma": one, "time_s": time, "time_relative_sigma": other}
                 for share, one, time, other in zip(
-                    told.prony.shares, told.share_sigma, told.prony.times_s, told.time_sigma, strict=True
+                    fitted.prony.shares, fitted.share_sigma, fitted.prony.times_s, fitted.time_sigma, strict=True
                 )
             ],
-            "rms": told.rms,
-            "loading_rate_per_s": list(told.rate_per_s),
+            "rms": fitted.rms,
+            "loading_rate_per_s": list(fitted.rate_per_s),
             "crept": list(kept["crept"]),
-            "doubts": list(told.doubts),
+            "doubts": list(fitted.doubts),
         }
     }
     return summary, kept
@@ -73,13 +73,13 @@ def print_relaxation(summary: dict) -> None:
     """Show the relaxation of a summary."""
     if "relaxation" not in summary:
         return
-    told = summary["relaxation"]
-    tell(f"Relaxation of the silicone, one factor for both layers, by {told['by']} on {told['modulus_MPa']:g} MPa:")
+    fitted = summary["relaxation"]
+    tell(f"Relaxation of the silicone, one factor for both layers, by {fitted['by']} on {fitted['modulus_MPa']:g} MPa:")
     print_table(
         [
             (f"term {number}", f"{one['share']:.3g} ± {one['share_sigma']:.2g} at {one['time_s']:.3g}", "s")
-            for number, one in enumerate(told["terms"], start=1)
+            for number, one in enumerate(fitted["terms"], start=1)
         ]
     )
-    for doubt in told["doubts"]:
+    for doubt in fitted["doubts"]:
         tell(f"Doubt: {doubt}.")

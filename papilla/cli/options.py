@@ -48,7 +48,7 @@ FingerOption = Annotated[
 
 SizeOption = Annotated[
     float | None,
-    typer.Option(help="Element size at the contact, mm: 0.7 unless told, as of the meshes that ship."),
+    typer.Option(help="Element size at the contact, mm.  [default: 0.7, that of the meshes that ship]"),
 ]
 
 PlaceOption = Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")]

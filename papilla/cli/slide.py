@@ -1,5 +1,6 @@
 """`papilla slide`: one sliding scene, written as the log of a finger, with its truth beside it."""
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -17,20 +18,66 @@ SCHEMA = "papilla.slide/1"
 DEPTH_MM, FORCE_N = 0.5, 0.3
 
 
+@dataclass(frozen=True)
+class TextureOptions:
+    """What the finger slides over."""
+
+    groove: float | None = option(None, "Width of a groove, mm.")
+    ridge: float | None = option(None, "Width of a ridge of the grating, mm.")
+    depth: float | None = option(None, "Depth of a groove, mm.  [default: 0.5]")
+    form: Literal["trapezoid", "sine"] = option("trapezoid", "Section of the grating.")
+    flank: float = option(0.0, "Width of a trapezoid's flanks, part of the groove, mm.")
+    profile: Path | None = option(None, "Measured profile (CSV: x_mm,height_mm) in place of it.")
+
+    def texture(self) -> "Texture":
+        """The texture; raises `InputError`."""
+        from papilla.specimen import Grating
+        from papilla.textures import MeasuredProfile
+
+        if self.profile is not None:
+            if not self.groove is self.ridge is self.depth is None or self.form != "trapezoid" or self.flank:
+                raise InputError(
+                    "--groove, --ridge, --depth, --form and --flank describe a grating: not with --profile"
+                )
+            return MeasuredProfile.read(self.profile)
+        if self.groove is None or self.ridge is None:
+            raise InputError("give --groove and --ridge (mm), or --profile with a file")
+        depth = DEPTH_MM if self.depth is None else self.depth
+        return Grating(self.groove, self.ridge, depth, self.form, self.flank)
+
+
+@dataclass(frozen=True)
+class MotionOptions:
+    """How the finger moves along x."""
+
+    speed: float | None = option(None, "Speed along x, mm/s; negative to the left.")
+    motion: Path | None = option(None, "Motion (CSV: t_s,position_mm) in place of a speed.")
+    seconds: float | None = option(None, "Duration; of a motion all of it unless given.")
+    rate: float = option(1000.0, "Samples a second.")
+
+    def moved(self, texture: "Texture", inside: float) -> "Motion":
+        """The motion, which begins `inside` mm from the end of a measured profile; raises `InputError`."""
+        from papilla.fem import Motion
+
+        if (self.speed is None) == (self.motion is None):
+            raise InputError("give exactly one of --speed (mm/s) and --motion (a file)")
+        if self.motion is not None:
+            return Motion.read(self.motion, self.rate, self.seconds)
+        if self.speed is None or self.seconds is None:
+            raise InputError("--speed needs --seconds")
+        steady, (low, high) = Motion.steady(self.speed, self.seconds, self.rate), texture.span
+        if low == -float("inf"):
+            return steady
+        # So far inside the profile that the contact finds it on both sides of the apex
+        return replace(steady, position_mm=steady.position_mm + (low + inside if self.speed >= 0 else high - inside))
+
+
 def slide(
-    out: Path = option(..., "Log to write (CSV); its truth stands beside it as NAME.truth.json."),
-    groove: float | None = option(None, "Width of a groove, mm."),
-    ridge: float | None = option(None, "Width of a ridge of the grating, mm."),
-    depth: float | None = option(None, "Depth of a groove, mm.  [default: 0.5]"),
-    form: Literal["trapezoid", "sine"] = option("trapezoid", "Section of the grating."),
-    flank: float = option(0.0, "Width of a trapezoid's flanks, part of the groove, mm."),
-    profile: Path | None = option(None, "Measured profile (CSV: x_mm,height_mm) in place of it."),
+    ground: TextureOptions,
+    moving: MotionOptions,
+    out: Path = option(..., "Log to write (CSV); its truth is written beside it as NAME.truth.json."),
     force: float | None = option(None, "Pressing force, N.  [default: 0.3]"),
     press_depth: float | None = option(None, "Held depth of the finger's top, mm, for a force."),
-    speed: float | None = option(None, "Speed along x, mm/s; negative to the left."),
-    motion: Path | None = option(None, "Motion (CSV: t_s,position_mm) in place of a speed."),
-    seconds: float | None = option(None, "Duration; of a motion all of it unless given."),
-    rate: float = option(1000.0, "Samples a second."),
     friction: float | None = option(
         None, "Coulomb's coefficient, 0 to 3.  [default: the bench's of the design, else 0]"
     ),
@@ -54,10 +101,13 @@ def slide(
 
     truth = out.with_name(f"{out.stem}.truth.json")
     design = _design(finger, ridges)
-    keep_inputs([scene, profile, motion, finger, *surface_files(design)], [out, truth, *([movie] if movie else [])])
+    keep_inputs(
+        [scene, ground.profile, moving.motion, finger, *surface_files(design)],
+        [out, truth, *([movie] if movie else [])],
+    )
     if movie is not None and movie.suffix.lower() != ".gif":
         raise InputError(f"--movie {movie}: a moving picture is written as .gif")
-    texture = _texture(groove, ridge, depth, form, flank, profile)
+    texture = ground.texture()
     noise = checks.within("--noise-microstrain", noise_microstrain, 0.0, 1e6)
     if seed < 0:
         raise InputError(f"--seed must be at least 0, got {seed}")
@@ -65,7 +115,7 @@ def slide(
         raise InputError("give one of --force and --press-depth, not both")
     force = FORCE_N if press_depth is None and force is None else force
     check_writable(out.parent)
-    moved = _motion(speed, motion, seconds, rate, texture, patch_half_width(design) / 2)
+    moved = moving.moved(texture, patch_half_width(design) / 2)
     with progress() as shown:
         found = fem.slide(
             design, texture, moved, force=force, depth=press_depth, friction=friction, dynamics=dynamics,
@@ -91,44 +141,10 @@ def slide(
 
 
 def _design(path: Path | None, ridges: bool) -> "Finger":
-    from dataclasses import replace
-
     from papilla.finger import Finger
 
     design = Finger.load(path) if path else Finger.default()
     return design if ridges else replace(design, ridges=None)
-
-
-def _texture(groove, ridge, depth, form, flank, profile) -> "Texture":
-    from papilla.specimen import Grating
-    from papilla.textures import MeasuredProfile
-
-    if profile is not None:
-        if not groove is ridge is depth is None or form != "trapezoid" or flank:
-            raise InputError("--groove, --ridge, --depth, --form and --flank describe a grating: not with --profile")
-        return MeasuredProfile.read(profile)
-    if groove is None or ridge is None:
-        raise InputError("give --groove and --ridge (mm), or --profile with a file")
-    return Grating(groove, ridge, DEPTH_MM if depth is None else depth, form, flank)
-
-
-def _motion(speed, motion, seconds, rate, texture: "Texture", inside: float) -> "Motion":
-    from dataclasses import replace
-
-    from papilla.fem import Motion
-
-    if (speed is None) == (motion is None):
-        raise InputError("give exactly one of --speed (mm/s) and --motion (a file)")
-    if motion is not None:
-        return Motion.read(motion, rate, seconds)
-    if seconds is None:
-        raise InputError("--speed needs --seconds")
-    moved = Motion.steady(speed, seconds, rate)
-    low, high = texture.span
-    if low > -float("inf"):
-        # So far inside the profile that the contact finds it on both sides of the apex
-        return replace(moved, position_mm=moved.position_mm + (low + inside if speed >= 0 else high - inside))
-    return moved
 
 
 def _facts(found: "Slide", texture: "Texture") -> dict:

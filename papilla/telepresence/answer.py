@@ -9,8 +9,8 @@ from papilla.status import Status
 class Trust(IntEnum):
     """What may be done with a quantity of a message.
 
-    HELD: what was told before still holds. DOUBTED: there is a number, and its sigma is right, but whoever estimated
-    it says more than "ok" of it: not identifiable, some channels left out, slid one way only.
+    HELD: the value of an earlier message still holds. DOUBTED: there is a value with the right sigma, but its estimator
+    adds a remark to "ok": not identifiable, some channels left out, slid one way only.
     """
 
     OK = 0

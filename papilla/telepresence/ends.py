@@ -60,7 +60,7 @@ class HandEnd:
         self._timer = Timer(HAND_HZ, period_s)
 
     def step(self, now: float) -> float:
-        """Where the hand is now (mm); when it is time, the display and the sensor are told."""
+        """Where the hand is now (mm); when it is time, this is sent to the sensor and given to the display."""
         place = float(self._motion.place_mm(now)) + self._start_mm
         if self._timer.due(now):
             force = float(self._motion.force_N(now))

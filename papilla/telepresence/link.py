@@ -24,7 +24,7 @@ class LinkModel:
     ----------
     one_way_ms, one_way_sd_ms : delay, normal and truncated at 0 (a negative draw is drawn again).
     redraw_Hz : how often the delay is drawn; order is kept in between as in a queue (FIFO).
-    jitter_ms : standard deviation of what each datagram waits besides (half-normal); order is kept.
+    jitter_ms : standard deviation of extra wait of each datagram (half-normal); order is kept.
     loss, reordering, duplication : shares of the datagrams, 0 to 1.
     bandwidth_bytes_s : cap, headers included; what does not fit waits in the queue.
     queue_s : longest wait for the cap; what would wait longer is lost, as in a full buffer.

@@ -35,7 +35,7 @@ class Soft:
     ----------
     calibration : of the finger. modulus_MPa : of the specimen, within the calibrated range.
     friction : coefficient between both, static and kinetic alike.
-    thickness_mm : of the specimen, as the sensor's side is told; None: not known, which is in the modulus' sigma.
+    thickness_mm : of the specimen, if the sensor's side knows it; None: unknown, so the sigma of the modulus is larger.
     area : contact area of a force and a modulus; None: none is sent.
 
     Raises `InputError` for values out of range.

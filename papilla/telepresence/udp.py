@@ -10,7 +10,7 @@ from papilla.telepresence.gate import Gate, Heard
 from papilla.telepresence.messages import MAX_BYTES, Header, Message, encode
 
 MOST_AT_ONCE = 64
-"""Datagrams that one call looks at: a flood costs a control period this much, not more."""
+"""Most datagrams that one call reads, so that a flood cannot stop a control period."""
 
 
 class Address(NamedTuple):
