@@ -2,11 +2,12 @@
 
 Run with `python benchmarks/suggested_presses.py`. Fingers are drawn from the priors' ranges (moduli off by up to a
 factor of two, gains 0.02 to 1, levers over gains -2 to 1 mm, zeros of 20 microstrain), pressed with 1 % error in force
-and 5 microstrain a gauge, and identified; the finger found is asked for S_d over 20-100 gf x 0.05-0.72 MPa. Evenly
+and 5 microstrain a gauge, all stuck, and identified with that friction stated; the finger found is asked for S_d over 20-100 gf x 0.05-0.72 MPa. Evenly
 spaced: forces from 5 to 100 gf, on the specimens in turn.
 """
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from papilla.calibrate.identification.fit import SIZE_MM
 from papilla.calibrate.suggest import DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA, FORCES_N, suggest
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
-from papilla.finger import Finger
+from papilla.finger import Bench, Finger
 from papilla.logs import PressLog
-from papilla.specimen import THICKNESS_MM, Block
+from papilla.specimen import STICK, THICKNESS_MM, Block
 
 MODULI = (0.089, 0.51, 0.72)
 FORCE_ERROR, NOISE = 0.01, 5.0
@@ -61,7 +62,7 @@ def main() -> None:
     parser.add_argument("--presses", type=int, default=5)
     parser.add_argument("--size", type=float, default=SIZE_MM)
     asked = parser.parse_args()
-    design, random = Finger.default(), np.random.default_rng(7)
+    design, random = replace(Finger.default(), bench=Bench(friction=STICK)), np.random.default_rng(7)
     told = response(family(design, size_mm=asked.size), Block(1.0, THICKNESS_MM))
     best = suggest(design, asked.presses, MODULI, size_mm=asked.size)
     print(
