@@ -2,8 +2,8 @@
 
 Run with `python benchmarks/suggested_presses.py`. Fingers are drawn from the priors' ranges (moduli off by up to a
 factor of two, gains 0.02 to 1, levers over gains -2 to 1 mm, zeros of 20 microstrain), pressed with 1 % error in force
-and 5 microstrain a gauge, all stuck, and identified with that friction stated; the finger found is asked for S_d over 20-100 gf x 0.05-0.72 MPa. Evenly
-spaced: forces from 5 to 100 gf, on the specimens in turn.
+and 5 microstrain a gauge, all stuck, and identified with that friction stated; the finger found is asked for S_d over
+20-100 gf x 0.05-0.72 MPa. Evenly spaced: forces from 5 to 100 gf, on the specimens in turn.
 """
 
 import argparse
