@@ -28,12 +28,17 @@ if TYPE_CHECKING:
 
 def option(default: Any, text: str, *names: str, **more: Any) -> Any:
     """An option of a command, for the place where a parameter has its default; `...` as default: it must be given."""
-    return typer.Option(default, *names, help=text, **more)
+    return typer.Option(default, *names, help=as_written(text), **more)
 
 
 def argument(default: Any, text: str, **more: Any) -> Any:
     """An argument of a command, as `option`."""
-    return typer.Argument(default, help=text, **more)
+    return typer.Argument(default, help=as_written(text), **more)
+
+
+def as_written(text: str) -> str:
+    """A help text whose brackets are shown: rich takes "[default: 10]" for markup and leaves it out."""
+    return text.replace("[", r"\[")
 
 
 PROCESSES = min(2, os.cpu_count() or 1)
@@ -43,12 +48,14 @@ SpecimenKind = Literal["half-space", "block", "sphere"]
 
 FingerOption = Annotated[
     Path | None,
-    typer.Option(help="Design file (TOML), or the name of a finger that ships: published.  [default: default]"),
+    typer.Option(
+        help=as_written("Design file (TOML), or the name of a finger that ships, as published.  [default: default]")
+    ),
 ]
 
 SizeOption = Annotated[
     float | None,
-    typer.Option(help="Element size at the contact, mm.  [default: 0.7, that of the meshes that ship]"),
+    typer.Option(help=as_written("Element size at the contact, mm.  [default: 0.7, that of the meshes that ship]")),
 ]
 
 PlaceOption = Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")]
@@ -56,7 +63,7 @@ PlaceOption = Annotated[tuple[float, float], typer.Option(help="Touch-down point
 FrictionOption = Annotated[
     str | None,
     typer.Option(
-        help="Coulomb friction between finger and specimen, or stick.  [default: not known, stick the likeliest]",
+        help=as_written("Coulomb friction of finger and specimen, or stick.  [default: unknown, stick most likely]"),
         metavar="0|MU|stick",
     ),
 ]
@@ -67,7 +74,7 @@ MapOption = Annotated[
     typer.Option(
         "--map",
         metavar="FILE.toml",
-        help="What the columns of a log are (papilla log map).  [default: log_map.toml beside the log]",
+        help=as_written("What the columns of a log are (papilla log map).  [default: log_map.toml beside the log]"),
     ),
 ]
 

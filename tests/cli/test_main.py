@@ -42,6 +42,12 @@ def test_every_command_explains_itself_and_speaks_json(papilla, command):
     assert "--json" in answer.out
 
 
+def test_help_shows_defaults_that_are_words(papilla):
+    shown = " ".join(papilla("press", "--help").out.replace("│", " ").split())
+    for words in ("[default: default]", "[default: unknown, stick most likely]", "of the finger, else 10]"):
+        assert words in shown
+
+
 def test_version(papilla):
     from papilla import __version__
 
