@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from papilla.cli.output import Stopwatch, print_json, progress, show_table, tell
+from papilla.cli.output import Stopwatch, print_json, progress, show_rows, tell
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
@@ -95,23 +95,13 @@ def print_scenes(rows: "Sequence[Row]") -> None:
     for title, cell in shown.items():
         found = {(row.scene, row.method): cell(row) for row in rows}
         scenes = dict.fromkeys(row.scene for row in rows)
-        _table(title, ["scene", *methods], ([scene, *(found[scene, name] for name in methods)] for scene in scenes))
+        lines = ([scene, *(found[scene, name] for name in methods)] for scene in scenes)
+        show_rows(["scene", *methods], lines, title)
 
 
 def _print(title: str, first: str, rows: Iterable[Any], name: str, columns: dict[str, str]) -> None:
     lines = ([getattr(row, name), *(_shown(head, getattr(row, key)) for head, key in columns.items())] for row in rows)
-    _table(title, [first, *columns], lines)
-
-
-def _table(title: str, columns: Sequence[str], lines: Iterable[Sequence[str]]) -> None:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", title_style="bold")
-    for number, column in enumerate(columns):
-        table.add_column(column, justify="right" if number else "left", no_wrap=True)
-    for line in lines:
-        table.add_row(*line)
-    show_table(table)
+    show_rows([first, *columns], lines, title)
 
 
 def _shown(column: str, value: Any) -> str:
