@@ -31,6 +31,8 @@ from papilla.cli.verify import verify
 from papilla.cli.view import view
 from papilla.errors import InputError, PapillaError
 
+LONGEST = 2000
+"""Characters of a message on stderr; of a longer one, which quotes a file, the middle is left out."""
 TRACEBACK = "PAPILLA_TRACEBACK"
 """The variable that, set to anything, adds the traceback to the line of an internal error."""
 
@@ -173,5 +175,8 @@ def _warn(message: Warning | str, *_place: Any, **_more: Any) -> None:
 
 
 def _refuse(message: str) -> int:
-    print("papilla:", plain(message), file=sys.stderr)
+    line = plain(message)
+    if len(line) > LONGEST:
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 4 :]}"
+    print("papilla:", line, file=sys.stderr)
     return BAD_INPUT

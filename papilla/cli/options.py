@@ -226,9 +226,11 @@ def scene_of(touched: "Specimen", found: "Press") -> dict:
 
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
-    """Refuse an output that is an input under whatever name: through links, other spellings, a second hard link."""
-    given = [Path(name) for name in inputs if name is not None]
-    for output in outputs:
+    """Refuse an output that is an input, or another output, under whatever name: a link, another spelling."""
+    given, written = [Path(name) for name in inputs if name is not None], [*outputs]
+    for number, output in enumerate(written):
+        if any(_same(output, other) for other in written[:number]):
+            raise InputError(f"{output} is given for two outputs, of which one would be lost: choose another name")
         for name in given:
             if _same(name, output):
                 raise InputError(f"{output} would overwrite the input {name}: choose another name")

@@ -121,6 +121,17 @@ class TextureModel:
     limit: float
     accuracy: dict[str, float]
 
+    def __post_init__(self) -> None:
+        if not self.labels or not all(isinstance(label, str) for label in self.labels):
+            raise InputError("labels must be names, one at least")
+        length, count = np.size(self.centre), len(self.labels)
+        expected = {"centre": (length,), "scale": (length,), "means": (count, length), "precision": (length, length)}
+        for name, shape in expected.items():
+            values = np.asarray(getattr(self, name))
+            if values.shape != shape or not np.isfinite(values).all():
+                raise InputError(f"{name} must be {shape} finite numbers, got {values.shape}")
+        checks.positive("limit", self.limit)
+
     def classify(self, position_mm, readings) -> tuple[list[str], np.ndarray]:
         """A label for each window of a run, or "unknown", and squared distances (windows, k) from the labels' means.
 
@@ -150,9 +161,17 @@ class TextureModel:
         document, remark = read_sealed(Path(path), SCHEMA, "texture model")
         if remark:
             raise FileFormatError(f"{path}: {remark}")
-        document |= {name: np.array(document[name], float) for name in ("centre", "scale", "means", "precision")}
-        document |= {"features": Features(**document["features"]), "labels": tuple(document["labels"])}
-        return cls(**{item.name: document[item.name] for item in fields(cls)})
+        try:
+            document |= {name: np.array(document[name], float) for name in ("centre", "scale", "means", "precision")}
+            document |= {"features": Features(**document["features"]), "labels": tuple(document["labels"])}
+            model = cls(**{item.name: document[item.name] for item in fields(cls)})
+            if model.channels * model.features.bands != len(model.centre):
+                raise InputError(f"{model.channels} channels do not fit {len(model.centre)} features")
+            return model
+        except KeyError as error:
+            raise FileFormatError(f"{path} is no texture model: it has no {error}") from error
+        except (InputError, TypeError, ValueError, OverflowError) as error:
+            raise FileFormatError(f"{path} is no texture model: {error}") from error
 
 
 def train(runs: Sequence[tuple], *, features: Features | None = None) -> TextureModel:

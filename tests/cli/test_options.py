@@ -70,3 +70,14 @@ def test_a_loop_of_links_is_one_line(folder, refused):
     assert "cannot write loop.csv" in refused("estimate", "in.csv", "--out", "loop.csv")
     (folder / "calibration").symlink_to("calibration")
     assert "cannot write to folder calibration" in refused("calibrate")
+
+
+def test_one_name_for_two_outputs_is_refused(refused, tmp_path):
+    (tmp_path / "log.csv").write_text("force_N,modulus_MPa,g1\n0.1,0.1,1\n")
+    said = refused("identify", "log.csv", "--out", "id.toml", "--report", "./id.toml")
+    assert "id.toml is given for two outputs, of which one would be lost" in said
+
+
+def test_a_message_that_quotes_a_whole_file_is_cut(refused):
+    said = refused("press", "--modulus", "0.1", "--force", "0.1", "--finger", "x" * 100_000)
+    assert len(said) < 2100 and " ... " in said

@@ -8,6 +8,7 @@ import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.estimators.texture import UNKNOWN, Features, TextureModel, _strokes, train
+from papilla.sealed import CHECKSUM, write_sealed
 
 pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
 HOW = Features(window_mm=30.0, shortest_mm=0.8, longest_mm=10.0, bands=6)
@@ -250,3 +251,28 @@ def test_features_are_of_wavelengths_that_a_window_holds_twice(options, usable):
     else:
         with pytest.raises(InputError, match=r"wavelengths must rise|bands must be at least 2|must be greater"):
             Features(**(plain | options))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"centre": "many"}, {"means": [[1.0]]}, {"labels": [1, 2]}, {"features": {"window_mm": "long"}}, {"features": 3},
+        {"channels": None}, {"channels": 7}, {"precision": [[10**400]]}, {"limit": -1.0}, {"labels": []}, {"scale": {}}, {"limit": None},
+    ],
+)  # fmt: skip
+def test_a_resealed_model_of_wrong_content_is_one_line(model, changes, tmp_path):
+    path = tmp_path / "model.json"
+    model.save(path)
+    document = {name: value for name, value in json.loads(path.read_text()).items() if name != CHECKSUM}
+    write_sealed(document | changes, path)
+    with pytest.raises(FileFormatError, match=r"model\.json is no texture model: "):
+        TextureModel.load(path)
+
+
+def test_a_resealed_model_that_lacks_a_part_names_it(model, tmp_path):
+    path = tmp_path / "model.json"
+    model.save(path)
+    document = json.loads(path.read_text())
+    write_sealed({name: value for name, value in document.items() if name not in ("means", CHECKSUM)}, path)
+    with pytest.raises(FileFormatError, match="is no texture model: it has no 'means'"):
+        TextureModel.load(path)
