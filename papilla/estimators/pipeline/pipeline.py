@@ -13,14 +13,7 @@ from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
 from papilla.estimators.pipeline.answer import QUANTITIES, PipelineEstimate
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.pipeline.parts import (
-    BlindPart,
-    FrictionPart,
-    ModulusPart,
-    Part,
-    Row,
-    WavelengthPart,
-)
+from papilla.estimators.pipeline.parts import BlindPart, FrictionPart, ModulusPart, Part, Row, WavelengthPart
 from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream

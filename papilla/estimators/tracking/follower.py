@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.spectrum import slope
 from papilla.estimators.spread import Pieces, Spread
@@ -25,8 +24,7 @@ from papilla.estimators.tracking.cells import Cells
 from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.line_search import LOST, SURE, LineSearch, sharpness
 from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.search_task import GRID, Task
-from papilla.estimators.tracking.time_lines import MAINS_HZ
+from papilla.estimators.tracking.search_task import GRID, Options, Task
 
 CELL = 0.125
 """Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
@@ -64,33 +62,6 @@ LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
 """What is known of it before, and how much it may drift from look to look."""
 SHARPER, PLAIN = 1.6, 30.0
 """By how much a line must be sharper for another lateness to be taken; power over the background of a plain one."""
-
-
-class Options(NamedTuple):
-    """low, high : wavelengths in mm. rate_Hz : of the samples. scale_sigma : relative standard deviation of the path's
-    scale. latency_s : how late the path is, None to have it estimated. hums_Hz : frequencies below half the rate that a
-    line over time may have. ridge_pitch_mm : of the finger's own ridges, 0 for none or an unknown one."""
-
-    low: float
-    high: float
-    rate_Hz: float
-    scale_sigma: float
-    latency_s: float | None
-    hums_Hz: tuple[float, ...]
-    ridge_pitch_mm: float
-
-
-def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
-    """The options, or `InputError` for what is not usable: a range must span a factor of 1.5 to 100."""
-    low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
-    if not 1.5 * low <= high <= 100 * low:
-        raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {low:g} to {high:g} mm")
-    rate = checks.positive("sample_rate_Hz", rate_Hz)
-    hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
-    hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
-    late = None if latency_s is None else checks.within("latency_s", latency_s, -0.1, 0.1)
-    pitch = 0.0 if ridge_pitch_mm is None else checks.within("ridge_pitch_mm", ridge_pitch_mm, 0, 100)
-    return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
 
 
 class Search(NamedTuple):
@@ -313,16 +284,14 @@ class Follower:
         return begin + over
 
     def _task(self, begin: int, end: int) -> Task:
-        memory, options = self.memory, self.options
+        memory = self.memory
         rows = memory.cells.between(begin, end).copy()
         # Differences are all that counts: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
         breaks = tuple(cell - begin for cell in memory.cells.breaks if begin < cell < end)
-        return Task(
-            rows, breaks, options.low, options.high, self._grid,
-            self._size, memory.late_s, memory.late_variance, memory.known[0] if memory.agreed else 0.0,
-            memory.proved, options.hums_Hz, memory.hums_Hz, options.rate_Hz, options.ridge_pitch_mm,
-        )  # fmt: skip
+        known = memory.known[0] if memory.agreed else 0.0
+        late = memory.late_s, memory.late_variance
+        return Task(rows, breaks, self.options, self._grid, self._size, *late, known, memory.proved, memory.hums_Hz)
 
     def _conclude(self, found: Finding, search: Search) -> None:
         """What a search that is done adds."""

@@ -32,8 +32,8 @@ from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.search_task import GRID, Task, window_of
-from papilla.estimators.tracking.time_lines import HARMONICS, MAINS_HZ, credits_of, forward, levelled, silenced
+from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, Task, window_of
+from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, forward, levelled, silenced
 
 BENT = 0.04
 """Periods (RMS, under the taper of a stroke) by which a path must leave the straight line over time for the two to be
@@ -68,7 +68,8 @@ class LineSearch:
     """A search in a task; `run` does it and returns what was found."""
 
     def __init__(self, task: Task):
-        self._task, self.finding = task, Finding(late_s=task.late_s, late_variance=task.late_variance)
+        self._task, self._options = task, task.options
+        self.finding = Finding(late_s=task.late_s, late_variance=task.late_variance)
         self._cleaned = False
         self._strokes: Strokes
 
@@ -87,7 +88,7 @@ class LineSearch:
         if self._hum or not bent:
             # Lines over time are as sharp at any delay, and at a constant speed so are all lines.
             finding.score = 0.0
-        if fundamental * 1.02 < 1 / task.high:
+        if fundamental * 1.02 < 1 / self._options.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # What was known is nearer to what the phases will say than the place of a peak is.
         near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
@@ -143,9 +144,9 @@ class LineSearch:
             return False
         highest = task.highest(self._place)
         resolution = 1 / self._strokes.extent
-        found = yield from spectrum.lines(2 * resolution, min(2 / task.low, highest * 2), 3 * MOST_LINES)
+        found = yield from spectrum.lines(2 * resolution, min(2 / self._options.low, highest * 2), 3 * MOST_LINES)
         yield
-        octaves = np.log(max(task.high / task.low, 2.0)) / resolution
+        octaves = np.log(max(self._options.high / self._options.low, 2.0)) / resolution
         real = [
             line
             for line in found
@@ -153,12 +154,12 @@ class LineSearch:
             or (line.chance < CONFIRMED and abs(line.wavenumber - task.proved) < 0.5 * resolution)
         ]
         self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_LINES]
-        self._inside = [line for line in self._lines if 1 / task.high <= line.wavenumber <= highest]
+        self._inside = [line for line in self._lines if 1 / self._options.high <= line.wavenumber <= highest]
         finding.extent = self._strokes.extent
         finding.lines = tuple((1 / line.wavenumber, line.ratio, line.chance) for line in self._inside)
-        finding.score = max((line.ratio for line in found if line.wavenumber >= 1 / task.high), default=0.0)
+        finding.score = max((line.ratio for line in found if line.wavenumber >= 1 / self._options.high), default=0.0)
         if not self._inside:
-            near = [line for line in found if 1 / task.high <= line.wavenumber <= highest]
+            near = [line for line in found if 1 / self._options.high <= line.wavenumber <= highest]
             if near:
                 self._guess(max(near, key=lambda line: line.amplitude).wavenumber, TrackingStatus.SEARCHING)
             elif self._lines:
@@ -168,13 +169,13 @@ class LineSearch:
 
     def _over_time(self) -> Pieces[None]:
         """Lines over time, in the frequencies that lines in the range have at the speeds of the strokes."""
-        task, time = self._task, self._time
+        time = self._time
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
         self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
         self._usual = float(np.average(self._speed, weights=self._strokes.weight))
         self._bend = max(bend_of(time[r], self._place[r], self._strokes.weight[r]) for r in self._strokes.rows)
         fastest = share_of(self._speed, 0.95)
-        step = max(task.low / (GRID * fastest), 0.5 / task.rate_Hz)
+        step = max(self._options.low / (GRID * fastest), 0.5 / self._options.rate_Hz)
         self._time_lines = self._known_hums()
         shortest, longest = float(self._spans.min()), float(self._spans.max())
         if shortest <= 0:
@@ -184,7 +185,7 @@ class LineSearch:
             readings = np.where(self._strokes.seen, self._strokes.readings, np.nan)
             strokes = yield from strokes_of(time, readings, self._begin, 1)
             spectrum = yield from spectrum_of(strokes, step, size)
-            self._time_lines += yield from spectrum.lines(2 / shortest, fastest / task.low, TIME_LINES)
+            self._time_lines += yield from spectrum.lines(2 / shortest, fastest / self._options.low, TIME_LINES)
 
     def _chosen(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, as `_line` tells it."""
@@ -209,7 +210,7 @@ class LineSearch:
         sure = [line for line in self._time_lines if line.chance < FALSE_ALARM]
         loud = [line for line in sure if line.amplitude > self._inside[0].amplitude]
         exact = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in loud]
-        return [line for line in exact if line.wavenumber in self._task.hums_Hz]
+        return [line for line in exact if line.wavenumber in self._options.hums_Hz]
 
     def _chosen_without(self, hums: list[Line]) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
         """What `_chosen` returns of what is left of the readings without lines over time; None for no line."""
@@ -241,20 +242,20 @@ class LineSearch:
 
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
-        nearest = min(self._task.hums_Hz, key=lambda hum: abs(hum - frequency), default=frequency)
+        nearest = min(self._options.hums_Hz, key=lambda hum: abs(hum - frequency), default=frequency)
         return nearest if abs(nearest - frequency) * float(self._spans.max()) < 0.5 else frequency
 
     def _near_hum(self, line: Line, highest_Hz: float = np.inf, within: float = 1.0) -> bool:
         """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells; within so
         many resolutions."""
         frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), 1e-9)
-        return any(abs(frequency - hum) < resolution for hum in self._task.hums_Hz if hum <= highest_Hz)
+        return any(abs(frequency - hum) < resolution for hum in self._options.hums_Hz if hum <= highest_Hz)
 
     def _motor_like(self, wavenumber: float) -> bool:
         """Whether a line may be a motor's or a mount's: at their frequencies, and without a sign of the harmonics that
         most surfaces have, though the sampling rate would show the second one."""
         frequency = wavenumber * self._usual
-        if not MOTORS_HZ[0] < frequency < min(MOTORS_HZ[1], SHOWN * self._task.rate_Hz / 2):
+        if not MOTORS_HZ[0] < frequency < min(MOTORS_HZ[1], SHOWN * self._options.rate_Hz / 2):
             return False
         return min(self._spectrum.chance(order * wavenumber) for order in range(2, HARMONICS + 1)) > FALSE_ALARM
 
@@ -286,7 +287,7 @@ class LineSearch:
                 timed = (yield from self._origin(line)) == TrackingStatus.TIME_LOCKED
             if not timed:
                 own.add(line)
-        found = fundamental_of(chosen, others, reach, own, self._task.ridge_pitch_mm > 0)
+        found = fundamental_of(chosen, others, reach, own, self._options.ridge_pitch_mm > 0)
         if not bent and found.wavenumber == k:
             # At a constant speed a line beside the mains, but not at them, may be the surface's: no proof, but a doubt.
             apart = {line for line in others if not self._near_hum(line, within=SLACK)}
@@ -295,9 +296,9 @@ class LineSearch:
                 found = Period(k, either.other or either.wavenumber, True)
         if found.wavenumber == k and not found.other and not humming:
             divisors = range(2, SUBHARMONICS + 1)
-            near, lowest = 2 / self._strokes.extent, 1 / self._task.high
+            near, lowest = 2 / self._strokes.extent, 1 / self._options.high
             hinted = (k / n for n in divisors if hints(self._spectrum, self._lines, chosen, n, near, lowest))
-            beside = k / 2 if lone(chosen, self._task.ridge_pitch_mm) else 0.0
+            beside = k / 2 if lone(chosen, self._options.ridge_pitch_mm) else 0.0
             found = found._replace(other=next(hinted, beside))
         # What many looks have agreed on is not in doubt for faint lines that come and go.
         agreed = found.wavenumber == k and abs(k - self._task.proved) < KNOWN * k
@@ -307,13 +308,13 @@ class LineSearch:
         """The strokes without lines of time, and without the lines over the path of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
-            known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._task.hums_Hz))
+            known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._options.hums_Hz))
             near = 2 / max(np.ptp(self._time), 1e-9)
             hums = [line for line in self._time_lines if (np.abs(line.wavenumber - known) < near).any()]
             strokes = yield from silenced(strokes, self._time, hums, wavenumber)
         foreign = no_multiples(self._lines, wavenumber, 2 / strokes.extent)
         strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
-        below = self._spectrum.power[1 : int(1 / self._task.high / self._spectrum.step)].max(initial=0.0)
+        below = self._spectrum.power[1 : int(1 / self._options.high / self._spectrum.step)].max(initial=0.0)
         # Where the speed changes, what is slow is mostly the force's, and a doubt.
         one = self._bend * wavenumber < BENT and len(self._begin) == 2 and below > self._inside[0].amplitude ** 2
         return (yield from levelled(strokes, wavenumber)) if one else strokes
@@ -326,7 +327,7 @@ class LineSearch:
         level = spectrum.level(at)
         finite = np.isfinite(level)
         level = np.where(finite, level, level[finite].max(initial=1.0))
-        band = orders * wavenumber * middle(self._speed) < BAND * self._task.rate_Hz
+        band = orders * wavenumber * middle(self._speed) < BAND * self._options.rate_Hz
         reachable = (orders * wavenumber < 2 / self._task.step / GRID * 2) & band
         reachable[0] = True
         level = np.where(reachable, level, np.inf)
@@ -420,5 +421,5 @@ def sharpness(task: Task, late_s: float) -> Pieces[float]:
         return 0.0
     strokes = yield from strokes_of(window.place, window.readings, window.begin)
     spectrum = yield from spectrum_of(strokes, task.grid(window.place), task.size)
-    lines = yield from spectrum.lines(1 / task.high, task.highest(window.place), MOST_LINES)
+    lines = yield from spectrum.lines(1 / task.options.high, task.highest(window.place), MOST_LINES)
     return max((line.ratio for line in lines), default=0.0)

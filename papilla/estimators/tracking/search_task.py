@@ -4,41 +4,66 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla import checks
+from papilla.errors import InputError
 from papilla.estimators.spectrum import longest_strokes, middle, share_of
 
+MAINS_HZ = (50.0, 60.0)
 GRID = 4
 """Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
 FEWEST_WAVES = 4.0
 """Of the shortest wavelengths that the longest stroke must hold."""
 
 
+class Options(NamedTuple):
+    """low, high : wavelengths in mm. rate_Hz : of the samples. scale_sigma : relative standard deviation of the path's
+    scale. latency_s : how late the path is, None to have it estimated. hums_Hz : frequencies below half the rate that a
+    line over time may have. ridge_pitch_mm : of the finger's own ridges, 0 for none or an unknown one."""
+
+    low: float
+    high: float
+    rate_Hz: float
+    scale_sigma: float
+    latency_s: float | None
+    hums_Hz: tuple[float, ...]
+    ridge_pitch_mm: float
+
+
+def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
+    """The options, or `InputError` for what is not usable: a range must span a factor of 1.5 to 100."""
+    low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
+    if not 1.5 * low <= high <= 100 * low:
+        raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {low:g} to {high:g} mm")
+    rate = checks.positive("sample_rate_Hz", rate_Hz)
+    hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
+    hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
+    late = None if latency_s is None else checks.within("latency_s", latency_s, -0.1, 0.1)
+    pitch = 0.0 if ridge_pitch_mm is None else checks.within("ridge_pitch_mm", ridge_pitch_mm, 0, 100)
+    return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
+
+
 class Task(NamedTuple):
     """rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
 
-    low, high : wavelengths in mm; step, size : the grid; late_s : delay of the path behind the readings, and its
-    variance (0: known); before : the wavenumber that was known, 0 for none; proved : the one that many searches agreed
-    on, 0 for none. hums_Hz : frequencies that a line over time may have, known_hums_Hz : those it had of late;
-    rate_Hz : of the samples. ridge_pitch_mm : of the finger's own ridges, 0 where there are none or it is unknown.
+    step, size : the grid; late_s : delay of the path behind the readings, and its variance (0: known); before : the
+    wavenumber that was known, 0 for none; proved : the one that many searches agreed on, 0 for none. known_hums_Hz :
+    frequencies of the lines over time that were found of late.
     """
 
     rows: np.ndarray
     breaks: tuple[int, ...]
-    low: float
-    high: float
+    options: Options
     step: float
     size: int
     late_s: float
     late_variance: float
     before: float
     proved: float
-    hums_Hz: tuple[float, ...]
     known_hums_Hz: tuple[float, ...]
-    rate_Hz: float
-    ridge_pitch_mm: float
 
     def highest(self, place: np.ndarray) -> float:
         """The highest wavenumber of the range that the steps between these places show."""
-        return min(1 / self.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
+        return min(1 / self.options.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
 
     def grid(self, place: np.ndarray) -> float:
         """Step of the grid in mm: the path's own where that is longer. Images of a line, which even steps make, then
@@ -73,7 +98,7 @@ def window_of(task: Task, late_s: float) -> Window | None:
         breaks = np.searchsorted(at, time[breaks]) - int(known.argmax())
         rows, place, time = rows[known], np.interp(at[known], time, place), time[known]
     found = longest_strokes(
-        place, [0, *(b for b in breaks.tolist() if 0 < b < len(rows)), len(rows)], FEWEST_WAVES * task.low
+        place, [0, *(b for b in breaks.tolist() if 0 < b < len(rows)), len(rows)], FEWEST_WAVES * task.options.low
     )
     if found is None:
         return None

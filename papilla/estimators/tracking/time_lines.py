@@ -10,7 +10,6 @@ from papilla.estimators.spectrum import Line, Spectrum, Strokes
 from papilla.estimators.spread import Pieces
 
 HARMONICS = 5
-MAINS_HZ = (50.0, 60.0)
 FOREIGN = 0.7
 """Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
 LOUD = 0.1

@@ -10,7 +10,8 @@ from papilla.errors import InputError
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.answer import FusedEstimate, TrackingStatus, WavelengthEstimate
 from papilla.estimators.tracking.between_gauges import TURN, UNKNOWN, wavelength_between
-from papilla.estimators.tracking.follower import Follower, Memory, checked
+from papilla.estimators.tracking.follower import Follower, Memory
+from papilla.estimators.tracking.search_task import checked
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015

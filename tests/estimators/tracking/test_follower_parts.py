@@ -11,8 +11,8 @@ from papilla.errors import InputError
 from papilla.estimators.spread import Spread
 from papilla.estimators.tracking import TrackingStatus as Status
 from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.follower import Follower, Search, checked
-from papilla.estimators.tracking.search_task import Task
+from papilla.estimators.tracking.follower import Follower, Search
+from papilla.estimators.tracking.search_task import Options, Task, checked
 
 RATE, LOW, HIGH = 1000.0, 0.5, 4.0
 TRUE = 1 / 1.7
@@ -201,7 +201,7 @@ def test_a_task_is_of_differences_and_of_the_strokes_inside():
     assert task.breaks == (15,) and len(task.rows) == 50
     assert task.rows[0, :2] == pytest.approx([0, 0]) and task.rows[-1, :2] == pytest.approx([49 * 0.004, 49 * 0.08])
     np.testing.assert_array_equal(task.rows[:, 2:], own.memory.cells.between(10, 60)[:, 2:])
-    assert (task.low, task.high, task.late_s, task.late_variance, task.proved) == (LOW, HIGH, 0.01, 0.0, 0.6)
+    assert (task.late_s, task.late_variance, task.proved, task.options) == (0.01, 0.0, 0.6, own.options)
     assert task.known_hums_Hz == (50.0,) and task.before == 0.0
     own.memory.agreed = 1
     assert own._task(10, 60).before == TRUE
@@ -209,7 +209,8 @@ def test_a_task_is_of_differences_and_of_the_strokes_inside():
 
 def search_in(cells=200):
     """A search in so many cells; what is in them does not matter."""
-    task = Task(np.zeros((cells, 4)), (), LOW, HIGH, LOW / 4, 64, 0.0, 0.0, 0.0, 0.0, (), (), RATE, 0.0)
+    options = Options(LOW, HIGH, RATE, 0.0, 0.0, (), 0.0)
+    task = Task(np.zeros((cells, 4)), (), options, LOW / 4, 64, 0.0, 0.0, 0.0, 0.0, ())
     return Search(task, 0, cells, 0.0)
 
 

@@ -8,7 +8,7 @@ from papilla.estimators.spectrum import Line
 from papilla.estimators.spread import completed
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.line_search import LineSearch, sharpness
-from papilla.estimators.tracking.search_task import Task, window_of
+from papilla.estimators.tracking.search_task import Options, Task, window_of
 from papilla.estimators.tracking.time_lines import credits_of, forward
 from papilla.studies.estimator_bench.scene_parts import sheared
 
@@ -37,9 +37,10 @@ def window(motion, seed, *, wavelength=TRUE_MM, late_s=0.0, hum=0.0, gauges=1, h
 
 
 def task_of(rows, breaks, *, low=0.4, high=6.0, late_variance=0.0, before=0.0, proved=0.0):
+    options = Options(low, high, RATE, 0.0, None, HUMS_HZ, 0.0)
     return Task(
-        rows=rows, breaks=breaks, low=low, high=high, step=low / 4, size=2048, late_s=0.0, late_variance=late_variance,
-        before=before, proved=proved, hums_Hz=HUMS_HZ, known_hums_Hz=(), rate_Hz=RATE, ridge_pitch_mm=0.0,
+        rows=rows, breaks=breaks, options=options, step=low / 4, size=2048, late_s=0.0, late_variance=late_variance,
+        before=before, proved=proved, known_hums_Hz=(),
     )  # fmt: skip
 
 
@@ -326,7 +327,10 @@ def test_a_window_has_the_strokes_that_are_long_enough():
     assert begin.tolist() == [0, 120, 200, 280] and np.unique(stroke).tolist() == [0, 1, 2]
     np.testing.assert_array_equal(readings[:, 0], np.arange(280.0))
     np.testing.assert_array_equal(at, place[:280])
-    assert window_of(task._replace(low=3.1), 0.0) is None and window_of(task._replace(low=2.9), 0.0) is not None
+    assert (
+        window_of(task._replace(options=task.options._replace(low=3.1)), 0.0) is None
+        and window_of(task._replace(options=task.options._replace(low=2.9)), 0.0) is not None
+    )
     # A path that is late by 10 ms is that of the rows 10 ms on, its turns as much earlier.
     own, at, count, stroke, begin, readings = window_of(task, 0.01)
     assert begin[1] == 110 and own[0] == 0.0 and len(stroke) == begin[-1]
