@@ -11,7 +11,7 @@ SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions that a harmonic may lie off its place, the least amplitude of one beside the strongest line's, and which
 harmonic that line may be."""
 CONFIRMED = 1e-2
-"""Chance of noise at one place that is looked at for a reason: where many looks agreed, or a fundamental would be."""
+"""Chance of noise at one place that is tested for a reason: where many searches agreed, or a fundamental would be."""
 HINTING, SELDOM = 0.25, 5e-4
 """Amplitude beside the chosen line's, and chance, of what may yet become another harmonic of a missing fundamental."""
 COINCIDENCE, LOUD, FAINTLY = 0.02, 0.3, 0.001
@@ -88,8 +88,8 @@ def hints(spectrum: Spectrum, lines: list[Line], chosen: Line, divisor: int, nea
     """Whether there is more than noise at the first multiples of the wavenumber of which the chosen line would be such
     a harmonic: too little for a line of a search, and too much to call the harmonic a wavelength.
 
-    near : 1/mm, from a line and from zero, that is not looked at; lowest : wavenumber of the range, below which only
-    the fundamental itself is looked for.
+    near : 1/mm, from a line and from zero, that is not tested; lowest : wavenumber of the range, below which only
+    the fundamental itself is searched for.
     """
     half = int(spectrum.resolution / 2)
     for order in range(1, 2 * divisor + 2 if chosen.wavenumber > divisor * lowest else 2):

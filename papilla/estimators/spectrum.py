@@ -24,7 +24,7 @@ FEWEST_ROWS, NEARLY = 8, 0.6
 """Rows that a stroke must have more than; and the part of the longest stroke's extent that the others must have: the
 shortest one sets the resolution."""
 SPARE_TOPS = 8
-"""Peaks beside those that are wanted: some are too near to drift to be told from it."""
+"""Peaks beside those that are wanted: some are too near to drift to be separated from it."""
 
 
 class Strokes(NamedTuple):

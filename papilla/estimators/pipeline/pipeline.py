@@ -13,7 +13,14 @@ from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
 from papilla.estimators.pipeline.answer import QUANTITIES, PipelineEstimate
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.pipeline.parts import BlindPart, FrictionPart, ModulusPart, Part, Row, WavelengthPart
+from papilla.estimators.pipeline.outputs import (
+    FrequencyOutput,
+    FrictionOutput,
+    ModulusOutput,
+    Output,
+    Row,
+    WavelengthOutput,
+)
 from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
@@ -38,7 +45,7 @@ class PipelineState(NamedTuple):
 
     clock: ClockState
     health: HealthState
-    parts: tuple[tuple[str, Any], ...]
+    outputs: tuple[tuple[str, Any], ...]
 
 
 class Pipeline(Stream):
@@ -62,7 +69,7 @@ class Pipeline(Stream):
     columns : which of force_N, velocity_mm_s, position_mm, tangential_N a sample has, in this order.
     sample_rate_Hz : nominal rate.
     gauge_positions_mm : places (g,) of the gauges along the movement, where they are known.
-    wavelength_range_mm : (shortest, longest) wavelength that is looked for.
+    wavelength_range_mm : (shortest, longest) wavelength that is searched for.
     scale_sigma, latency_s, resonances_Hz : of the path, see `FusedTracker`; the scale's error is in every wavelength.
     ridge_pitch_mm : of the finger's own ridges, 0 for none; the calibration's where it is None. A line that they may
         feel as a harmonic is not "ok" until the fundamental would be seen.
@@ -124,7 +131,7 @@ class Pipeline(Stream):
         self._at = tuple(self.columns.index(name) if name in columns else len(self.columns) for name in OPTIONAL)
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
-        self._parts: dict[str, Part] = {}
+        self._outputs: dict[str, Output] = {}
         self._notes: list[str] = []
         noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N, "doubts": doubts}
         self._add_modulus(calibration, rate, position_sigma_mm, noise, softness)
@@ -134,7 +141,7 @@ class Pipeline(Stream):
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(maxsize=1024)(self._sentence)
-        self._running = [(_PLACES[name], part) for name, part in self._parts.items()]
+        self._running = [(_PLACES[name], output) for name, output in self._outputs.items()]
         self._codes: tuple[int, ...] = ()
         self._new = self.state
 
@@ -149,7 +156,7 @@ class Pipeline(Stream):
         if softness != SURFACE:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
             printed = PrintedSoftness(calibration, form=softness, **plain)
-            self._parts["modulus"] = ModulusPart(calibration, self._names, printed)
+            self._outputs["modulus"] = ModulusOutput(calibration, self._names, printed)
             return
         every = None
         for place in dict.fromkeys((position_sigma_mm, None)):
@@ -159,17 +166,17 @@ class Pipeline(Stream):
                 instead = "from S_d alone, not from each gauge" if place is None else "of touches at the apex alone"
                 self._notes.append(f"modulus: {instead}: {error}")
         by_sd = Softness(calibration, sample_rate_Hz=rate, **noise)
-        self._parts["modulus"] = ModulusPart(calibration, self._names, by_sd, every)
+        self._outputs["modulus"] = ModulusOutput(calibration, self._names, by_sd, every)
 
     def _add_wavelength(self, rate, wavelengths, path) -> None:
         if not self._gauges:
             self.off["wavelength"] = "no gauges"
             return
-        wavelength = WavelengthPart(
+        wavelength = WavelengthOutput(
             self._places or self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate, **path
         )
         if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
-            self._parts["wavelength"] = wavelength
+            self._outputs["wavelength"] = wavelength
             if rate < SLOW_HZ:
                 self._notes.append(
                     "wavelength: one below two steps of the path is not seen at this rate and may pose as a longer one"
@@ -187,11 +194,11 @@ class Pipeline(Stream):
             return
         self.off["wavelength"] = "no column velocity_mm_s or position_mm"
         try:
-            blind = BlindPart(self._gauges, rate)
+            blind = FrequencyOutput(self._gauges, rate)
         except InputError as error:
             self.off["frequency"] = f"{rate:g} Hz is too slow without a velocity: {error}"
             return
-        self._parts["frequency"] = blind
+        self._outputs["frequency"] = blind
         self._notes.append(f"frequency: without a velocity, that of {blind.lag_s:.3g} s before")
 
     def _add_friction(self, rate, memory_mm) -> None:
@@ -201,7 +208,7 @@ class Pipeline(Stream):
         if lacking:
             self.off["friction"] = f"no column {', '.join(lacking)}"
             return
-        self._parts["friction"] = FrictionPart(rate, memory_mm)
+        self._outputs["friction"] = FrictionOutput(rate, memory_mm)
         if rate < STATIC_HZ:
             self._notes.append(
                 f"friction: no static coefficient at {rate:g} Hz: a breakaway of 15 ms is seen from {STATIC_HZ:g} Hz on"
@@ -210,50 +217,50 @@ class Pipeline(Stream):
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of what is estimated."""
-        return tuple(self._parts)
+        return tuple(self._outputs)
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """(wavelength_mm, power over the background, chance) of the last look along the path, strongest first."""
-        part = self._parts.get("wavelength")
-        return part.tracker.lines if isinstance(part, WavelengthPart) else ()
+        """(wavelength_mm, power over the background, chance) of the last search along the path, strongest first."""
+        output = self._outputs.get("wavelength")
+        return output.tracker.lines if isinstance(output, WavelengthOutput) else ()
 
     @property
     def friction(self) -> FrictionEstimate | None:
         """The last answer of friction, with its standard deviations; None where there is none yet."""
-        part = self._parts.get("friction")
-        return part.last if self._codes and isinstance(part, FrictionPart) else None
+        output = self._outputs.get("friction")
+        return output.last if self._codes and isinstance(output, FrictionOutput) else None
 
     @property
     def sentences(self) -> dict[str, str]:
         """What each output says of the last sample: its status alone, or why it is switched off."""
-        found = zip(self._parts.items(), self._codes, strict=False)
-        return {name: part.sentence(code) for (name, part), code in found} | self.off
+        found = zip(self._outputs.items(), self._codes, strict=False)
+        return {name: output.sentence(code) for (name, output), code in found} | self.off
 
     @property
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
-        doubted = [part.doubted for part in self._parts.values() if part.doubted]
+        doubted = [output.doubted for output in self._outputs.values() if output.doubted]
         if packet := self._clock.state.packet_s:
             doubted.append(f"time: packets of samples share one time every {1e3 * packet:.3g} ms: spread evenly")
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
     def _snapshot(self) -> PipelineState:
-        parts = tuple((name, part.state) for name, part in self._parts.items())
-        return PipelineState(self._clock.state, self._health.state, parts)
+        states = tuple((name, output.state) for name, output in self._outputs.items())
+        return PipelineState(self._clock.state, self._health.state, states)
 
     def _fresh(self) -> PipelineState:
         return self._new
 
     def _remember(self, state: PipelineState) -> None:
-        if [name for name, _ in state.parts] != list(self._parts):
-            theirs, ours = ", ".join(name for name, _ in state.parts), ", ".join(self._parts)
+        if [name for name, _ in state.outputs] != list(self._outputs):
+            theirs, ours = ", ".join(name for name, _ in state.outputs), ", ".join(self._outputs)
             raise InputError(
                 f"the state is of a pipeline for {theirs or 'nothing'}, this one is for {ours or 'nothing'}"
             )
         self._clock.state, self._health.state, self._codes = state.clock, state.health, ()
-        for name, own in state.parts:
-            self._parts[name].state = own
+        for name, own in state.outputs:
+            self._outputs[name].state = own
 
     def _take(self, sample: tuple[float, ...]) -> PipelineEstimate:
         known = (*sample, _NONE)
@@ -268,8 +275,8 @@ class Pipeline(Stream):
         if SATURATED in found:
             readings = tuple([_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True)])
         row, columns, codes = Row(readings, found, force, tangential, tick), list(_NOTHING), []
-        for place, part in self._running:
-            *columns[place], code = part.take(row)
+        for place, output in self._running:
+            *columns[place], code = output.take(row)
             codes.append(code)
         self._codes = tuple(codes)
         return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
@@ -278,11 +285,11 @@ class Pipeline(Stream):
         """The status of each of `QUANTITIES` alone, and in one all that the time, the gauges and the estimators say."""
         if time == REPEATED:
             return (ClockStatus(time).sentence,) * (len(QUANTITIES) + 1)
-        told = {name: part.sentence(code) for (name, part), code in zip(self._parts.items(), codes, strict=True)}
+        said = {name: output.sentence(code) for (name, output), code in zip(self._outputs.items(), codes, strict=True)}
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
-        live += [f"{name}: {text}" for name, text in told.items() if not text.startswith("ok")]
-        remarks = [f"{name}: {text[4:]}" for name, text in told.items() if text.startswith("ok, ")]
+        live += [f"{name}: {text}" for name, text in said.items() if not text.startswith("ok")]
+        remarks = [f"{name}: {text[4:]}" for name, text in said.items() if text.startswith("ok, ")]
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
         off = {output: f"no {output}: {why}" for output, why in self.off.items()}
-        return *(told.get(name) or off[name] for name in QUANTITIES), "; ".join([*live, *off.values()])
+        return *(said.get(name) or off[name] for name in QUANTITIES), "; ".join([*live, *off.values()])

@@ -1,4 +1,18 @@
-"""The frequency of what one gauge slides over, the velocity being unknown: found by spectra, followed through turns."""
+"""The frequency of what one gauge slides over at an unknown velocity: found by spectra, followed through turns.
+
+The reading is a periodic profile of an unknown phase, y(t) = p(phi(t)); the frequency is |dphi/dt|. In active touch it
+sweeps from 0 to some 150 Hz and back within half a second: a spectrum of any window smears the line, and a phase-locked
+loop loses it at every turn. Here the frequency f is a motion of few parameters, d2f/dt2 = -k f with small jumps of
+df/dt, which is exact through the turns of a sinusoidal stroke. Two processes share the samples:
+
+- a search (`tracking.frequency_search`) has no memory: spectra of warped time, then fits from the best lines;
+- the follower fits the same model to the last 0.3 s every 8 ms, with what it learnt of the profile as a prior. A search
+  must be better by 20 nats to replace it; every 0.1 s it is tested whether it follows a harmonic.
+
+A step of the fit takes three samples, a search some 70 between the steps. The answer is 14 ms old, because the end of a
+window knows the frequency several times worse. It fails where strokes are shorter than a few periods, and where the
+fundamental is so weak (below 5 % of the loudest harmonic) that no test sees it.
+"""
 
 import math
 from typing import Any, ClassVar
@@ -15,9 +29,9 @@ from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySea
 from papilla.estimators.tracking.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
 
 PERIODS, SEARCH_PERIODS = 4.5, 2.0
-"""Of the lowest frequency, in the window of the fit and in that of a look."""
+"""Periods of the lowest frequency in the window of the fit, and in that of a search."""
 HOP_S, STRIDE = 0.008, 2
-"""Between two steps of the fit; hops of a step while it catches up with the time that a look took."""
+"""Between two steps of the fit; and hops that a step takes at once while a new fit catches up with the present."""
 PIECES = 6, 10
 """Pieces of a step of the fit (which has three), and of a search, in a hop at most: a sample has a share of them, so
 that none takes long, and half of the samples are free for searches."""
@@ -45,13 +59,13 @@ DOUBTED, LOST = 1.4, 6.0
 PROVED = 3.0
 """Periods that a fit must have followed."""
 CLEAN, SOONER = 8, 0.8
-"""Looks in a row that must find no sign of a lower frequency after one that did: faint harmonics come and go; and
-part of the time between two that is saved where there were too few periods."""
+"""Tests in a row that must find no sign of a lower frequency after one that did, for faint harmonics come and go; and
+the part of the time between two tests by which the next one is earlier where there were too few periods."""
 VAGUE, CRAWL = 0.05, 0.25
 """Sigma over the frequency above which, and part of its usual size below which, a wavelength is held."""
 WHITE = 0.6, 1.5
 """Variance of readings over that of white noise with their third differences, between which nothing moves (four
-standard deviations of noise in 133 readings): no line is looked for, which costs most of all."""
+standard deviations of noise in 133 readings): there is no search then, which is what costs most."""
 QUIET = 0.1
 """Of the profile's power, that the readings must have for there to be movement."""
 
@@ -59,10 +73,10 @@ QUIET = 0.1
 class ChirpTracker(Stream):
     """Streaming frequency of a periodic surface under one gauge; one sample is (reading,) or (reading, velocity_mm_s).
 
-    A look finds lines in spectra of warped time, in which a chirp is one frequency; from the strongest of them the
+    A search finds lines in spectra of warped time, in which a chirp is one frequency; from the strongest of them the
     motion and the profile are fitted to the latest readings (`papilla.estimators.tracking.motion_fit`), and followed
     from then on, through reversals. The answer is that of `lag_s` ago, because the end of a window knows the frequency
-    several times worse (`references.chirp_bound`). A velocity serves to tell the wavelength only, |v(t - lag)| / f;
+    several times worse (`references.chirp_bound`). A velocity is used for the wavelength only, |v(t - lag)| / f;
     where the frequency is not known well, near a reversal, the wavelength is held.
 
     Parameters
@@ -98,8 +112,8 @@ class ChirpTracker(Stream):
         self._step_pieces, self._search_pieces = (math.ceil(pieces / self._hop) for pieces in PIECES)
         self._times = np.arange(1 - self._window, 1) / rate
         self._spacing = (self._window - 1) / rate / KNOTS
-        looked = round(SEARCH_PERIODS * rate / self._lowest)
-        self._middle = (np.arange(looked) - 0.5 * (looked - 1)) / rate
+        searched = round(SEARCH_PERIODS * rate / self._lowest)
+        self._middle = (np.arange(searched) - 0.5 * (searched - 1)) / rate
         self._drift = np.vander(self._middle / self._middle[-1], 3)
         self.reset()
 
@@ -149,9 +163,9 @@ class ChirpTracker(Stream):
         wavelength, spread = memory.held
         if stroke is None:
             return ChirpEstimate(math.nan, math.nan, wavelength, spread, self._status(usable, False))
-        if memory.since >= len(memory.told):
-            memory.told = self._told(stroke)
-        frequency, sigma = memory.told[memory.since]
+        if memory.since >= len(memory.answers):
+            memory.answers = self._answers(stroke)
+        frequency, sigma = memory.answers[memory.since]
         seen = memory.since < 2 * self._hop and memory.followed > PROVED and not memory.absent
         good = seen and stroke.proved and memory.doubt < DOUBTED and sigma < 2 * VAGUE * frequency
         crawling = frequency <= CRAWL * memory.swing**0.5
@@ -161,7 +175,7 @@ class ChirpTracker(Stream):
             memory.held = wavelength, spread
         return ChirpEstimate(frequency, sigma, wavelength, spread, self._status(usable, good))
 
-    def _told(self, stroke: MotionFit) -> list[tuple[float, float]]:
+    def _answers(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each of the next samples since a step."""
         memory, known = self._memory, slice(MOTION + KNOTS)
         rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
@@ -175,7 +189,7 @@ class ChirpTracker(Stream):
             return int(ChirpStatus.MISSING)
         if self._memory.quiet:
             return int(ChirpStatus.QUIET)
-        # Before it was asked whether it is a harmonic nothing is told for sure.
+        # Nothing is "ok" before the first test whether the fit follows a harmonic.
         if not good or self._memory.other != self._memory.other:
             return int(ChirpStatus.SEARCHING)
         return int(ChirpStatus.AMBIGUOUS if self._memory.other else ChirpStatus.OK)
@@ -198,7 +212,7 @@ class ChirpTracker(Stream):
         if stroke is None:
             memory.since, memory.quiet = 0, self._still(0.0, 0.0)
             return
-        # A look takes a while: what it found catches up by strides that a motion cannot leave the fit in.
+        # A search takes a while: its fit catches up by strides so short that the motion stays within reach.
         stride = min(memory.since, STRIDE * self._hop)
         since = stride / self._rate
         motion = motion_fit.moved(stroke.motion, since)
@@ -224,7 +238,7 @@ class ChirpTracker(Stream):
 
     def _take_on(self, stroke: MotionFit | None) -> None:
         """Follow this fit from now on."""
-        self._memory.stroke, self._memory.told = stroke, []
+        self._memory.stroke, self._memory.answers = stroke, []
 
     def _swing(self, stroke: MotionFit) -> float:
         """What the frequency (Hz) usually is."""
@@ -249,8 +263,8 @@ class ChirpTracker(Stream):
         memory, hop, residual = self._memory, self._hop, stroke.residual
         count = max(int(np.isfinite(readings).sum()) - MOTION - 4, 1)
         noise = max(float(residual @ residual) / count, 1e-8 * float(stroke.shape[0]) ** 2, 1e-300)
-        looked = len(self._middle)
-        memory.price = price_of(stroke, float(np.mean(residual[-looked:] ** 2)) + 1e-300, looked, self._rate)
+        searched = len(self._middle)
+        memory.price = price_of(stroke, float(np.mean(residual[-searched:] ** 2)) + 1e-300, searched, self._rate)
         memory.doubt = noise / stroke.noise
         livelier = 2.0 if memory.doubt > LIVELIER else 1.0
         usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + 1e-300
@@ -278,9 +292,9 @@ class ChirpTracker(Stream):
 
         Estimates under a prior scatter by its variance less their own: by more, and the prior was too narrow.
         """
-        told = np.maximum(prior**2 - variance, 0.0)
-        ratio = min(float(found @ found) / max(float(told.sum()), 1e-12 * prior**2), 5.0)
-        weight = self._hop / self._rate / LEARNT_S * float(told.mean()) / prior**2
+        expected = np.maximum(prior**2 - variance, 0.0)
+        ratio = min(float(found @ found) / max(float(expected.sum()), 1e-12 * prior**2), 5.0)
+        weight = self._hop / self._rate / LEARNT_S * float(expected.mean()) / prior**2
         return prior * math.exp(0.5 * weight * (ratio - 1))
 
     def _still(self, noise: float, power: float) -> bool:
@@ -301,7 +315,7 @@ class ChirpTracker(Stream):
         memory.about = np.linalg.solve(memory.known + least * np.eye(SHAPE), pull)
 
     def _search(self) -> None:
-        """The next part of a look, or its beginning."""
+        """The next piece of a search or test, or its beginning."""
         memory, search = self._memory, self._memory.search
         if search is None:
             due = self._due()
@@ -324,7 +338,7 @@ class ChirpTracker(Stream):
             memory.asked += round(SOONER * HARMONIC_S * self._rate)
 
     def _due(self) -> FrequencySearch | SubharmonicTest | None:
-        """The look that it is time for."""
+        """The search or test that is due, if any."""
         memory, stroke = self._memory, self._memory.stroke
         if stroke is not None and memory.followed > PROVED and memory.asked >= HARMONIC_S * self._rate:
             memory.asked = 0
@@ -338,7 +352,7 @@ class ChirpTracker(Stream):
         return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
 
     def _periods(self, stroke: MotionFit) -> SubharmonicTest:
-        """A look at the readings whose phase is known: those of the window, and before it as far as they go on."""
+        """A test on the readings whose phase is known: those of the window, and those before it without a gap."""
         memory, end = self._memory, self._memory.count - self._memory.since
         first, phases = end - memory.span, memory.phases
         now = motion_fit.phase_at(stroke, self._times[-memory.span :])[0]
@@ -365,7 +379,7 @@ class ChirpTracker(Stream):
         return not WHITE[0] < ratio < WHITE[1]
 
     def _choose(self, best: MotionFit | None, price: float) -> None:
-        """Follow the best fit of a look from now on, if it is better than what is followed."""
+        """Follow the best fit of a search from now on, if it is better than the present one."""
         memory, own = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_SEARCH:
             return

@@ -60,15 +60,15 @@ class ChirpMemory:
     """readings, phases (n,), speeds : of the latest samples, phases in cycles and NaN where not known; count : readings
     in use; since : samples since the last step.
 
-    stroke : the fit that is followed, None before; told : frequency and sigma of each sample since the last step.
+    stroke : the fit that is followed, None before; answers : frequency and sigma of each sample since the last step.
     span : samples since it began; followed : periods since; doubt : its residual over the noise; price : of the same
-    readings as a look's. known (9, 9), about (9,) : information of the profile in units of the noise, and what it says;
-    stiffness : mean and variance; lively, wander : noise of the motion and of the offset; swing : fading mean square of
-    the frequency; quiet : whether nothing changes, absent : by as much as the wave that is followed.
+    readings as a search's. known (9, 9), about (9,) : information of the profile in units of the noise, and its values;
+    stiffness : mean and variance; lively, wander : noise of the motion and of the offset; swing : fading mean square
+    of the frequency; quiet : whether nothing changes, absent : by as much as the wave that is followed.
     step : the one under way. search : a `FrequencySearch` or `SubharmonicTest` under way; rival : what its best must
     cost less than; waited : samples since one began; idle : whether none was begun, as the readings were noise.
     asked : samples since it was asked whether it is a harmonic, other : the frequency that it may be beside its own, 0
-    for none, NaN before that was told; clean : how often there was none since. held : wavelength and sigma.
+    for none, NaN before the first test; clean : how often there was none since. held : wavelength and sigma.
     """
 
     readings: np.ndarray
@@ -77,7 +77,7 @@ class ChirpMemory:
     count: int = 0
     since: int = 0
     stroke: MotionFit | None = None
-    told: list[tuple[float, float]] = field(default_factory=list)
+    answers: list[tuple[float, float]] = field(default_factory=list)
     span: int = 0
     followed: float = 0.0
     doubt: float = 0.0

@@ -33,19 +33,19 @@ SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
 spectrum is padded for."""
 MOST_CELLS = 1024
 HOP, SOON, MARGIN = 24, 0.125, 256
-"""Cells between two looks, or part of the longest wavelength at slow rates; and cells that are kept beside those of a
-look, while it is under way."""
+"""Cells between two searches; the same at slow rates, as a part of the longest wavelength; cells that are kept beyond
+those of a search while it is under way."""
 PIECES_HZ, LIGHT, MOST_PIECES = 1200.0, 1000, 2
-"""Pieces of a look in a second, at slow rates; a look has some forty. Readings of a look whose parts are half as long,
-and how many of those a sample takes at most."""
+"""Pieces of a search in a second, at slow rates (a search has some forty). A search in fewer readings than `LIGHT` has
+shorter pieces, of which a sample does so many at most."""
 STEADY, SPARE_S, SPARE = 4, 0.15, 0.25
-"""After so many looks that agree there is so much time at least between two; and where every lateness of the path was
-tried since, so much of the path that a look has."""
+"""After so many searches that agree, the least time between two of them; and, once every delay of the path was tried,
+the least path between two, as a part of the path that a search covers."""
 GLANCE, CLEARLY = 8, 3.0
 """Cells between two glances, which ask whether the newest two periods still have the line, and so many sigmas by which
 they must not: a step of the force is soon over."""
 HUMMING = 30
-"""Looks for which a line of time is taken out before it is looked for again."""
+"""Searches for which a line over time is subtracted before it must be found again."""
 STILL_S = 0.2
 """Without movement for so long the finger stands."""
 FEWEST_STEPS = 2.2
@@ -53,15 +53,15 @@ FEWEST_STEPS = 2.2
 LONGER = 1.6
 """Times the path in which a line was smeared, up to which more of it is tried before less."""
 AGREED = 0.02
-"""Of the wavelength, by which two looks may differ."""
+"""Part of the wavelength by which two searches that agree may differ."""
 VAGUE = 0.025
-"""Sigma over the wavelength from which it may not be used: 5 % are two of them."""
+"""Relative sigma above which a wavelength is not "ok": two of them are 5 %."""
 LATEST_S, TRIAL_S = (-0.004, 0.032), 0.002
-"""Lateness of a path that is looked for where none is stated, and the step of the search."""
+"""Range of the delay of the path that is tried where none is stated, and its step."""
 LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
-"""What is known of it before, and how much it may drift from look to look."""
+"""Standard deviation of the delay before anything is known of it, and of its drift from search to search."""
 SHARPER, PLAIN = 1.6, 30.0
-"""By how much a line must be sharper for another lateness to be taken; power over the background of a plain one."""
+"""Ratio by which a line must be sharper for another delay to be taken; power over the background of a clear line."""
 
 
 class Search(NamedTuple):
@@ -85,13 +85,14 @@ class Memory:
     """cells : the latest path. place, moved_s : where the last sample was, and when it last moved; step : its step,
     fading.
 
-    begin : first cell of the present texture; limit : mm that a look may use, smeared : mm in which one saw a smeared
-    line; looked : cell of the last look, hop :
-    cells until the next, waited : samples since; look : the one under way.
-    finding : of the last, path 0 of which is at origin; known : wavenumber and sigma that are told, guessed : before a
-    look was sure of them; agreed : looks that agree; proved : wavenumber that many agreed on, 0 for none. glances :
-    whether a glance tells, glanced : cell of the last, doubted : whether it missed the line. hums_Hz : lines of time,
-    hummed : looks since they were found. late_s, late_variance, sharper : of the path, and of each trial.
+    begin : first cell of the present texture; limit : mm of path that a search may use; smeared : mm in which the last
+    search saw a smeared line. searched : cell of the last search; hop : cells until the next; waited : samples since;
+    search : the one under way. finding : of the last search, whose path begins at origin. known : wavenumber and sigma
+    of the answer; guessed : whether no search was sure of them; agreed : searches that agree; proved : wavenumber that
+    many agreed on, 0 for none. glances : whether glances are possible; glanced : cell of the last; doubted : whether it
+    missed the line; changed : whether a new surface was found and not yet measured. hums_Hz : lines over time, hummed :
+    searches since they were found. late_s, late_variance : delay of the path; trial, sharper : number of the delay that
+    is tried, and how much sharper lines are for each.
     """
 
     cells: Cells
@@ -101,7 +102,7 @@ class Memory:
     begin: int = 0
     limit: float = math.inf
     smeared: float = 0.0
-    looked: int = 0
+    searched: int = 0
     hop: int = HOP
     waited: int = 0
     search: Spread | None = None
@@ -156,7 +157,7 @@ class Follower:
         self.memory = memory
 
     def advance(self, time: float, place: float, readings: tuple[float, ...]) -> TrackingStatus:
-        """Take one sample; the status of what `estimate` then tells."""
+        """Take one sample; returns the status of what `estimate` then returns."""
         memory = self.memory
         moved = place - memory.place
         if not math.isfinite(place):
@@ -196,13 +197,13 @@ class Follower:
             return TrackingStatus.SEARCHING
         if found in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
             return found
-        # What the look after a change finds, if anything, is told above.
+        # The status of the search after a change, if it found anything, was returned above.
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
         if not found.good:
             return found
         if memory.late_variance > 0 and memory.late_s >= LATEST_S[1]:
-            # Later than is looked for, or behind a low-pass: the path is wrong.
+            # The delay is beyond those that are tried, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
         if memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
@@ -213,7 +214,7 @@ class Follower:
         return found if inside else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
-        """Glance, do the next part of a look, or begin one."""
+        """Glance, do the next piece of a search, or begin one."""
         memory, end = self.memory, self.memory.cells.end
         memory.waited += 1
         if not memory.doubted and self._glance(end):
@@ -221,15 +222,15 @@ class Follower:
                 memory.search = None
         elif memory.search is not None:
             self._advance(memory.search)
-        elif memory.doubted or (end - memory.looked >= memory.hop and not self._spare()):
+        elif memory.doubted or (end - memory.searched >= memory.hop and not self._spare()):
             begin, memory.waited = self._window_begin(end), 0
             if end - begin < HOP:
-                memory.looked = end
+                memory.searched = end
                 return
             memory.search = Spread(Search(self._task(begin, end), begin, end, memory.cells.place(begin)))
 
     def _spare(self) -> bool:
-        """Whether the next look can wait: many agreed, and glances would see another surface."""
+        """Whether the next search can wait: many agreed, and glances would see another surface."""
         memory = self.memory
         return memory.glances and memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
 
@@ -245,22 +246,22 @@ class Follower:
                 return self._weigh(result, search.task.score)
 
     def _glances(self, found: Finding) -> bool:
-        """Whether a glance tells: what a look takes out of the readings it would see, and where the line is not most of
-        what is read, the rest is another wave as well as noise."""
+        """Whether glances are possible: not where a search has to subtract other lines first, and not where the line is
+        weaker than the rest of the readings, which may be another wave as well as noise."""
         power = np.abs(found.amplitude) ** 2 / 2
         alone = not (found.mixed or self.memory.hums_Hz)
         return bool(found.amplitude) and alone and bool((power > found.noise).any())
 
     def _glance(self, end: int) -> bool:
-        """See whether the newest periods still have the line: if not, a look is due; False where it is not time to."""
+        """Test whether the newest periods still have the line (if not, a search is due); False for no test."""
         memory, found = self.memory, self.memory.finding
         if end - memory.glanced < GLANCE or not memory.agreed or not memory.glances:
             return False
         memory.glanced = end
         cells = memory.cells
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
-        # The phase of a stroke that the look did not have is not known, and of this one no more where it turns.
-        along = cells.between(begin, memory.looked)[:, 1]
+        # The phase is known only in strokes that the search saw, and until they turn.
+        along = cells.between(begin, memory.searched)[:, 1]
         if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < found.extent:
             return False
         wavenumber = found.wavenumber
@@ -296,7 +297,7 @@ class Follower:
     def _conclude(self, found: Finding, search: Search) -> None:
         """What a search that is done adds."""
         memory, end = self.memory, search.end
-        memory.looked = end
+        memory.searched = end
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
             if found.score > 0:
@@ -345,12 +346,12 @@ class Follower:
             self._begin_anew(end, 2 / found.wavenumber)
 
     def _soon(self) -> int:
-        """Cells until the next look; at slow rates, where one takes few samples, a part of the longest wavelength."""
+        """Cells until the next search; at slow rates, where one takes few samples, a part of the longest wavelength."""
         along = SOON * self.options.high / max(self._cell, self.memory.step)
         return HOP if self._pieces == 1 else min(max(int(along), 2), HOP)
 
     def _held(self, found: Finding) -> bool:
-        """Whether a look sees the line that many agreed on, though its phases are too disturbed to sharpen it."""
+        """Whether a search sees the line that many agreed on, though its phases are too disturbed to refine it."""
         memory = self.memory
         near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
         lost = found.kept + SURE * found.kept_sigma < LOST
@@ -365,7 +366,7 @@ class Follower:
         memory.agreed, memory.changed, memory.limit = 0, True, self._span
 
     def _weigh(self, sharp: float, score: float) -> None:
-        """Whether another lateness of the path, by which the lines are this sharp, is a better one."""
+        """Take another delay of the path where it made the lines sharper than the present one, search after search."""
         memory = self.memory
         if not sharp > 0:
             return

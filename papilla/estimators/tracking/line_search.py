@@ -41,7 +41,7 @@ told apart. Ramps at the ends of a stroke, which the taper hides, tell nothing: 
 them made lines of time out of the surface's."""
 MOST_LINES, TIME_LINES = 8, 3
 FALSE_ALARM = 1e-4
-"""Of one look, over all wavelengths."""
+"""Of one search, over all wavelengths."""
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
@@ -50,7 +50,7 @@ MOTORS_HZ = 25.0, 90.0
 KNOWN = 0.02
 """Of the wavenumber, by which a line may differ from the known one and be it."""
 COHERENT, SCATTERED = 0.8, 0.12
-"""Of the blocks' phases, below which a line is a hump and looked for in less of the path; and their scatter beyond the
+"""Of the blocks' phases, below which a line is a hump and sought in less of the path; and their scatter beyond the
 noise, in periods, above which it is."""
 LOST, SURE = 0.5, 3.0
 """Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
@@ -188,7 +188,7 @@ class LineSearch:
             self._time_lines += yield from spectrum.lines(2 / shortest, fastest / self._options.low, TIME_LINES)
 
     def _chosen(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
-        """The strongest line that is the surface's, as `_line` tells it."""
+        """The strongest line that is the surface's, as `_line` returns it."""
         hums: list[Line] = []
         for line in self._ranked():
             yield
@@ -231,12 +231,12 @@ class LineSearch:
         """OK for a line of the path, CONSTANT_SPEED where it may be one of time, TIME_LOCKED where it is."""
         path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
-        told = self._bend * line.wavenumber > BENT
-        if told and path > enough and EXCLUDED * path > time:
+        separable = self._bend * line.wavenumber > BENT
+        if separable and path > enough and EXCLUDED * path > time:
             return TrackingStatus.OK
-        if told and time > enough and time > EXCLUDED * path:
+        if separable and time > enough and time > EXCLUDED * path:
             return TrackingStatus.TIME_LOCKED
-        # What more path told apart from the mains is not theirs where less does not, as after contact was lost.
+        # A line that a longer path separated from the mains is not theirs on a short one, as after contact was lost.
         hum = self._near_hum(line) and abs(line.wavenumber - self._task.proved) >= KNOWN * self._task.proved
         return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
 
@@ -300,7 +300,7 @@ class LineSearch:
             hinted = (k / n for n in divisors if hints(self._spectrum, self._lines, chosen, n, near, lowest))
             beside = k / 2 if lone(chosen, self._options.ridge_pitch_mm) else 0.0
             found = found._replace(other=next(hinted, beside))
-        # What many looks have agreed on is not in doubt for faint lines that come and go.
+        # What many searches have agreed on is not in doubt for faint lines that come and go.
         agreed = found.wavenumber == k and abs(k - self._task.proved) < KNOWN * k
         return found._replace(other=0.0) if agreed and not found.loud else found
 
@@ -368,7 +368,7 @@ class LineSearch:
         return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
     def _judged(self, status: TrackingStatus, refused: bool) -> Pieces[Finding]:
-        """What the look says in the end of a line that was found to be this; refused : beside a louder one."""
+        """The finding for a line of this status; refused : whether a louder line was refused."""
         phases, fit = self._phases, self._fit
         if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
             # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
@@ -415,7 +415,7 @@ def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
 
 
 def sharpness(task: Task, late_s: float) -> Pieces[float]:
-    """Power over the background of the sharpest line if the path were late by this, 0 where none can be told."""
+    """Power over the background of the sharpest line if the path were late by this, 0 where there is none."""
     window = window_of(task, late_s)
     if window is None:
         return 0.0

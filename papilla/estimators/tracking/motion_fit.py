@@ -77,7 +77,7 @@ def swung(stiffness: float, time):
 
 
 def moved(motion: np.ndarray, time: float) -> np.ndarray:
-    """The motion (4,) told of a moment `time` later."""
+    """The motion (4,) with its time zero moved `time` later."""
     phase, rate, chirp, stiffness = motion.tolist()
     sine, cosine, _, _, turned = swung(stiffness, time)
     return np.array([

@@ -83,12 +83,12 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
     inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
     size = np.abs(mean) ** 2
-    told = (size * np.add.reduceat(inverse, first) > PRESENT)[of_stroke] * inverse
+    certain = (size * np.add.reduceat(inverse, first) > PRESENT)[of_stroke] * inverse
     turn = 2 * np.pi * orders[:, None]
     pull = blocks / np.maximum(amount, 1e-300)[:, None, :] * np.conj(mean)[of_stroke]
-    score = (turn * pull.imag * told).sum(axis=(1, 2))
-    information = (turn**2 * size[of_stroke] * told).sum(axis=(1, 2))
-    agreeing = (pull * told).sum(axis=(1, 2))
+    score = (turn * pull.imag * certain).sum(axis=(1, 2))
+    information = (turn**2 * size[of_stroke] * certain).sum(axis=(1, 2))
+    agreeing = (pull * certain).sum(axis=(1, 2))
     return Phases(
         np.where(information > 0, score / np.maximum(information, 1e-300), 0.0),
         information,
@@ -120,7 +120,7 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
         left = np.abs(cycles - regressors @ step)
         rest = left * np.sqrt(phases.information)
-        # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter by more than the noise; most tell.
+        # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter more than noise does.
         usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
         pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
         weight = phases.information * pull**2

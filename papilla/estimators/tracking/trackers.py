@@ -43,9 +43,9 @@ class FusedTracker(Stream):
 
     Parameters
     ----------
-    gauge_positions_mm : places (g,) of the gauges along the movement, with which the phases between them tell the
+    gauge_positions_mm : places (g,) of the gauges along the movement, with which the phases between them give the
         wavelength too; or their number g, where the places are not known.
-    wavelength_range_mm : (shortest, longest) wavelength that is looked for.
+    wavelength_range_mm : (shortest, longest) wavelength that is searched for.
     sample_rate_Hz : of the samples.
     scale_sigma : relative standard deviation of the velocity's scale; it is in the wavelength's in full.
     latency_s : how late the velocity is beside the readings; None: it is estimated wherever the speed changes.
@@ -96,13 +96,13 @@ class FusedTracker(Stream):
 
     @property
     def other_mm(self) -> float:
-        """The wavelength that the last look could not tell from the one it says, infinite for none."""
+        """The other wavelength that the last search left possible, infinite for none."""
         other = self._follower.memory.finding.other
         return 1 / other if other else math.inf
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """(wavelength_mm, power over the background, chance) of the lines of the last look, strongest first."""
+        """(wavelength_mm, power over the background, chance) of the lines of the last search, strongest first."""
         return self._follower.memory.finding.lines
 
     def _fresh(self) -> PathMemory:
@@ -117,8 +117,6 @@ class FusedTracker(Stream):
         known = math.isfinite(velocity)
         if known and memory.velocity_mm_s == memory.velocity_mm_s:
             memory.place_mm += 0.5 * (memory.velocity_mm_s + velocity) * self._dt
-        elif memory.samples and not known:
-            memory.velocity_mm_s = math.nan
         memory.velocity_mm_s = velocity if known else math.nan
         memory.samples += 1
         place = memory.place_mm if known else math.nan
@@ -134,13 +132,13 @@ class FusedTracker(Stream):
         self._memory.follower = self._follower.memory
         wavelength, sigma = self._follower.estimate()
         frequency = math.nan if status == _NO_PATH else abs(velocity_mm_s) / wavelength
-        told, by_phase = WavelengthEstimate(wavelength, sigma, frequency, int(status)), UNKNOWN
+        found, by_phase = WavelengthEstimate(wavelength, sigma, frequency, int(status)), UNKNOWN
         if self.answer is WavelengthEstimate:
-            return told
+            return found
         if self._places is not None and status.good:
             finding = self._follower.memory.finding
             by_phase = _by_phase(self._places, finding.phase, finding.phase_sigma, wavelength)
-        return FusedEstimate(*told, *by_phase, sum(value == value for value in readings))
+        return FusedEstimate(*found, *by_phase, sum(value == value for value in readings))
 
     def _plain(self, gauge: int, reading: float) -> float:
         """A reading, or NaN for a spike: far from the one before it. A second one in a row is a step."""
@@ -159,7 +157,7 @@ class FusedTracker(Stream):
 
 @lru_cache(maxsize=16)
 def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
-    """Wavelength and sigma from the phases (cycles) between the gauges, which are new only after a look."""
+    """Wavelength and sigma from the phases (cycles) between the gauges, which are new only after a search."""
     rows = [(place, TURN * phase, TURN * sigma) for place, phase, sigma in zip(places, phases, sigmas, strict=True)]
     known = [row for row in rows if row[2] < TURN * SHARP]
     if len(known) < 2:
@@ -181,7 +179,7 @@ class SpaceTracker(FusedTracker):
 class LineTracker(FusedTracker):
     """Streaming wavelength of g channels over a known path; one sample is (g1, ..., gg, position_mm), at any rate.
 
-    Without times a line over time cannot be told apart: `FusedTracker` and `Pipeline` have them. Parameters as
+    Without times a line over time cannot be recognised: `FusedTracker` and `Pipeline` have them. Parameters as
     `FusedTracker`.
     """
 

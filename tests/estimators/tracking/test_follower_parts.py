@@ -272,7 +272,7 @@ def test_where_the_newest_periods_have_lost_the_line_another_surface_begins():
     for kept, sigma, anew in ((0.1, 0.12, True), (0.1, 0.15, False), (0.6, 0.0, False)):
         memory = concluded(found_of(kept=kept, kept_sigma=sigma), known=(TRUE, 1e-4), agreed=9)
         assert memory.changed == anew and (memory.agreed == 0) == anew
-        assert memory.looked == 200
+        assert memory.searched == 200
     assert not concluded(found_of(kept=0.0, status=Status.SEARCHING)).changed
 
 
@@ -356,14 +356,14 @@ def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
         own = made()
         for number in range(1, 1501):
             place = 0.02 * number
-            own.memory.search, own.memory.looked = None, max(own.memory.cells.end - 20, 0)
+            own.memory.search, own.memory.searched = None, max(own.memory.cells.end - 20, 0)
             own.advance(number / RATE, place, (math.cos(2 * math.pi * TRUE * place) * (place < stops),))
         known = {"finding": found_of(amplitude=(1.0 + 0j,), noise=(0.01,)), "agreed": 2, "glances": True}
-        knowing(own, **known, looked=own.memory.cells.end - 20)
+        knowing(own, **known, searched=own.memory.cells.end - 20)
         end = own.memory.cells.end
         assert own._glance(end) and own.memory.doubted == doubted and own.memory.glanced == end
         assert not own._glance(end + 7)
-        own.memory.glanced, own.memory.looked = 0, 60
+        own.memory.glanced, own.memory.searched = 0, 60
         assert not own._glance(end), "less path than the look had"
 
 
@@ -400,17 +400,17 @@ def test_searches_begin_every_24_cells_and_a_doubt_begins_one_at_once(endless):
     walked(own, 0.16, begin=23.5 * 0.08, time=0.1)
     search = own.memory.search.task
     assert (search.begin, search.end) == (0, 24) and search.origin == pytest.approx(0.05)
-    knowing(own, doubted=True, looked=own.memory.cells.end)
+    knowing(own, doubted=True, searched=own.memory.cells.end)
     own._go_on()
     assert own.memory.search is not None and own.memory.search.done == 0
     # Of less path than 24 cells there is no look.
-    knowing(own, begin=own.memory.cells.end - 20, looked=0)
+    knowing(own, begin=own.memory.cells.end - 20, searched=0)
     own._go_on()
-    assert own.memory.search is None and own.memory.looked == own.memory.cells.end
-    knowing(own, looked=own.memory.cells.end - 23)
+    assert own.memory.search is None and own.memory.searched == own.memory.cells.end
+    knowing(own, searched=own.memory.cells.end - 23)
     own._go_on()
     assert own.memory.search is None and own.memory.waited == 1
-    knowing(own, looked=own.memory.cells.end - 24)
+    knowing(own, searched=own.memory.cells.end - 24)
     own._go_on()
     assert own.memory.search is not None and own.memory.waited == 0
 

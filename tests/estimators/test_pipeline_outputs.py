@@ -9,7 +9,7 @@ from papilla.calibration import SoftnessStatus
 from papilla.estimators import Pipeline
 from papilla.estimators.health import Fault, pack
 from papilla.estimators.pipeline.clock import Tick
-from papilla.estimators.pipeline.parts import BlindPart, ModulusPart, Row, WavelengthPart
+from papilla.estimators.pipeline.outputs import FrequencyOutput, ModulusOutput, Row, WavelengthOutput
 from papilla.estimators.softness.gauges import GaugeEstimate
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.answer import FusedEstimate
@@ -33,7 +33,7 @@ class Told:
 
 def modulus(calibration, by_sd, every=None, code=0):
     every = None if every is None else Told(GaugeEstimate(*every, int(code), 3))
-    return ModulusPart(calibration, NAMES, Told(by_sd), every)
+    return ModulusOutput(calibration, NAMES, Told(by_sd), every)
 
 
 def gauges(status, value=0.2, sigma=0.01):
@@ -104,9 +104,9 @@ def test_a_touch_that_creeps_unlike_the_bench_s_is_said_beside_all_else(calibrat
 
 def test_what_dominates_is_that_of_the_gauges_or_of_s_d(calibration):
     for own, sd, told in (("creep", "noise", "creep"), ("", "noise", "noise"), ("", "", "")):
-        part = ModulusPart(calibration, NAMES, Told(None, sd), Told(None, own))
+        part = ModulusOutput(calibration, NAMES, Told(None, sd), Told(None, own))
         assert part.doubted == (f"modulus: most of its standard deviation is {told}" if told else "")
-    assert ModulusPart(calibration, NAMES, Told(None, "noise")).doubted.endswith("is noise")
+    assert ModulusOutput(calibration, NAMES, Told(None, "noise")).doubted.endswith("is noise")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_what_dominates_is_that_of_the_gauges_or_of_s_d(calibration):
 )
 def test_a_lateness_that_was_found_is_told_in_milliseconds(late_ms, told):
     for stated in (None, 0.0):
-        part = WavelengthPart(1, latency_s=stated)
+        part = WavelengthOutput(1, latency_s=stated)
         memory = part.tracker._follower.memory
         memory.late_s = late_ms / 1e3
         assert not part.doubted, "at a constant speed nothing tells it"
@@ -127,7 +127,7 @@ def test_a_lateness_that_was_found_is_told_in_milliseconds(late_ms, told):
     "off, contradicted", [(2.9, False), (3.1, True), (-2.9, False), (-3.1, True), (math.nan, False)]
 )
 def test_phases_three_sigmas_off_contradict_the_path(off, contradicted):
-    part = WavelengthPart(2)
+    part = WavelengthOutput(2)
     sigma = math.hypot(0.01, 0.02)
     found = FusedEstimate(1.7, 0.01, 30.0, int(TrackingStatus.CONSTANT_SPEED), 1.7 + off * sigma, 0.02, 2)
     part.tracker.follow = lambda *given: found if given == (1.0, 3.0, 50.0, (1.0, 2.0)) else None
@@ -141,7 +141,7 @@ def test_phases_three_sigmas_off_contradict_the_path(off, contradicted):
 
 
 def test_without_a_velocity_the_gauge_that_changes_most_is_followed():
-    part, asked = BlindPart(3, 1000.0), []
+    part, asked = FrequencyOutput(3, 1000.0), []
     part._tracker.update = lambda sample: asked.append(sample[0]) or ChirpEstimate(40.0, 1.0, math.nan, math.nan, 0)
     waves = np.outer(np.sin(np.arange(1000.0)), [1.0, 3.0, 1.4]) + [0.0, 50.0, 0.0]
     waves[200:, 2] *= 8
@@ -153,7 +153,7 @@ def test_without_a_velocity_the_gauge_that_changes_most_is_followed():
     assert asked[-5:] == waves[-5:, 1].tolist(), "until its change has faded where it is lost"
     part.take(ROW._replace(readings=(0.0, 0.0, 0.0), tick=Tick(1, 2)))
     assert np.isnan(asked[1000:1002]).all() and len(asked) == 1003, "two samples are missing before this one"
-    other = BlindPart(3, 1000.0)
+    other = FrequencyOutput(3, 1000.0)
     other.state = part.state
     assert other._followed == part._followed and part.lag_s == pytest.approx(0.014)
 
@@ -177,7 +177,7 @@ def test_messages_name_what_is_not_known(rate, slow):
 def test_a_saturated_reading_is_used_by_nobody_and_said_to_be_so():
     pipeline = Pipeline(None, gauges=("a", "b"), columns=("velocity_mm_s",), saturation=10.0)
     seen = []
-    tracker = pipeline._parts["wavelength"].tracker
+    tracker = pipeline._outputs["wavelength"].tracker
     follow = tracker.follow
     tracker.follow = lambda *given: seen.append(given[-1]) or follow(*given)
     for readings in ((9.9, -9.9), (10.0, 1.0), (1.0, -10.0)):
@@ -187,7 +187,7 @@ def test_a_saturated_reading_is_used_by_nobody_and_said_to_be_so():
 
 
 def test_an_ambiguous_wavelength_names_both():
-    part = WavelengthPart(1)
+    part = WavelengthOutput(1)
     found = FusedEstimate(2.355, 0.01, 30.0, int(TrackingStatus.AMBIGUOUS), math.nan, math.nan, 1)
     part.tracker.follow = lambda *given: found
     part.tracker._follower.memory.finding = Finding(other=1 / 4.71)

@@ -1,4 +1,4 @@
-"""The estimators of a pipeline: each is fed with what it wants of a sample and answers some of its columns."""
+"""The outputs of a pipeline: each passes what its estimator needs of a sample and fills some of the columns."""
 
 import math
 from abc import ABC, abstractmethod
@@ -20,7 +20,7 @@ CONTRADICTED_SIGMAS = 3.0
 LIVELY_S, LIVELIER = 0.1, 4.0
 """Without a velocity: time over which the variance of a gauge fades, and by how much more another one must have."""
 LATE_MS = 1.5
-"""From here on a lateness that was found is told; less is its error in harsh touch."""
+"""Least delay that a message names; less is its error in harsh touch."""
 _BY_SD, _CREPT = 32, 64
 """A modulus' status, whether it is that of S_d, how it creeps and the faults of all channels make one number: (faults x
 3 + creep) x 64 + 32 + status."""
@@ -43,7 +43,7 @@ def _either(answer: float, other: float, unit: str) -> str:
     return f" ({answer:.4g} or {other:.4g} {unit})" if max(answer, other) < 1e4 else ""
 
 
-class Part(ABC):
+class Output(ABC):
     """One or more estimators of the pipeline, each with a `state`; statuses : what their status is one of."""
 
     statuses: ClassVar[type[Status]]
@@ -75,7 +75,7 @@ class Part(ABC):
             one.state = own
 
 
-class ModulusPart(Part):
+class ModulusOutput(Output):
     """modulus_MPa, modulus_sigma_MPa from S_d and, where they are of use, from every gauge; the status also says which
     of them is wrong, and where a touch creeps unlike those that the finger was identified by.
 
@@ -136,11 +136,11 @@ class ModulusPart(Part):
         return f"{text}, but {WORDS[unlike]}" if unlike else text
 
 
-class WavelengthPart(Part):
+class WavelengthOutput(Output):
     """frequency_Hz, wavelength_mm, wavelength_sigma_mm of all gauges, over the path and the time of the clock.
 
     gauges : their number, or their places along the movement in mm: the phases between them know no velocity, and a
-    status says where they tell another wavelength.
+    status says where they give another wavelength.
     """
 
     def __init__(self, gauges, **options):
@@ -151,7 +151,7 @@ class WavelengthPart(Part):
     def doubted(self) -> str:
         """How late velocity or position were found to be, where nobody said so."""
         late = 1e3 * self.tracker.latency_s
-        # At a constant speed a lateness moves the surface, and no reading tells.
+        # At a constant speed a delay only shifts the surface, which no reading shows.
         unknown = abs(late) < 3e3 * self.tracker.latency_sigma_s
         if self._stated is not None or abs(late) < LATE_MS or unknown:
             return ""
@@ -178,7 +178,7 @@ class WavelengthPart(Part):
         return TrackingStatus(code).sentence + either + remark * contradicted
 
 
-class BlindPart(Part):
+class FrequencyOutput(Output):
     """frequency_Hz without a velocity, `lag_s` ago: of the gauge that changes most, which one chirp tracker follows.
 
     A tracker for each gauge would cost as many times more. It wants samples evenly in time: those that are missing
@@ -232,7 +232,7 @@ class BlindPart(Part):
         self._tracker.state, self._followed, self._moments = state
 
 
-class FrictionPart(Part):
+class FrictionOutput(Output):
     """mu_kinetic, mu_static with their sigmas; last : the whole answer to the last sample."""
 
     statuses = FrictionStatus
