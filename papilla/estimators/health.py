@@ -1,4 +1,4 @@
-"""Which gauge is wrong and how: missing, saturated, stuck while the others move; or what the others say of it."""
+"""Faults of gauges: missing, saturated, stuck while the others move; or a contradiction to the others."""
 
 import math
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ def unpack(code: int, channels: int) -> list[Fault]:
 
 
 def numbered(gauges: int) -> tuple[str, ...]:
-    """The names g1, g2 ... of so many gauges that have no names of their own."""
+    """The names g1, g2 ... of gauges that have no names of their own."""
     return tuple(f"g{number}" for number in range(1, gauges + 1))
 
 
@@ -54,7 +54,7 @@ def in_words(code: int, gauges: Sequence[str]) -> str:
 
 
 def words(found: tuple[int, ...], names: Sequence[str]) -> list[str]:
-    """Sentences such as `g2, g4 missing` of what `look` found of the gauges of these names."""
+    """Sentences such as `g2, g4 missing` of the faults that `check` found of the gauges of these names."""
     named = {kind: [name for name, own in zip(names, found, strict=False) if own == kind] for kind in Fault if kind}
     return [f"{', '.join(own)} {kind.sentence}" for kind, own in named.items() if own]
 
@@ -90,7 +90,7 @@ class GaugeHealth:
             raise InputError(f"the state is of {len(state.last)} gauges, this pipeline has {self._gauges}")
         self._state = state
 
-    def look(self, readings: tuple[float, ...]) -> tuple[int, ...]:
+    def check(self, readings: tuple[float, ...]) -> tuple[int, ...]:
         """The `Fault` of each gauge now; an empty tuple when all are good."""
         if not readings:
             return ()

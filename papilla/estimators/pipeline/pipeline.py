@@ -271,7 +271,7 @@ class Pipeline(Stream):
         if tick.status == BEGUN_ANEW:
             self._remember(self._new._replace(clock=self._clock.state))
         readings = known[1 : 1 + self._gauges]
-        found = self._health.look(readings)
+        found = self._health.check(readings)
         if SATURATED in found:
             readings = tuple([_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True)])
         row, columns, codes = Row(readings, found, force, tangential, tick), list(_NOTHING), []

@@ -46,6 +46,9 @@ class PrintedSoftness(Stream):
     scale : published S_d per microstrain. gauges : their number, where there is no calibration.
     contact_force_N : below it there is no contact. saturation, stuck_samples : see `Softness`.
 
+    scale, misfit : published S_d per microstrain of this finger (1 for the refitted form); and the rms by which presses
+    miss the form, in units of its S_d.
+
     Raises `InputError` for unusable values, and for a refitted quadratic that nowhere rises with the modulus.
     """
 
@@ -70,7 +73,6 @@ class PrintedSoftness(Stream):
             raise InputError("without a calibration the form is printed or exact, and scale and gauges must be given")
         if form == "quadratic" and scale is not None:
             raise InputError("scale is for the printed coefficients: refitted ones are of microstrain")
-        self._form = form
         self._gauges = len(calibration.gauges) if calibration is not None else int(gauges or 0)
         if self._gauges < 2 or (calibration is not None and gauges not in (None, self._gauges)):
             raise InputError(f"gauges must be at least 2 and as many as the calibration has, got {gauges}")
@@ -82,38 +84,28 @@ class PrintedSoftness(Stream):
         if form == "quadratic" and calibration is not None:
             self._take_refitted(calibration)
         else:
-            self._take_printed(calibration, scale)
+            self._take_printed(form, calibration, scale)
 
     def _take_refitted(self, calibration: Calibration) -> None:
         inverse = calibration.inverse
         if inverse.modulus_MPa is None:
             raise InputError("the calibration's quadratic nowhere rises with the modulus: it has no inverse")
-        self._inverse, self._scale, self._misfit = inverse, 1.0, calibration.forward.rms
+        self._inverse, self.scale, self.misfit = inverse, 1.0, calibration.forward.rms
         self._forward = tuple(map(float, calibration.forward.coefficients))
         self._range = inverse.modulus_MPa
         low, high = calibration.domain["force_N"]
         self._force_gf = float(newton_to_gf(low)), float(newton_to_gf(high))
 
-    def _take_printed(self, calibration: Calibration | None, scale: float | None) -> None:
-        self._inverse = PUBLISHED_INVERSE if self._form == "printed" else exact_inverse()
+    def _take_printed(self, form: Form, calibration: Calibration | None, scale: float | None) -> None:
+        self._inverse = PUBLISHED_INVERSE if form == "printed" else exact_inverse()
         self._forward, self._force_gf = PUBLISHED_FORWARD, PUBLISHED_FORCE_GF
         # Three coefficients for three moduli are an interpolation between them, and nothing beyond.
         self._range = (0.5 * SPECIMENS_MPA[0], 1.5 * SPECIMENS_MPA[-1])
-        self._scale, self._misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
+        self.scale, self.misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
             ours, theirs, best = compare_with_published(calibration, COMPARED_GF)
-            self._scale = best if scale is None else self._scale
-            self._misfit = float(np.sqrt(np.mean((self._scale * ours - theirs) ** 2)))
-
-    @property
-    def scale(self) -> float:
-        """Published S_d per microstrain of this finger; 1 for the refitted form."""
-        return self._scale
-
-    @property
-    def misfit(self) -> float:
-        """Root mean square, in units of the form's S_d, by which presses miss the form."""
-        return self._misfit
+            self.scale = best if scale is None else self.scale
+            self.misfit = float(np.sqrt(np.mean((self.scale * ours - theirs) ** 2)))
 
     def _snapshot(self) -> HealthState:
         return self._health.state
@@ -126,7 +118,7 @@ class PrintedSoftness(Stream):
 
     def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
         *readings, force_N = sample
-        faults = self._health.look(tuple(readings))
+        faults = self._health.check(tuple(readings))
         if not math.isfinite(force_N):
             return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
         if force_N < self._contact:
@@ -139,7 +131,7 @@ class PrintedSoftness(Stream):
             side = SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE
             return SoftnessEstimate(status=int(side))
         mean = math.fsum(readings) / self._gauges
-        sd = self._scale * math.sqrt(math.fsum((value - mean) ** 2 for value in readings) / self._gauges)
+        sd = self.scale * math.sqrt(math.fsum((value - mean) ** 2 for value in readings) / self._gauges)
         return self._evaluate(sd, force)
 
     def _evaluate(self, sd: float, force: float) -> SoftnessEstimate:
@@ -154,9 +146,7 @@ class PrintedSoftness(Stream):
         # dE = (k0 dS_d + (2 k1 f + k2) df) / (2 sqrt(...)), and S_d misses the form besides
         root = max(math.sqrt(square), 1e-12)
         along_sd, along_force = per_sd / (2 * root), (2 * per_f2 * force + per_f) / (2 * root)
-        sigma = math.hypot(
-            along_sd * self._scale * self._noise, along_force * self._force_sigma, along_sd * self._misfit
-        )
+        sigma = math.hypot(along_sd * self.scale * self._noise, along_force * self._force_sigma, along_sd * self.misfit)
         if not modulus > 0 or sigma > IDENTIFIABLE * modulus:
             return SoftnessEstimate(modulus, sigma, int(SoftnessStatus.NOT_IDENTIFIABLE))
         return SoftnessEstimate(modulus, sigma, int(SoftnessStatus.OK))

@@ -153,7 +153,7 @@ class GaugeSoftness(Touch):
         super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> GaugeEstimate:
-        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.look` finds them."""
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
         faults, memory = self._watched(found, force), self._memory
         rows = self._of(faults)
         y = np.array(self._moved((*readings, force)))

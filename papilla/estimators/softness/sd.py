@@ -83,7 +83,7 @@ class Softness(Touch):
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
-        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.look` finds them."""
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
         if force - force != 0.0:
             return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
         *moved, force_N = self._moved((*readings, force))

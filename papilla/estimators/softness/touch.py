@@ -146,11 +146,11 @@ class Touch(Stream):
 
     def _take(self, sample: tuple[float, ...]):
         *readings, force = sample
-        return self.feel(tuple(readings), force, self._health.look(tuple(readings)))
+        return self.feel(tuple(readings), force, self._health.check(tuple(readings)))
 
     @abstractmethod
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]):
-        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.look` finds them."""
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
 
     def _fresh(self) -> TouchState:
         return TouchState(self._healthy, (0.0,) * (self._gauges + 1), faults=self._clean, returning=self._clean)
