@@ -1,4 +1,10 @@
-"""Where a touch begins: the contact, of all that are calibrated, that explains a first sample best."""
+"""The start of a touch: the calibrated contact (force, place, h) that explains a first sample best.
+
+Readings are curved over modulus and force, so Gauss-Newton from a fixed contact may end in a wrong one. The channels
+are linearised once at each node of a table, 7 x 9 (x 9 places) contacts. A first sample y has at each node the misfit
+|L (y - r)|^2, r being the readings expected there and L' L = (H H' + B B' + 1)^-1; one matrix product covers all nodes.
+Gauss-Newton then starts from the best node. The same table shows which channels, left out, leave a small misfit.
+"""
 
 import math
 
@@ -9,7 +15,7 @@ from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
 from papilla.estimators.spread import Pieces
 
 STEPS, STEPS_A_PIECE = 15, 3
-"""Gauss-Newton steps at most, and how many of them a sample can wait for."""
+"""Gauss-Newton steps at most, and those that are done with one sample."""
 TRIED = 4
 """Sets of suspects that are fitted, the likeliest first, when a first sample fits badly."""
 MODULI, PLACES, FORCES = 7, 9, 9
@@ -22,7 +28,7 @@ Fitted = Pieces[tuple[Residuals, FilterState]]
 
 
 class Start:
-    """Finds the first linearisation of a fitter's touches; its table is made with it."""
+    """Finds the first filter of a fitter's touches; makes its table when it is made."""
 
     def __init__(self, fitter: Fitter):
         self._fitter = fitter
