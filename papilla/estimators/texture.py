@@ -130,7 +130,8 @@ class TextureModel:
             values = np.asarray(getattr(self, name))
             if values.shape != shape or not np.isfinite(values).all():
                 raise InputError(f"{name} must be {shape} finite numbers, got {values.shape}")
-        checks.positive("limit", self.limit)
+        if not isinstance(self.limit, float) or not self.limit > 0:
+            raise InputError(f"limit must be greater than 0, got {self.limit!r}")
 
     def classify(self, position_mm, readings) -> tuple[list[str], np.ndarray]:
         """A label for each window of a run, or "unknown", and squared distances (windows, k) from the labels' means.

@@ -256,8 +256,9 @@ def test_features_are_of_wavelengths_that_a_window_holds_twice(options, usable):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"centre": "many"}, {"means": [[1.0]]}, {"labels": [1, 2]}, {"features": {"window_mm": "long"}}, {"features": 3},
-        {"channels": None}, {"channels": 7}, {"precision": [[10**400]]}, {"limit": -1.0}, {"labels": []}, {"scale": {}}, {"limit": None},
+        {"centre": "many"}, {"means": [[1.0]]}, {"precision": [[10**400]]}, {"scale": {}},
+        {"labels": [1, 2]}, {"labels": []}, {"features": {"window_mm": "long"}}, {"features": 3},
+        {"channels": None}, {"channels": 7}, {"limit": -1.0}, {"limit": None},
     ],
 )  # fmt: skip
 def test_a_resealed_model_of_wrong_content_is_one_line(model, changes, tmp_path):
