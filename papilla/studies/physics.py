@@ -7,7 +7,7 @@ modulus is read from the S_d of presses without it, over moduli.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
@@ -274,28 +274,16 @@ def _effects(bench: Bench):
         "adhesive_press",
         lambda force, E: adhesive_press(bench.reduced, Block(E, thick), 0.05, force_N=force).sd,
     )
-    weight = cached(lambda: weight_readings(bench.model))
+    weight = cache(lambda: weight_readings(bench.model))
     yield "finger turned over", "since the gauges were zeroed", "weight_readings", offset(lambda: 2 * weight())
-    preload = cached(lambda: bench.plain(0.01, 0.51).reading)
+    preload = cache(lambda: bench.plain(0.01, 0.51).reading)
     yield "zero under load", "0.01 N on 0.51 MPa", "touch-down", offset(lambda: -preload())
-    boned = cached(lambda: FingerModel(with_bone(finger), build(with_bone(finger), size_mm=bench.size_mm)).reduce())
+    boned = cache(lambda: FingerModel(with_bone(finger), build(with_bone(finger), size_mm=bench.size_mm)).reduce())
     yield "elastic bone", "3 GPa, bonded", "bone modulus", on(boned)
-    foiled = cached(lambda: FoiledModel(finger, bench.model.mesh, 300.0, 0.25).reduce())
+    foiled = cache(lambda: FoiledModel(finger, bench.model.mesh, 300.0, 0.25).reduce())
     yield "foils in the gauges", "polyimide, 0.1 mm, read as strain", "FoiledModel", on(foiled)
 
 
 def with_bone(finger: Finger) -> Finger:
     """The finger on a bone of acrylic."""
     return replace(finger, bone=Layer(3000.0, 0.37))
-
-
-def cached(make: Callable):
-    """A function that makes its value once, when it is first asked for."""
-    made: list = []
-
-    def value():
-        if not made:
-            made.append(make())
-        return made[0]
-
-    return value

@@ -16,7 +16,8 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.references.bounds import wavelength_bound
-from papilla.studies.estimator_bench import fem_surfaces, scene_parts
+from papilla.studies.estimator_bench import fem_surfaces
+from papilla.studies.estimator_bench import scene_parts as parts
 from papilla.studies.estimator_bench.scene_parts import HARMONICS, PASS_BAND, Draft, grating, profile_amplitudes
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
@@ -48,85 +49,85 @@ class Recipe(NamedTuple):
     def lined(self) -> bool:
         """Whether there is a line to be found."""
         return getattr(self.surface, "func", self.surface) not in (
-            scene_parts.smooth,
-            scene_parts.rough,
-            scene_parts.out_of_range,
+            parts.smooth,
+            parts.rough,
+            parts.out_of_range,
             fem_surfaces.edges,
         )
 
     @property
     def hums(self) -> bool:
         """Whether the mains are louder than the surface."""
-        return scene_parts.hum in self.disturbances
+        return parts.hum in self.disturbances
 
 
-_WAYS: Mapping[str, Part] = {"const": scene_parts.constant, "strokes": scene_parts.strokes}
+_WAYS: Mapping[str, Part] = {"const": parts.constant, "strokes": parts.strokes}
 _SURFACES: Mapping[str, tuple[Part, tuple[Part, ...]]] = {
-    "hum": (grating, (scene_parts.hum,)),
+    "hum": (grating, (parts.hum,)),
     "missing fundamental": (partial(grating, missing=1), ()),
-    "two lines": (scene_parts.two_lines, ()),
+    "two lines": (parts.two_lines, ()),
     "30 % ridges": (partial(grating, duty=0.3), ()),
     "rounded": (partial(grating, skin_mm=0.3), ()),
-    "drift and steps": (grating, (scene_parts.drift, scene_parts.steps)),
-    "force in the gauge": (grating, (scene_parts.force,)),
-    "stick-slip": (grating, (scene_parts.stick_slip,)),
-    "hum only": (scene_parts.smooth, (scene_parts.hum,)),
-    "rough, white": (partial(scene_parts.rough, skin_mm=0.001), ()),
-    "rough, through skin": (scene_parts.rough, ()),
-    "rough, coloured": (partial(scene_parts.rough, slope=1.0), ()),
-    "stick-slip only": (scene_parts.smooth, (scene_parts.stick_slip,)),
-    "beyond the range": (scene_parts.out_of_range, ()),
-    "no fundamental": (scene_parts.hollow, ()),
-    "no fundamental, drift and steps": (scene_parts.hollow, (scene_parts.drift, scene_parts.steps)),
-    "no fundamental, force x 8": (scene_parts.hollow, (partial(scene_parts.force, depth=0.7),)),
-    "1 : 1.07": (partial(scene_parts.two_lines, ratio=1.07, factor=1.0), ()),
-    "motor only": (scene_parts.smooth, (scene_parts.motor,)),
-    "spikes": (grating, (scene_parts.spikes,)),
-    "contact lost": (grating, (scene_parts.lost,)),
-    "stamps of 10 ms": (grating, (scene_parts.stamped,)),
+    "drift and steps": (grating, (parts.drift, parts.steps)),
+    "force in the gauge": (grating, (parts.force,)),
+    "stick-slip": (grating, (parts.stick_slip,)),
+    "hum only": (parts.smooth, (parts.hum,)),
+    "rough, white": (partial(parts.rough, skin_mm=0.001), ()),
+    "rough, through skin": (parts.rough, ()),
+    "rough, coloured": (partial(parts.rough, slope=1.0), ()),
+    "stick-slip only": (parts.smooth, (parts.stick_slip,)),
+    "beyond the range": (parts.out_of_range, ()),
+    "no fundamental": (parts.hollow, ()),
+    "no fundamental, drift and steps": (parts.hollow, (parts.drift, parts.steps)),
+    "no fundamental, force x 8": (parts.hollow, (partial(parts.force, depth=0.7),)),
+    "1 : 1.07": (partial(parts.two_lines, ratio=1.07, factor=1.0), ()),
+    "motor only": (parts.smooth, (parts.motor,)),
+    "spikes": (grating, (parts.spikes,)),
+    "contact lost": (grating, (parts.lost,)),
+    "stamps of 10 ms": (grating, (parts.stamped,)),
     "felt by FEM": (fem_surfaces.grating, ()),
     "edges felt by FEM": (fem_surfaces.edges, ()),
 }
 _ENCODERS: Mapping[str, Part] = {
-    **{f"{ms} ms late": partial(scene_parts.late, ms=ms) for ms in (4, 10, 20)},
-    **{f"scale {percent} % off": partial(scene_parts.scaled, percent=percent) for percent in (1, 3)},
-    "encoder counts": scene_parts.counted,
-    "dropped samples": scene_parts.dropped,
-    "velocity smoothed": scene_parts.smoothed,
+    **{f"{ms} ms late": partial(parts.late, ms=ms) for ms in (4, 10, 20)},
+    **{f"scale {percent} % off": partial(parts.scaled, percent=percent) for percent in (1, 3)},
+    "encoder counts": parts.counted,
+    "dropped samples": parts.dropped,
+    "velocity smoothed": parts.smoothed,
 }
 _HAND = (
-    scene_parts.force,
-    scene_parts.drift,
-    scene_parts.steps,
-    partial(scene_parts.hum, rms=0.2),
-    partial(scene_parts.late, ms=2),
+    parts.force,
+    parts.drift,
+    parts.steps,
+    partial(parts.hum, rms=0.2),
+    partial(parts.late, ms=2),
 )
 SCENES: Mapping[str, Recipe] = MappingProxyType(
     {
-        "const": Recipe(scene_parts.constant, grating),
-        "act1": Recipe(scene_parts.strokes, grating),
-        "act2": Recipe(partial(scene_parts.strokes, peak_mm_s=197.0, rate_Hz=1.07), grating),
+        "const": Recipe(parts.constant, grating),
+        "act1": Recipe(parts.strokes, grating),
+        "act2": Recipe(partial(parts.strokes, peak_mm_s=197.0, rate_Hz=1.07), grating),
         "harsh": Recipe(
-            scene_parts.strokes,
+            parts.strokes,
             grating,
-            (scene_parts.drift, scene_parts.steps, scene_parts.fading, scene_parts.friction),
-            skin=scene_parts.play,
+            (parts.drift, parts.steps, parts.fading, parts.friction),
+            skin=parts.play,
         ),
-        "slow": Recipe(partial(scene_parts.constant, speed_mm_s=1.0), grating, seconds=40.0),
-        "start": Recipe(scene_parts.constant, grating, seconds=0.4),
-        "step": Recipe(scene_parts.constant, scene_parts.step),
-        "hand": Recipe(scene_parts.hand, grating),
-        "hand, realistic": Recipe(scene_parts.hand, grating, _HAND, skin=scene_parts.play),
-        "quick turns": Recipe(scene_parts.turning, grating),
+        "slow": Recipe(partial(parts.constant, speed_mm_s=1.0), grating, seconds=40.0),
+        "start": Recipe(parts.constant, grating, seconds=0.4),
+        "step": Recipe(parts.constant, parts.step),
+        "hand": Recipe(parts.hand, grating),
+        "hand, realistic": Recipe(parts.hand, grating, _HAND, skin=parts.play),
+        "quick turns": Recipe(parts.turning, grating),
         "slow board": Recipe(
-            partial(scene_parts.constant, speed_mm_s=10.0),
+            partial(parts.constant, speed_mm_s=10.0),
             partial(grating, times=1.9),
-            (scene_parts.ripple, scene_parts.drift),
+            (parts.ripple, parts.drift),
             12.0,
             rate_Hz=35.6,
         ),
         **{f"{way}, 200 Hz": Recipe(motion, grating, rate_Hz=200.0) for way, motion in _WAYS.items()},
-        **{f"strokes, {name}": Recipe(scene_parts.strokes, grating, (own,)) for name, own in _ENCODERS.items()},
+        **{f"strokes, {name}": Recipe(parts.strokes, grating, (own,)) for name, own in _ENCODERS.items()},
         **{f"{way}, {name}": Recipe(motion, *of) for name, of in _SURFACES.items() for way, motion in _WAYS.items()},
     }
 )
@@ -255,8 +256,8 @@ def scene(
     time, offsets = np.arange(round(length * rate)) / rate, np.asarray(gauge_positions_mm, float)
     asked = checks.positive("wavelength (mm)", wavelength_mm)
     draft = Draft(np.random.default_rng(seed), drawn, rate, time, offsets, asked)
-    changes = None if step_to_mm is None else partial(scene_parts.step, to_mm=step_to_mm, at_s=step_at_s)
-    for change in (recipe.motion, recipe.skin, scene_parts.anywhere, changes or recipe.surface, *recipe.disturbances):
+    changes = None if step_to_mm is None else partial(parts.step, to_mm=step_to_mm, at_s=step_at_s)
+    for change in (recipe.motion, recipe.skin, parts.anywhere, changes or recipe.surface, *recipe.disturbances):
         if change is not None:
             change(draft)
     noise_sd = 10 ** (-checks.finite("snr_dB", snr_dB) / 20)

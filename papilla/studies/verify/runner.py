@@ -7,12 +7,9 @@ from time import perf_counter
 from papilla.errors import InputError, MissingExtraError, PapillaError
 from papilla.studies.case import Case
 from papilla.studies.runner import Progress, no_progress, run_jobs
-from papilla.studies.verify.adhesion import adhesion
-from papilla.studies.verify.creep import creep
+from papilla.studies.verify.contact import adhesion, coat, creep, friction, hertz, layers
 from papilla.studies.verify.engines import engines
-from papilla.studies.verify.friction import friction
 from papilla.studies.verify.hard import contrast, loads, places, slivers, thin_layer
-from papilla.studies.verify.hertz import coat, hertz, layers
 from papilla.studies.verify.identification import identification
 from papilla.studies.verify.incompressible import incompressible
 from papilla.studies.verify.invariance import invariance

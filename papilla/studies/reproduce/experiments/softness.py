@@ -102,7 +102,6 @@ def _published(calibration: Calibration, table: Sweep) -> dict:
         "digits_cost": abs(cost.largest_MPa),
         "digits_rms": cost.rms_MPa,
         "four": abs(four.largest_MPa),
-        "presses_in_table": len(table),
     }
 
 

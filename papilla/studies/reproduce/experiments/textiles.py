@@ -15,7 +15,6 @@ from papilla.estimators.published.texture import (
     printed_bands,
     random_bands,
 )
-from papilla.estimators.published.texture.bands import STEPS_HZ
 from papilla.studies.reproduce.claim import Found, Series
 
 SIMULATED = "made-up fabrics: the papers' recordings and scores are not published"
@@ -134,7 +133,6 @@ def _bands(drawn, all_bands) -> dict:
         "random_inside": float(np.mean([band in known for band in drawn])),
         "grid": float(len(all_bands)),
         "integral": abs(amplitude / (0.7 / SECONDS) - 1),
-        "steps": len(STEPS_HZ),
     }
 
 

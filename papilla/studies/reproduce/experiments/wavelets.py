@@ -172,7 +172,6 @@ def _phases(wavelet: CrossWavelet) -> dict:
         "many": len(many),
         "alone": float(len(single)),
         "irregular": float(told),
-        "significant_active": float(wavelet.ridge.significant.mean()),
     }
 
 
