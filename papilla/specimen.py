@@ -291,6 +291,10 @@ class Sphere(Specimen):
         return f"ball of {self.radius:g} mm radius"
 
 
+SPECIMEN_KINDS: dict[str, Callable[..., Specimen]] = {"half-space": HalfSpace, "block": Block, "sphere": Sphere}
+"""Name of a specimen in files and options -> its class, which takes a modulus and its length, if it has one."""
+
+
 @dataclass(frozen=True)
 class Grating:
     """A rigid plate with straight grooves along y: `groove` and `ridge` widths and groove `depth`, in mm.

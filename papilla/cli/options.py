@@ -189,28 +189,29 @@ class SpecimenOptions:
     def of(self, modulus: float, design: "Finger") -> "Specimen":
         """The specimen, a block as thick as those of the design's bench unless stated; raises `InputError` for an
         option that its shape would ignore."""
-        from papilla.specimen import Block, HalfSpace, Sphere
+        from papilla.specimen import SPECIMEN_KINDS
 
-        kind, thickness, radius = self.specimen, self.thickness, self.radius
-        if thickness is not None and kind != "block":
-            raise InputError(f"--thickness is for a block, not for a {kind}")
-        if radius is not None and kind != "sphere":
-            raise InputError(f"--radius is for a sphere, not for a {kind}")
-        if kind == "half-space":
-            return HalfSpace(modulus)
-        if kind == "block":
-            return design.bench.specimen(modulus) if thickness is None else Block(modulus, thickness)
-        if radius is None:
-            raise InputError("a sphere needs --radius (mm)")
-        return Sphere(modulus, radius)
+        measures = {"block": ("thickness", self.thickness), "sphere": ("radius", self.radius)}
+        for kind, (name, value) in measures.items():
+            if value is not None and kind != self.specimen:
+                raise InputError(f"--{name} is for a {kind}, not for a {self.specimen}")
+        name, value = measures.get(self.specimen, ("", None))
+        if value is None and self.specimen == "block":
+            return design.bench.specimen(modulus)
+        if value is None and name:
+            raise InputError(f"a {self.specimen} needs --{name} (mm)")
+        return SPECIMEN_KINDS[self.specimen](modulus, *([] if value is None else [value]))
 
 
 def describe(specimen: "Specimen") -> dict:
     """Kind and measures of a specimen under the names of files, as plain values."""
     from dataclasses import asdict
 
+    from papilla.specimen import SPECIMEN_KINDS
+
     units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
-    kind = {"HalfSpace": "half-space"}.get(type(specimen).__name__, type(specimen).__name__.lower())
+    names = (kind for kind, made in SPECIMEN_KINDS.items() if made is type(specimen))
+    kind = next(names, type(specimen).__name__.lower())
     return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items() if key != "bonded"}}
 
 

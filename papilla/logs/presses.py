@@ -12,7 +12,7 @@ from papilla.logs.columns import check_finite, open_log
 from papilla.logs.loading import Loop, loading, loops
 from papilla.logs.log_map import LogMap
 from papilla.short_repr import short_repr
-from papilla.specimen import THICKNESS_MM, Block, HalfSpace, Specimen, Sphere
+from papilla.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 from papilla.tables import Table, write_table
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
@@ -138,8 +138,7 @@ def read_presses(
 
 
 def _kind(specimen: Specimen) -> str:
-    classes = {Block: "block", HalfSpace: "half-space", Sphere: "sphere"}
-    return classes[type(specimen)]
+    return next(kind for kind, made in SPECIMEN_KINDS.items() if type(specimen) is made)
 
 
 def _check_sd(table: Table, log: PressLog, stated: np.ndarray | None) -> None:
@@ -183,14 +182,10 @@ def _specimen(table: Table, row: int, given: dict[str, np.ndarray], otherwise: S
             raise table.fault(row, name, f"a {kind} has none, got {value:g}: leave the cell empty")
         if not 0 < value < np.inf:
             raise table.fault(row, name, f"must be greater than 0, got {value:g}")
-    if kind == "sphere" and not measures:
-        raise table.fault(row, "specimen", "a sphere needs its radius_mm")
-    if kind == "half-space":
-        return HalfSpace(1.0)
-    if kind == "sphere":
-        return Sphere(1.0, measures["radius_mm"])
-    if measures:
-        return Block(1.0, measures["thickness_mm"])
+    if measures or KINDS[kind] is None:
+        return SPECIMEN_KINDS[kind](1.0, *measures.values())
+    if kind != "block":
+        raise table.fault(row, "specimen", f"a {kind} needs its {KINDS[kind]}")
     return replace(otherwise, modulus=1.0) if isinstance(otherwise, Block) else Block(1.0, THICKNESS_MM)
 
 
