@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import RectBivariateSpline
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
@@ -68,7 +69,9 @@ def on_finger(sweep: Sweep) -> Depth:
     return told
 
 
-def fit_indentation(force_N, indentation_mm, depth: Depth, start_MPa: float = 0.3) -> IndentationModulus:
+def fit_indentation(
+    force_N: ArrayLike, indentation_mm: ArrayLike, depth: Depth, start_MPa: float = 0.3
+) -> IndentationModulus:
     """Modulus and point of contact that explain a series; residuals are of the force.
 
     Parameters

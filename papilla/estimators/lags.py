@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
@@ -40,7 +41,7 @@ class ChannelLags:
     amplitude: np.ndarray
 
 
-def channel_lags(position_mm, readings, wavelength_mm: float) -> ChannelLags:
+def channel_lags(position_mm: ArrayLike, readings: ArrayLike, wavelength_mm: float) -> ChannelLags:
     """Lags of a line between channels of readings (n, c) at positions (n,) in mm.
 
     Between channels a distance d apart along the movement the phase is 2 pi d / wavelength whatever the velocity

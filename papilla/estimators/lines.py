@@ -8,6 +8,7 @@ over the channels; a line is a peak that the background beside it (drift, rough 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
@@ -81,7 +82,7 @@ class LineSpectrum:
     unused_channels: int
 
 
-def travelled(t_s, velocity_mm_s) -> np.ndarray:
+def travelled(t_s: ArrayLike, velocity_mm_s: ArrayLike) -> np.ndarray:
     """Position in mm (n,) at times (n,), from a velocity in mm/s, scalar or (n,): its trapezoidal integral from 0.
 
     Raises `InputError` for times that fall or are not finite, and for a velocity that is not finite.
@@ -99,7 +100,11 @@ def travelled(t_s, velocity_mm_s) -> np.ndarray:
 
 
 def find_lines(
-    position_mm, readings, *, wavelength_range_mm: tuple[float, float] | None = None, false_alarm: float = FALSE_ALARM
+    position_mm: ArrayLike,
+    readings: ArrayLike,
+    *,
+    wavelength_range_mm: tuple[float, float] | None = None,
+    false_alarm: float = FALSE_ALARM,
 ) -> LineSpectrum:
     """All significant lines of readings (n,) or (n, channels) at positions (n,) in mm, greatest amplitude first.
 

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError, MissingExtraError
@@ -133,7 +134,7 @@ class TextureModel:
         if not isinstance(self.limit, float) or not self.limit > 0:
             raise InputError(f"limit must be greater than 0, got {self.limit!r}")
 
-    def classify(self, position_mm, readings) -> tuple[list[str], np.ndarray]:
+    def classify(self, position_mm: ArrayLike, readings: ArrayLike) -> tuple[list[str], np.ndarray]:
         """A label for each window of a run, or "unknown", and squared distances (windows, k) from the labels' means.
 
         Raises `InputError` for another number of channels and as `Features.of` does.

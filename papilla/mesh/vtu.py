@@ -1,6 +1,7 @@
 """Layered meshes as VTU files: tetrahedra with their layer, boundary triangles with their name, and bent edges as
 quadratic lines whose middles follow the vertices; bit for bit."""
 
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ NO_LAYER = -1
 edges 4."""
 
 
-def save(mesh: LayeredMesh, path) -> None:
+def save(mesh: LayeredMesh, path: str | PathLike[str]) -> None:
     """Write a mesh as VTU (binary, compressed); raises `FileAccessError` where that is not possible.
 
     Cell data: `layer`, `boundary`, and, the same for every cell, `size_mm` and `mirrors` (1 for x, plus 2 for y).
@@ -39,7 +40,7 @@ def save(mesh: LayeredMesh, path) -> None:
         meshio.vtu.write(str(temporary), meshio.Mesh(points, blocks, cell_data=data), binary=True)
 
 
-def load(path) -> LayeredMesh:
+def load(path: str | PathLike[str]) -> LayeredMesh:
     """Read a mesh that `save` wrote.
 
     Raises `FileAccessError` for a missing or unreadable file, `FileFormatError` for one that holds something else.

@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla.errors import FileFormatError, InputError
 from papilla.tables import TableReader
@@ -43,7 +44,7 @@ class ContactArea:
             raise InputError(f"area_mm2 must be moduli x forces, got {self.area_mm2.shape}")
 
     @classmethod
-    def of_presses(cls, force_N, modulus_MPa, area_mm2) -> "ContactArea":
+    def of_presses(cls, force_N: ArrayLike, modulus_MPa: ArrayLike, area_mm2: ArrayLike) -> "ContactArea":
         """From presses (n,) on a grid of forces and moduli, in any order, as a sweep has them."""
         force, modulus, area = (np.asarray(values, float) for values in (force_N, modulus_MPa, area_mm2))
         forces, moduli = np.unique(force), np.unique(modulus)

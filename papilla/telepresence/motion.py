@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 
@@ -37,7 +39,7 @@ class Motion:
         checks.within("wander", self.wander, 0, 0.5)
         checks.within("press_N", self.press_N, 0, 100)
 
-    def force_N(self, time_s):
+    def force_N(self, time_s: ArrayLike) -> Any:
         """Pressing force at a time or times."""
         return self.press_N * (1 + PRESS_SWING * np.sin(2 * math.pi * PRESS_HZ * np.asarray(time_s)))
 
@@ -46,7 +48,7 @@ class Motion:
         """Length of a stroke; infinite at a constant speed."""
         return self.peak_mm_s / (math.pi * self.strokes_Hz) if self.strokes_Hz else math.inf
 
-    def place_mm(self, time_s):
+    def place_mm(self, time_s: ArrayLike) -> Any:
         """Position at a time or times; the strokes begin at 0 and go forth first."""
         if self.strokes_Hz == 0:
             return self.peak_mm_s * np.asarray(time_s)

@@ -1,7 +1,7 @@
 """The sensor's side: estimates of every sample made into the few quantities that are sent."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -82,7 +82,7 @@ class Sensing:
         self._amplitudes: dict[float, tuple[float, float]] = {}
         self._sample: tuple[float, ...] = ()
 
-    def update(self, sample) -> None:
+    def update(self, sample: Sequence[float]) -> None:
         """Take one sample, in the order of the pipeline's columns."""
         self._answer = self.pipeline.update(sample)
         self._sample = tuple(sample)

@@ -4,6 +4,7 @@ import math
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
@@ -78,7 +79,7 @@ class RecordedTexture:
     Raises `InputError` for a stroke shorter than `LEAST_MM`.
     """
 
-    def __init__(self, positions_mm, readings):
+    def __init__(self, positions_mm: ArrayLike, readings: ArrayLike):
         place, value = np.asarray(positions_mm, float), np.asarray(readings, float)
         kept = np.isfinite(place) & np.isfinite(value)
         place, value = place[kept], value[kept]
@@ -101,9 +102,11 @@ class RecordedTexture:
     @classmethod
     def of_log(cls, log: TimeLog, gauge: int = 0) -> "RecordedTexture":
         """The texture of a gauge of a log with a position or a velocity; raises `InputError` without either."""
-        if log.position_mm is None and log.velocity_mm_s is None:
+        place = log.position_mm
+        if place is None and log.velocity_mm_s is not None:
+            place = travelled(log.t_s, log.velocity_mm_s)
+        if place is None:
             raise InputError("a recorded texture needs a column position_mm or velocity_mm_s")
-        place = travelled(log.t_s, log.velocity_mm_s) if log.position_mm is None else log.position_mm
         return cls(place, log.readings[:, gauge])
 
     @property

@@ -1,7 +1,7 @@
 """What `Friction` answers: the coefficients with their standard deviations, and a status."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,6 +41,6 @@ class FrictionEstimate(NamedTuple):
     status: int | np.ndarray = int(FrictionStatus.NOT_SLIDING)
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return FrictionStatus.in_words(self.status)

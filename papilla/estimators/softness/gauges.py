@@ -16,7 +16,7 @@ a texture, all of them are distrusted for a while instead of blaming one.
 import math
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -94,7 +94,7 @@ class GaugeEstimate(NamedTuple):
     position_sigma_mm: float | np.ndarray = math.nan
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words, and which channels were left out why: a string, or a list of them."""
         if isinstance(self.status, np.ndarray):
             columns = (self.status, self.left_out, self.channels)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class SoftnessEstimate(NamedTuple):
     status: int | np.ndarray = int(SoftnessStatus.NO_CONTACT)
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return SoftnessStatus.in_words(self.status)
 

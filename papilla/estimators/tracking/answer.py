@@ -1,6 +1,6 @@
 """What a tracker of the wavelength answers."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class WavelengthEstimate(NamedTuple):
     status: int | np.ndarray
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return TrackingStatus.in_words(self.status)
 
@@ -61,6 +61,6 @@ class FusedEstimate(NamedTuple):
     gauges: int | np.ndarray
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return TrackingStatus.in_words(self.status)

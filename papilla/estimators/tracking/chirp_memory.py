@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,7 +38,7 @@ class ChirpEstimate(NamedTuple):
     status: int | np.ndarray
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return ChirpStatus.in_words(self.status)
 

@@ -1,6 +1,7 @@
 """Trackers of the wavelength: the follower behind samples with a velocity or a position, of one gauge or several."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, ClassVar
@@ -61,7 +62,7 @@ class FusedTracker(Stream):
 
     def __init__(
         self,
-        gauge_positions_mm,
+        gauge_positions_mm: int | Sequence[float],
         *,
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
         sample_rate_Hz: float = 1000.0,
@@ -122,7 +123,7 @@ class FusedTracker(Stream):
         place = memory.place_mm if known else math.nan
         return self.follow(memory.samples * self._dt, place, velocity, sample[:-1])
 
-    def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]):
+    def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]) -> Any:
         """The estimate after one more sample at this time and place, for whoever keeps both himself."""
         limit = self._limit
         readings = tuple(
@@ -171,7 +172,7 @@ class SpaceTracker(FusedTracker):
 
     answer: ClassVar[Any] = WavelengthEstimate
 
-    def __init__(self, **options):
+    def __init__(self, **options: Any):
         super().__init__(1, **options)
         self.columns = ("reading", "velocity_mm_s")
 
@@ -185,7 +186,7 @@ class LineTracker(FusedTracker):
 
     answer: ClassVar[Any] = WavelengthEstimate
 
-    def __init__(self, channels: int, *, wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM, **options):
+    def __init__(self, channels: int, *, wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM, **options: Any):
         super().__init__(
             channels, wavelength_range_mm=wavelength_range_mm, **({"sample_rate_Hz": 1.0, "latency_s": 0.0} | options)
         )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
@@ -32,7 +33,9 @@ class Motion:
         return cls(t, speed * t, rate_Hz)
 
     @classmethod
-    def sampled(cls, t_s, position_mm, rate_Hz: float = RATE_HZ, seconds: float | None = None) -> "Motion":
+    def sampled(
+        cls, t_s: ArrayLike, position_mm: ArrayLike, rate_Hz: float = RATE_HZ, seconds: float | None = None
+    ) -> "Motion":
         """Through the points (t, x), straight between them; raises `InputError` for bad or missing ones."""
         t, x = np.asarray(t_s, float), np.asarray(position_mm, float)
         if t.ndim != 1 or t.shape != x.shape or len(t) < 2:

@@ -1,7 +1,7 @@
 """What the published roughness estimators answer, and the sentences of its status."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class RoughnessEstimate(NamedTuple):
     status: int | np.ndarray
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return RoughnessStatus.in_words(self.status)
 

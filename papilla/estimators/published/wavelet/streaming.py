@@ -3,7 +3,7 @@
 import cmath
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class RidgeEstimate(NamedTuple):
     status: int | np.ndarray
 
     @property
-    def sentence(self):
+    def sentence(self) -> Any:
         """The status in words: a string, or a list of them."""
         return RidgeStatus.in_words(self.status)
 
