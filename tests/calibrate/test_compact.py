@@ -2,8 +2,10 @@
 
 import dataclasses
 import math
+import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,3 +129,21 @@ def test_the_interval_is_log_normal_and_holds_the_modulus(fitted):
     relative = found.sigma_MPa / found.modulus_MPa
     assert found.lower_MPa == pytest.approx(found.modulus_MPa * math.exp(-1.96 * relative), rel=1e-4)
     assert found.lower_MPa < 0.2 < found.upper_MPa
+
+
+def test_the_example_in_cpp_compiles_and_answers_as_the_library_does(fitted, tmp_path):
+    compiler = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        pytest.skip("no C++ compiler on this machine")
+    (tmp_path / "papilla.h").write_text(c_header(fitted))
+    example = Path(__file__).parents[2] / "examples" / "softness.cpp"
+    command = [compiler, "-std=c++11", "-Wall", "-Wextra", "-Werror", f"-I{tmp_path}", str(example), "-o", "softness"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    sd = float(fitted.compact.predict(0.4, 0.2))
+    lines = [" ".join(f"{sd * side:.9g}" for side in (-1, 1, -1, 1)) + f" {force}" for force in (0.4, 9.0)]
+    done = subprocess.run(["./softness"], cwd=tmp_path, input="\n".join(lines), capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.splitlines()[1].endswith("force outside of the calibration")
+    expected = fitted.compact.answer(sd, 0.4, 5.0 / 2, 2e-3)
+    told = [float(word) for word in re.findall(r"[0-9.]+(?= MPa| to| \()", done.stdout.splitlines()[0])]
+    assert told == pytest.approx([expected.modulus_MPa, expected.lower_MPa, expected.upper_MPa], rel=1e-4)
+    assert subprocess.run(["./softness"], cwd=tmp_path, input="1\n", capture_output=True, text=True).returncode == 2
