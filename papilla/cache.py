@@ -279,6 +279,7 @@ def _hash(*parts: object) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
+@lru_cache(maxsize=64)
 def _version(distribution: str) -> str:
     try:
         return version(distribution)
