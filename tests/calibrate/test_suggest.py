@@ -71,7 +71,7 @@ def test_what_is_known_before_is_what_the_fit_knows(identified):
     inverse = np.linalg.inv(finger.known)
     if identified.chi_square < 1.5 * identified.freedom:
         assert np.diag(inverse) == pytest.approx(np.diag(identified.covariance), rel=1e-6)
-    variance = np.einsum("mf,fg,mg->m", finger.told, inverse, finger.told).mean()
+    variance = np.einsum("mf,fg,mg->m", finger.slope, inverse, finger.slope).mean()
     assert one.sigma_before == pytest.approx(np.sqrt(variance))
 
 

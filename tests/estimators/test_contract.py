@@ -257,8 +257,10 @@ def test_the_state_does_not_grow(case, name):
             later[:, 0] += number * ROWS / RATE
         estimator.process(later)
         sizes.append(len(pickle.dumps(estimator.state)))
-    # The chirp tracker holds a covariance of as many harmonics as it has just found
-    assert sizes[3] <= (1.6 if name in ("ChirpTracker", "Pipeline-blind") else 1.02) * sizes[1] + 100
+    # The chirp tracker holds a covariance of as many harmonics as it has just found, and a search that is under way
+    # the window that it searches: 130 kB, whatever the length of the stream
+    blind = name in ("ChirpTracker", "Pipeline-blind")
+    assert sizes[3] <= (1.6 if blind else 1.02) * sizes[1] + (200_000 if blind else 100)
 
 
 @every
