@@ -41,7 +41,7 @@ def off(told, before, after):
 
 
 def presses(member):
-    return np.array([press(member, Block(e, 10.0), force=f, fidelity="contact").values for f, e in CASES])
+    return np.array([press(member, Block(e, 10.0), force=f, fidelity="contact", friction=0.0).values for f, e in CASES])
 
 
 @pytest.mark.slow
