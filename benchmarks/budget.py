@@ -66,6 +66,7 @@ class Figure:
 
 
 def main() -> None:
+    """Run the jobs, print the report, and keep the figures of a release."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--jobs", nargs="+", metavar="TEXT", help="those whose names hold one of these")
     parser.add_argument("--tests", action="store_true", help="time the quick tests, too")

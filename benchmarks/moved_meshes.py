@@ -95,6 +95,7 @@ def _children() -> float:
 
 
 def main() -> None:
+    """Press on moved and on fresh meshes, and print a row a shape."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--shapes", nargs="*", default=list(fingers()), choices=list(fingers()))
     parser.add_argument("--drawn", type=int, default=2, help="fresh meshes a finger")

@@ -84,6 +84,7 @@ def errors(geometry: Geometry, reduced: fem.ReducedFinger, modulus: float, frict
 
 
 def main() -> None:
+    """Press by papilla and by the independent code, and print the largest errors."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--geometry", nargs="*", default=list(GEOMETRIES), choices=list(GEOMETRIES))
     parser.add_argument("--moduli", nargs="*", type=float, default=[0.05, 0.2, 0.72])

@@ -49,6 +49,7 @@ def _docstrings(tree: ast.AST) -> Iterator[range]:
 
 
 def main() -> None:
+    """Count and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--root", type=Path, default=Path(__file__).parents[1] / "papilla")
     parser.add_argument("--per-file", action="store_true", help="a row a file")

@@ -51,7 +51,7 @@ def test_it_is_the_real_contact_beside_the_apex(relatives, moved):
     for place in ((3.0, 0.0), (2.0, -2.0)):
         there = presses(relatives.model(outer / inner).reduce(place))
         missed, size = off(changed(moved, outer, inner, place).values, apex, there)
-        assert missed < 0.1 and size > 3 * missed, place
+        assert missed < 0.1 and size > 4 * missed, place
     assert moved.error < 0.2
 
 
