@@ -10,8 +10,8 @@ from papilla.workers import workers
 Progress = Callable[[str, int, int], None]
 """Takes what is done now, how many jobs are done, and how many there are."""
 
-LARGEST_JOB_GIB = 3.0
-"""Most memory that one job of a study takes (`papilla verify` with its largest family has 2.2 GiB)."""
+LARGEST_JOB_GIB = 3.25
+"""Most memory that one job of a study takes: 3.25 GB in a whole `papilla verify`."""
 MOST_PROCESSES = 2
 """Jobs at once: more would each wait for the memory bus."""
 
