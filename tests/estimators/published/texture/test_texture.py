@@ -1,11 +1,9 @@
 """Bands, concordance, outliers, scores, nearest neighbours: against tables, definitions and known signals."""
 
-import sys
-
 import numpy as np
 import pytest
 
-from papilla.errors import InputError, MissingExtraError
+from papilla.errors import InputError
 from papilla.estimators.published.texture import (
     band_amplitudes,
     best_band,
@@ -233,13 +231,6 @@ def test_features_do_not_see_offset_or_trend_but_the_spectrum():
         log_band_features(np.ones((128, 1)), 35.6, 4)
 
 
-def test_without_scikit_learn_the_extra_is_named(monkeypatch):
-    for name in ("sklearn", "sklearn.neighbors"):
-        monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(MissingExtraError, match=r"papilla\[texture\]"):
-        leave_m_out(np.arange(6.0)[:, None], [0, 0, 0, 1, 1, 1], 2, seed=0)
-
-
 def gratings(spread: float, seed: int):
     """f_MP of two channel pairs of 24 runs over three gratings, the speed repeating within `spread`."""
     generator = np.random.default_rng(seed)
@@ -250,7 +241,6 @@ def gratings(spread: float, seed: int):
 
 @pytest.mark.slow
 def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
-    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
     steady = leave_m_out(*gratings(0.005, 1), 21, seed=3, splits=50)
     assert steady.accuracy == 1.0 and steady.tests == 50 * 21
     assert steady.labels == (400, 440, 480) and np.trace(steady.confusion) == 50 * 21
@@ -264,7 +254,6 @@ def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
 
 def test_accuracy_is_that_of_nearest_neighbours_written_out():
     """Second implementation: distances by hand, the same random splits drawn once more."""
-    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
     features, labels = gratings(0.04, 5)
     found = leave_m_out(features, labels, 15, seed=9, splits=40)
     generator, right = np.random.default_rng(9), []
@@ -279,8 +268,20 @@ def test_accuracy_is_that_of_nearest_neighbours_written_out():
     assert (found.low, found.high) == (min(right), max(right))
 
 
+def test_more_neighbours_vote_as_scikit_learn_has_it():
+    learn = pytest.importorskip("sklearn.neighbors", reason="scikit-learn (extra `texture`) is not installed")
+    features, labels = gratings(0.04, 6)
+    found = leave_m_out(features, labels, 9, seed=2, splits=1, neighbours=3)
+    generator = np.random.default_rng(2)
+    training = np.concatenate(
+        [generator.choice(np.flatnonzero(labels == label), 5, replace=False) for label in (400, 440, 480)]
+    )
+    test = np.setdiff1d(np.arange(24), training)
+    nearest = learn.KNeighborsClassifier(n_neighbors=3).fit(features[training], labels[training])
+    assert found.accuracy == np.mean(nearest.predict(features[test]) == labels[test])
+
+
 def test_splits_that_cannot_be_are_refused():
-    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
     features, labels = gratings(0.01, 0)
     with pytest.raises(InputError, match="left_out = 4 of 24 runs does not leave an equal training set"):
         leave_m_out(features, labels, 4, seed=0)
