@@ -29,8 +29,8 @@ import numpy as np
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
-from papilla.errors import InputError
-from papilla.files import reason, replacing
+from papilla.errors import FileAccessError, InputError
+from papilla.files import check_writable, reason, replacing
 
 ENVIRONMENT = "PAPILLA_CACHE"
 
@@ -100,6 +100,35 @@ def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarr
                 found = {name: np.asarray(array) for name, array in make().items()}
                 keep(kind, key, found)
     return found
+
+
+def entries() -> dict[Path, int]:
+    """The files of all entries, of papilla's present code or an older one, and their sizes in bytes."""
+    found = {}
+    for path in sorted(folder().glob("*/*.entry")):
+        with suppress(OSError):  # Another process may remove it
+            found[path] = path.stat().st_size
+    return found
+
+
+def usable() -> bool:
+    """Whether entries can be written here and are trusted: nobody but this user may write to the folder."""
+    try:
+        folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+        _check_own(entry("probe", "probe"))
+        check_writable(folder())
+    except OSError:
+        return False
+    return True
+
+
+def clean() -> None:
+    """Remove all entries and their locks; what is needed again is computed again. Raises `FileAccessError`."""
+    for path in (*entries(), *folder().glob("*/*.entry.lock")):
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise FileAccessError(f"cannot remove cache entry {path}: {reason(error)}") from error
 
 
 def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:

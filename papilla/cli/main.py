@@ -14,10 +14,12 @@ import typer
 
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
+from papilla.cli.doctor import doctor
 from papilla.cli.estimate import estimate
 from papilla.cli.export_c import export_c
 from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
+from papilla.cli.new import new
 from papilla.cli.options import grouped
 from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, plain
 from papilla.cli.press import press
@@ -44,7 +46,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
-    "": (calibrate, identify, press, slide, estimate, view, export_c, verify, bench, reproduce),
+    "": (calibrate, identify, new, press, slide, estimate, view, export_c, doctor, verify, bench, reproduce),
     "log": (map_log,),
     "texture": (train, classify),
     "telepresence": (simulate, sensor, display, timing),

@@ -35,15 +35,15 @@ def verify(
         say(sentence)
     passed = all(case.passed for case in cases)
     if as_json:
-        print_json({"passed": passed, "cases": [_plain(case) for case in cases], "skipped": skipped})
+        print_json({"passed": passed, "cases": [case_keys(case) for case in cases], "skipped": skipped})
     else:
         _print(cases)
     if not passed:
         raise typer.Exit(CHECK_FAILED)
 
 
-def _plain(case: "Case") -> dict[str, Any]:
-    """The documented keys."""
+def case_keys(case: "Case") -> dict[str, Any]:
+    """The documented keys of a case, as plain values."""
     plain = {"name": case.what, "measure": case.cause, "error": case.value, "bound": case.bound}
     return plain | {"passed": case.passed, "seconds": case.seconds}
 

@@ -1,0 +1,131 @@
+"""`papilla doctor`: what this installation is, whether it works, and what its cache holds."""
+
+import os
+import platform
+import re
+from typing import Any
+
+import typer
+
+from papilla.cli.options import PROCESSES, JsonOption, option
+from papilla.cli.output import Stopwatch, print_json, say, tell
+from papilla.cli.verify import CHECK_FAILED, case_keys
+
+MB = 1e6
+_REQUIREMENT = re.compile(r"([\w.-]+)[^;]*(?:;.*extra == ['\"]([\w-]+)['\"])?")
+"""Name of a package, and the extra that it belongs to."""
+
+
+def doctor(
+    clean: bool = option(False, "Empty the cache first; what is needed again is computed again.", "--clean"),
+    as_json: JsonOption = False,
+) -> None:
+    """Show versions, solver, rendering, threads, cache and extras, and test in seconds that papilla computes.
+
+    The environment variable PAPILLA_CACHE names the cache's folder. Exit code 1 says that a check failed.
+    """
+    watch = Stopwatch()
+    from papilla import __version__, cache
+
+    removed = 0
+    if clean:
+        removed = sum(cache.entries().values())
+        cache.clean()
+        say(f"removed {removed / MB:.1f} MB from {cache.folder()}")
+    required, extras = _packages()
+    facts: dict[str, Any] = {
+        "papilla": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "packages": required,
+        "solver": {"name": "rslab", "version": required.get("rslab")},
+        "rendering": _rendering(),
+        "threads": _threads(),
+        "cache": _cache() | {"removed_bytes": removed},
+        "extras": extras,
+    }
+    from papilla.studies.self_test import self_test
+
+    test = Stopwatch()
+    cases = [case_keys(case) for case in self_test()]
+    failed = [case["name"] for case in cases if not case["passed"]]
+    facts["self_test"] = {"passed": not failed, "seconds": test.seconds, "cases": cases}
+    facts["seconds"] = watch.seconds
+    if as_json:
+        print_json(facts)
+    else:
+        _print(facts, failed)
+    if failed:
+        raise typer.Exit(CHECK_FAILED)
+
+
+def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:
+    """Versions of what papilla needs, None where a package is missing; and of each extra, with whether it is whole."""
+    from importlib.metadata import PackageNotFoundError, requires, version
+
+    def found(name: str) -> str | None:
+        try:
+            return version(name)
+        except PackageNotFoundError:
+            return None
+
+    try:
+        lines = requires("papilla") or []
+    except PackageNotFoundError:  # Run from a checkout that is not installed
+        lines = []
+    needed: dict[str, dict[str, str | None]] = {}
+    for match in filter(None, map(_REQUIREMENT.match, lines)):
+        needed.setdefault(match[2] or "", {})[match[1]] = found(match[1])
+    required = needed.pop("", {})
+    return required, {name: {"complete": None not in of.values(), "packages": of} for name, of in needed.items()}
+
+
+def _rendering() -> str:
+    """By what pictures are rendered: a kind of VTK's windows, or matplotlib alone."""
+    from papilla.view.render import ENVIRONMENT, use_offscreen_window
+
+    return (os.environ.get(ENVIRONMENT) or "VTK's own window") if use_offscreen_window() else "matplotlib alone"
+
+
+def _threads() -> dict:
+    from papilla.workers import THREADS
+
+    return {"cores": os.cpu_count(), "processes": PROCESSES} | {name: os.environ.get(name) for name in THREADS}
+
+
+def _cache() -> dict:
+    from papilla import cache
+
+    sizes = cache.entries()
+    kinds: dict[str, int] = {}
+    for path, size in sizes.items():
+        kinds[path.parent.name] = kinds.get(path.parent.name, 0) + size
+    told = f"the variable {cache.ENVIRONMENT}" if os.environ.get(cache.ENVIRONMENT) else "the user's cache folder"
+    return {
+        "folder": str(cache.folder()),
+        "chosen_by": told,
+        "entries": len(sizes),
+        "bytes": sum(sizes.values()),
+        "bytes_by_kind": kinds,
+        "usable": cache.usable(),
+    }
+
+
+def _print(facts: dict, failed: list[str]) -> None:
+    kept, threads, test = facts["cache"], facts["threads"], facts["self_test"]
+    rows = [("papilla", facts["papilla"]), ("Python", f"{facts['python']}, {facts['platform']}")]
+    rows += [(name, version or "MISSING") for name, version in facts["packages"].items()]
+    rows.append(("rendering", facts["rendering"]))
+    rows.append(
+        ("threads", f"{threads['cores']} cores, {threads['processes']} processes in long jobs, each of 1 thread")
+    )
+    rows.append(("cache", f"{kept['folder']} ({kept['chosen_by']})" + "; NOT USABLE" * (not kept["usable"])))
+    rows.append(("cache size", f"{kept['bytes'] / MB:.1f} MB in {kept['entries']} entries"))
+    for name, extra in facts["extras"].items():
+        missing = [package for package, version in extra["packages"].items() if version is None]
+        rows.append((f"extra {name}", "there" if not missing else f"lacks {', '.join(missing)}"))
+    passed = f"{len(test['cases']) - len(failed)} of {len(test['cases'])} checks passed, {test['seconds']:.1f} s"
+    rows.append(("self-test", passed + "".join(f"; FAILED: {name}" for name in failed)))
+    width = max(len(name) for name, _ in rows)
+    for name, value in rows:
+        tell(f"{name:{width}}  {value}")

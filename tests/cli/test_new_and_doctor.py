@@ -1,0 +1,116 @@
+"""`papilla new` and `papilla doctor`: what they write and say, and that it holds."""
+
+import json
+import re
+
+import pytest
+
+from papilla import Finger, cache
+from papilla.cli import doctor
+
+
+@pytest.mark.parametrize("shape", ["dome", "slab", "surfaces"])
+def test_a_new_design_is_a_finger_of_its_shape_with_comments(papilla, tmp_path, shape):
+    answer = papilla("new", "mine.toml", "--shape", shape, "--json")
+    assert answer.code == 0, answer.err
+    facts = json.loads(answer.out)
+    assert sorted(facts["files"]) == sorted(path.name for path in tmp_path.iterdir())
+    finger = Finger.load(tmp_path / "mine.toml")
+    assert type(finger.shape).__name__.lower() == shape and len(finger.gauges) == 5
+    text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    assert text.count("#") > 15 and "--finger mine.toml" in text and "FILE" not in text
+
+
+@pytest.mark.parametrize("shape", ["dome", "slab"])
+def test_keys_that_are_commented_out_are_keys_of_a_design(papilla, tmp_path, shape):
+    papilla("new", "mine.toml", "--shape", shape)
+    path = tmp_path / "mine.toml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    opened = [re.sub(r"^# (?=\[|\w+ = )", "", line) for line in lines]
+    path.write_text("\n".join(line for line in opened if "material" not in line), encoding="utf-8")
+    finger = Finger.load(path)
+    assert finger.bone.modulus == 3000.0 and finger.ridges.pitch == 1.2 and finger.bench.friction == 0.5
+
+
+def test_the_default_finger_is_what_a_new_dome_begins_with(papilla, tmp_path):
+    papilla("new", "mine.toml")
+    mine, default = Finger.load(tmp_path / "mine.toml"), Finger.default()
+    assert (mine.shape, mine.outer, mine.inner, mine.gauges) == (
+        default.shape,
+        default.outer,
+        default.inner,
+        default.gauges,
+    )
+
+
+def test_new_overwrites_nothing(papilla, refused, tmp_path):
+    (tmp_path / "bone.stl").write_text("mine")
+    assert "bone.stl is already there" in refused("new", "mine.toml", "--shape", "surfaces")
+    (tmp_path / "mine.toml").symlink_to("nowhere")
+    assert "mine.toml is already there" in refused("new", "mine.toml")
+
+
+def test_surface_files_are_closed_nested_and_smooth_at_the_apex(papilla, tmp_path):
+    from papilla.fem.pressing.press import FACETS
+    from papilla.mesh.surface_files import read_nested
+
+    papilla("new", "mine.toml", "--shape", "surfaces")
+    shape = Finger.load(tmp_path / "mine.toml").shape
+    skin, *_ = read_nested((shape.outer, shape.interface, shape.bone))
+    apex = skin.project([[0.0, 0.0, 20.0]])[0]
+    assert apex[2] == pytest.approx(20.0, abs=0.01)
+    indentation_mm = 0.5
+    assert skin.facet_deviation(apex, 3.75) < FACETS * indentation_mm
+
+
+def test_doctor_tests_itself_and_counts_the_cache(papilla, tmp_path, monkeypatch):
+    import numpy as np
+
+    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
+    cache.keep("thing", "one", {"a": np.arange(1000.0)})
+    size = sum(cache.entries().values())
+    answer = papilla("doctor", "--json")
+    assert answer.code == 0, answer.err
+    facts = json.loads(answer.out)
+    assert facts["cache"]["entries"] == 1 and facts["cache"]["bytes"] == size > 100 and facts["cache"]["usable"]
+    assert facts["cache"]["bytes_by_kind"] == {"thing": size} and "PAPILLA_CACHE" in facts["cache"]["chosen_by"]
+    assert facts["self_test"]["passed"] and len(facts["self_test"]["cases"]) == 10
+    assert facts["packages"]["numpy"] == np.__version__ and facts["extras"]["texture"]["packages"]["scikit-learn"]
+    assert cache.find("thing", "one") is not None, "a look removes nothing"
+
+
+def test_clean_empties_the_cache_and_nothing_else(papilla, tmp_path, monkeypatch):
+    import numpy as np
+
+    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
+    monkeypatch.setattr("papilla.studies.self_test.self_test", list)
+    cache.keep("thing", "one", {"a": np.arange(3.0)})
+    (tmp_path / "cache" / "thing" / "notes.txt").write_text("mine")
+    answer = papilla("doctor", "--clean", "--json")
+    facts = json.loads(answer.out)
+    assert facts["cache"]["entries"] == 0 and facts["cache"]["removed_bytes"] > 0
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["notes.txt"]
+
+
+def test_a_check_that_fails_is_exit_1_and_is_named(papilla, monkeypatch):
+    from papilla.studies.case import Case
+
+    monkeypatch.setattr("papilla.studies.self_test.self_test", lambda: [Case("press, force", "sum", 0.5, 1e-9)])
+    answer = papilla("doctor")
+    assert answer.code == 1 and "0 of 1 checks passed" in answer.out and "FAILED: press, force" in answer.out
+
+
+def test_a_cache_that_others_can_write_to_is_not_usable(tmp_path, monkeypatch):
+    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
+    tmp_path.chmod(0o777)
+    assert doctor._cache()["usable"] is False
+
+
+@pytest.mark.slow
+@pytest.mark.mesher
+def test_a_new_finger_from_surface_files_runs_at_once(papilla):
+    papilla("new", "mine.toml", "--shape", "surfaces")
+    scene = ("--modulus", 0.51, "--force", 0.588, "--size-mm", 2.5, "--fidelity", "contact", "--json")
+    own, dome = (json.loads(papilla("press", *finger, *scene).out) for finger in (["--finger", "mine.toml"], []))
+    assert own["indentation_mm"] == pytest.approx(dome["indentation_mm"], rel=0.02)
+    assert "facets" not in own["status"]
