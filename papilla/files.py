@@ -84,6 +84,12 @@ def replacing_set(paths: Sequence[str | PathLike]) -> Iterator[list[Path]]:
                 temporary.unlink()
 
 
+def sidecar(path: str | PathLike, ending: str) -> Path:
+    """The file that belongs to `path`: a.csv has a.<ending>; a.dat has a.dat.<ending>, for a.csv may have one, too."""
+    path = Path(path)
+    return path.with_name(f"{path.stem if path.suffix == '.csv' else path.name}.{ending}")
+
+
 def write_text(path: str | PathLike, text: str) -> None:
     """Write `text` (UTF-8) atomically; raises `FileAccessError`."""
     with replacing(path) as temporary:

@@ -21,6 +21,12 @@ class Status(IntEnum):
         """Whether the answer may be used, which is so if the sentence begins with "ok"."""
         return self.sentence.startswith("ok")
 
+    @property
+    def code(self) -> str:
+        """The status in one to three words, for tables: its name, after "ok" where the answer may be used."""
+        name = self.name.lower().replace("_", " ")
+        return f"ok, {name}" if self.good and name != "ok" else name
+
     @classmethod
     def in_words(cls, status):
         """The sentence of a status; for an array (n,) of statuses a list of n sentences."""

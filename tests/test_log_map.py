@@ -278,5 +278,5 @@ def test_parquet(tmp_path):
     ],
 )
 def test_units_by_their_size(file, content, remark):
-    notes = [note for note in read_time_log(file(content)).report.notes if "looks like" in note]
+    notes = read_time_log(file(content)).report.sizes
     assert len(notes) == (remark is not None) and all(note.startswith(str(remark)) for note in notes)

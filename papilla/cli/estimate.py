@@ -2,17 +2,19 @@
 
 import re
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.cli.options import JsonOption, MapOption, argument, keep_inputs, option
-from papilla.cli.output import Progress, print_json, progress, say
+from papilla.cli.output import Progress, progress
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
 
     from papilla.calibration import Calibration
+    from papilla.estimators import Pipeline
     from papilla.logs import TimeLogFile
 
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
@@ -21,54 +23,49 @@ SILENT_ROWS = 100_000
 """Rows that are read before a word is said of it."""
 
 
-def estimate(
-    log: Path = argument(..., "Time log (CSV): t_s, g1, ..., force_N, ...; - for standard input.", metavar="LOG.csv"),
-    out: Path = option(..., "Table of estimates to write (CSV); - for standard output."),
-    calibration: Path | None = option(None, "Calibration file (JSON); without it no modulus."),
-    finger: Path | None = option(None, "Design (TOML, or a name that ships) for its ridges; a calibration has them."),
+@dataclass(frozen=True)
+class EstimatorOptions:
+    """What is known of finger, specimen and surface."""
+
+    finger: Path | None = option(None, "Design (TOML, or a name that ships) for its ridges; a calibration has them.")
     wavelength_range: tuple[float, float] | None = option(
         None,
         "Wavelengths (mm) to look for; without it 0.4 to 6 row by row, all in the summary.",
         metavar="LO HI",
-    ),
-    saturation: float | None = option(None, "|reading| from which a gauge is saturated."),
-    thickness: float | None = option(None, "Thickness (mm) of the touched specimen; unknown unless stated."),
+    )
+    saturation: float | None = option(None, "|reading| from which a gauge is saturated.")
+    thickness: float | None = option(None, "Thickness (mm) of the touched specimen; unknown unless stated.")
     softness: Literal["surface", "quadratic", "printed"] = option(
         "surface",
         "The modulus by the calibrated surfaces, or, for comparison, by the published quadratic with the "
         "calibration's or the printed coefficients, which presses do not follow.",
-    ),
-    lever_mm: float | None = option(None, "Of a column torque_Nmm: from the torque's axis to the skin, mm."),
-    log_map: MapOption = None,
+    )
     friction_memory: float | None = option(
         None, "Path (mm) that friction is averaged over; without it 0.1 s of sliding."
-    ),
-    as_json: JsonOption = False,
-) -> None:
-    """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
-    from papilla import checks
-    from papilla.cli.estimate_output import Summary, print_summary
-    from papilla.estimators import Doubts, Pipeline
-    from papilla.estimators.pipeline import PipelineEstimate
-    from papilla.files import check_writable
-    from papilla.tables import table_writer
+    )
 
-    printed = _check_files([log, calibration, finger, log_map], out, as_json)
-    if softness != "surface" and thickness is not None:
-        raise InputError(f"--thickness is for the calibrated surfaces: --softness {softness} knows none")
-    wavelengths = wavelength_range and checks.rising("--wavelength-range", wavelength_range)
-    with progress() as bar, _opened(log, lever_mm, log_map, bar) as recorded:
-        record = _load(calibration, recorded, log) if calibration else None
-        noise, zeros = _noise(recorded), _zeros(record)
+    def check(self) -> None:
+        """Raise `InputError` for options that exclude each other, or a range that does not rise."""
+        from papilla import checks
+
+        if self.softness != "surface" and self.thickness is not None:
+            raise InputError(f"--thickness is for the calibrated surfaces: --softness {self.softness} knows none")
+        if self.wavelength_range is not None:
+            checks.rising("--wavelength-range", self.wavelength_range)
+
+    def pipeline(self, record: "Calibration | None", recorded: "TimeLogFile", noise: dict[str, Any]) -> "Pipeline":
+        """The pipeline for a log; raises `InputError`."""
+        from papilla.estimators import Doubts, Pipeline
+
         chosen: dict[str, Any] = {
-            "wavelength_range_mm": wavelengths,
-            "saturation": saturation,
-            "friction_memory_mm": friction_memory,
-            "softness": softness,
-            "ridge_pitch_mm": _ridge_pitch(finger),
-            "doubts": None if thickness is None else Doubts(thickness_mm=thickness),
+            "wavelength_range_mm": self.wavelength_range,
+            "saturation": self.saturation,
+            "friction_memory_mm": self.friction_memory,
+            "softness": self.softness,
+            "ridge_pitch_mm": _ridge_pitch(self.finger),
+            "doubts": None if self.thickness is None else Doubts(thickness_mm=self.thickness),
         }
-        pipeline = Pipeline(
+        return Pipeline(
             record,
             gauges=recorded.gauge_names,
             columns=recorded.optional,
@@ -76,38 +73,61 @@ def estimate(
             **noise,
             **{name: value for name, value in chosen.items() if value is not None},
         )
-        summary = Summary(recorded)
-        if printed:
+
+
+def estimate(
+    estimators: EstimatorOptions,
+    log: Path = argument(..., "Time log (CSV): t_s, g1, ..., force_N, ...; - for standard input.", metavar="LOG.csv"),
+    out: Path = option(..., "Table of estimates to write (CSV); - for standard output."),
+    calibration: Path | None = option(None, "Calibration file (JSON); without it no modulus."),
+    lever_mm: float | None = option(None, "Of a column torque_Nmm: from the torque's axis to the skin, mm."),
+    log_map: MapOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
+    from papilla.cli.estimate_output import Summary
+    from papilla.cli.estimate_summary import show
+    from papilla.estimators.pipeline import PipelineEstimate
+    from papilla.files import check_writable
+    from papilla.tables import table_writer
+
+    beside = _check_files([log, calibration, estimators.finger, log_map], out, as_json)
+    estimators.check()
+    with progress() as bar, _opened(log, lever_mm, log_map, bar) as recorded:
+        record = _load(calibration, recorded, log) if calibration else None
+        noise, zeros = _noise(recorded), _zeros(record)
+        pipeline = estimators.pipeline(record, recorded, noise)
+        summary = Summary(recorded, pipeline)
+        if beside:
             check_writable(out.parent)
         with table_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
             bar.line("estimating")
             for block in recorded.blocks():
                 block[:, 1 : 1 + len(zeros)] -= zeros
                 answer = pipeline.process(block)
-                write([block[:, 0], *answer])
-                summary.add(block, answer)
+                write([block[:, 0], *answer[:-1], summary.add(block, answer)])
                 bar.line("estimating")
                 bar.steps(summary.rows, max(summary.rows, recorded.report.rows))
-        found = summary.finish(pipeline.messages, wavelengths)
+            summary.check()
+        found = summary.finish(estimators.wavelength_range)
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
-    found |= {names[name]: value for name, value in used.items()} | {"estimates": str(out)}
-    if printed:
-        print_json(found) if as_json else print_summary(found)
-    for message in found["messages"]:
-        say(message)
+    found |= {names[name]: value for name, value in used.items()}
+    show(found | {"estimates": str(out), "summary": str(beside) if beside else None}, recorded.report.notes, as_json)
 
 
-def _check_files(inputs: list[Path | None], out: Path, as_json: bool) -> bool:
-    """Refuse an output that cannot be; whether standard output is free for the summary."""
+def _check_files(inputs: list[Path | None], out: Path, as_json: bool) -> Path | None:
+    """Refuse an output that cannot be; the file of the summary, None if standard output has the estimates."""
+    from papilla.files import sidecar
     from papilla.pipes import PIPE
 
     if out == PIPE and as_json:
         raise InputError("--out - and --json both want standard output: give one of them")
     if out == PIPE:
-        return False
-    keep_inputs(inputs, [out])
-    return True
+        return None
+    beside = sidecar(out, "summary.json")
+    keep_inputs(inputs, [out, beside])
+    return beside
 
 
 def _opened(log: Path, lever_mm: float | None, log_map: Path | None, bar: Progress) -> "TimeLogFile":

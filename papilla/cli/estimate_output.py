@@ -1,21 +1,20 @@
-"""The summary of `papilla estimate`: what rows call ok, with counts, and the lines of the whole log that agree with it.
+"""What `papilla estimate` gathers of a log and its estimates, block by block in bounded memory.
 
-A line that stands out of the whole log but that no row calls ok is no result: it may be of time (hum, a motor), or made
-by a wrong unit. The JSON has it, with `ok_rows` 0.
+Each row has one short code for each quantity, which begins with "ok" where the value may be used. The summary counts
+them and holds the last value of each quantity that may be used. A line that stands out of the whole log but that no
+row calls ok is no result: it may be of time (hum, a motor), or made by a wrong unit. The JSON has it, with `ok_rows` 0.
 """
 
 import math
 from collections import Counter, deque
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from papilla.cli.output import print_table, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from papilla.estimators import PipelineEstimate
+    from papilla.estimators import Pipeline, PipelineEstimate
     from papilla.logs import TimeLogFile
 
 LAST = {
@@ -32,90 +31,115 @@ ADVICE = {
     "friction": "slide both ways, and lift the finger off for half a second, which tells the zero of tangential_N",
 }
 """What to do where no row of a quantity is ok."""
+FREQUENCY_ALONE = "frequency alone"
 CONSTANT_SPEED = "ok, constant speed"
 ALIKE = 0.02
-"""Relative difference up to which the wavelength of a row is that of a line of the whole log."""
+"""Relative difference of wavelength up to which the wavelength of a row is that of a line of the whole log."""
 
 LONGEST_ROWS = 2**20  # Rows that spectral lines are looked for in at once: 17 minutes at 1 kHz
-MOST_STATUSES = 12  # Statuses in the table; the JSON has all
+
+
+class _Combinations(dict[tuple[str, str, str], int]):
+    """Numbers of the combinations of the three codes that occur, so that a row costs one look-up."""
+
+    def __missing__(self, codes: tuple[str, str, str]) -> int:
+        return self.setdefault(codes, len(self))
 
 
 class Summary:
-    """The summary of a log and its estimates, gathered block by block in bounded memory.
+    """The summary of a log and its estimates.
 
     Of the rows the lines are looked for in, the latest `LONGEST_ROWS` are kept.
     """
 
-    def __init__(self, recorded: "TimeLogFile"):
-        from papilla.estimators.pipeline.clock import Clock
-
-        self._log, self._columns = recorded, ("t_s", *recorded.gauge_names, *recorded.optional)
-        self._clock = Clock(recorded.sample_rate_Hz)
-        self._tail: deque[tuple[np.ndarray, np.ndarray]] = deque()
-        self._statuses: Counter[str] = Counter()
+    def __init__(self, recorded: "TimeLogFile", pipeline: "Pipeline"):
+        self._log, self._pipeline = recorded, pipeline
+        self._columns = ("t_s", *recorded.gauge_names, *recorded.optional)
+        self._moves = bool({"velocity_mm_s", "position_mm"} & {*recorded.optional})
+        self._tail: deque[np.ndarray] = deque()
+        self._numbers, self._counts = _Combinations(), Counter[int]()
         self._answered = {names[0]: 0 for *_, names in LAST.values()}
-        self._own: dict[str, Counter[str]] = {name: Counter() for name, *_ in LAST.values()}
         self._wavelengths: Counter[int] = Counter()
         self._last: dict[str, dict | None] = dict.fromkeys(LAST)
         self.rows = self._kept = 0
 
-    def add(self, block: "np.ndarray", answer: "PipelineEstimate") -> None:
-        """Take in the next rows of the log and their answers."""
+    def add(self, block: "np.ndarray", answer: "PipelineEstimate") -> list[str]:
+        """Take in the next rows of the log and their answers; the worst code of each row."""
+        import numpy as np
+
         self.rows += len(block)
-        self._statuses.update(answer.status)
+        codes = zip(answer.modulus_status, answer.wavelength_status, answer.friction_status, strict=True)
+        numbers = np.fromiter(map(self._numbers.__getitem__, codes), int, len(block))
+        self._counts.update(numbers.tolist())
         for key, (quantity, _, names) in LAST.items():
-            values = getattr(answer, names[0])
-            self._answered[names[0]] += int((values == values).sum())
-            sentences = self._sentences(quantity, answer)
-            self._own[quantity].update(sentences)
-            usable = [row for row, text in enumerate(sentences) if text.startswith("ok") and values[row] == values[row]]
-            if usable:
+            values = np.asarray(getattr(answer, names[0]))
+            known = values == values
+            self._answered[names[0]] += int(known.sum())
+            ok = np.array([self._usable(quantity, own) for own in self._numbers])[numbers]
+            usable = np.flatnonzero(ok & known)
+            if len(usable):
                 last = {name: float(getattr(answer, name)[usable[-1]]) for name in names}
                 self._last[key] = {"t_s": float(block[usable[-1], 0])} | last
             if quantity == "wavelength":
-                self._wavelengths.update(round(math.log(value) / ALIKE) for value in values[usable].tolist())
-        if {"velocity_mm_s", "position_mm"} & {*self._columns}:
+                found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE), return_counts=True)
+                self._wavelengths.update(dict(zip(found.astype(int).tolist(), counts.tolist(), strict=True)))
+        if self._moves:
             self._keep(block)
+        return np.array([self._worst(own) for own in self._numbers], object)[numbers].tolist()
 
-    def _sentences(self, quantity: str, answer: "PipelineEstimate") -> Sequence[str]:
-        """The status of each row for a quantity; without a path that of a frequency stands among the others only."""
-        if quantity != "frequency":
-            return getattr(answer, f"{quantity}_status")
-        if {"velocity_mm_s", "position_mm"} & {*self._columns}:
-            return answer.wavelength_status
-        return ["frequency is in doubt" if "frequency:" in text else "ok" for text in answer.status]
+    def _code(self, quantity: str, codes: tuple[str, str, str]) -> str:
+        """The code of a quantity; without a path that of the frequency stands in the place of the wavelength's."""
+        return codes[("modulus", "wavelength", "friction").index("wavelength" if quantity == "frequency" else quantity)]
+
+    def _usable(self, quantity: str, codes: tuple[str, str, str]) -> bool:
+        code = self._code(quantity, codes)
+        return code.startswith("ok") or (quantity == "frequency" and code == FREQUENCY_ALONE)
+
+    def _worst(self, codes: tuple[str, str, str]) -> str:
+        """The worst of the three codes: a doubt or a fault, then a quantity that the log lacks, then ok."""
+        off = {why.split(",")[0] for why in self._pipeline.off.values()}
+        return max(codes, key=lambda code: (not code.startswith("ok") and (2 if code in off else 3)) or code != "ok")
 
     def _keep(self, block: "np.ndarray") -> None:
-        """Keep the rows and where they are on the path, as long as they may be needed."""
-        import numpy as np
-
-        from papilla.estimators.pipeline import path
-
-        velocity, position = (
-            block[:, self._columns.index(name)].tolist() if name in self._columns else None
-            for name in ("velocity_mm_s", "position_mm")
-        )
-        self._tail.append((block, np.array(path(self._clock, block[:, 0].tolist(), velocity, position))))
+        """Keep the rows as long as they may be needed."""
+        self._tail.append(block)
         self._kept += len(block)
-        while self._kept - len(self._tail[0][0]) >= LONGEST_ROWS:
-            self._kept -= len(self._tail.popleft()[0])
+        while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
+            self._kept -= len(self._tail.popleft())
 
-    def finish(self, messages: tuple[str, ...], wavelengths: tuple[float, float] | None) -> dict:
-        """What is printed: JSON keys and their values, `messages` among them."""
-        report = self._log.report
-        remarks = [*messages, *report.notes]
-        lines, searched = self._lines(wavelengths, remarks)
-        if wavelengths is None and lines:
-            remarks += _beyond_rows(lines[0]["wavelength_mm"])
-        own = {
-            quantity: sum(n for text, n in of.items() if text.startswith("ok")) for quantity, of in self._own.items()
-        }
-        remarks += self._remarks(own, lines)
+    def check(self) -> None:
+        """Raise `InputError` if no row has an answer and a column seems to be in another unit."""
+        sizes = self._log.report.sizes
+        ok = any(self._usable(quantity, own) for quantity, *_ in LAST.values() for own in self._numbers)
+        if sizes and not ok:
+            raise InputError(f"{self._log.path}: no row has an answer that is ok; {sizes[0]}")
+
+    def finish(self, wavelengths: tuple[float, float] | None) -> dict:
+        """What is printed: JSON keys and their values. `messages` are all that is said, the most important first; the
+        first `remarks` of them say what to do."""
+        report, status = self._log.report, Counter[str]()
+        statuses = {quantity: Counter[str]() for quantity, *_ in LAST.values()}
+        own = dict.fromkeys(statuses, 0)
+        for codes, number in self._numbers.items():
+            count = self._counts[number]
+            status[self._worst(codes)] += count
+            for quantity, counts in statuses.items():
+                counts[self._code(quantity, codes)] += count
+                own[quantity] += count * self._usable(quantity, codes)
+        later: list[str] = []
+        lines, searched = self._lines(wavelengths, later)
+        doubts = [text for text in self._pipeline.messages if text.startswith("modulus: the calibration is in doubt")]
+        remarks = [*doubts, *report.sizes, *self._unanswered(own, statuses), *self._broken()]
+        remarks += [*_of_lines(lines, wavelengths), *_of_speed(statuses["wavelength"], own["wavelength"]), *later]
+        notes = [text for text in (*self._pipeline.messages, *report.notes) if text not in remarks]
         return {
             "rows": report.rows,
             "answered_rows": self._answered,
             "ok_rows": own,
-            "status": dict(self._statuses.most_common()),
+            "status": dict(status.most_common()),
+            "statuses": {quantity: dict(counts.most_common()) for quantity, counts in statuses.items()},
+            "legend": self._pipeline.legend,
+            "faults": self._pipeline.faults,
             **self._last,
             "lines": lines,
             "searched_mm": searched,
@@ -124,27 +148,27 @@ class Summary:
             "gaps": report.gaps,
             "duplicates": report.duplicates,
             "sample_rate_Hz": self._log.sample_rate_Hz,
-            "messages": remarks,
+            "messages": [*remarks, *notes],
+            "remarks": len(remarks),
         }
 
-    def _remarks(self, ok_rows: dict[str, int], lines: list[dict]) -> list[str]:
-        """One line for each result that is none or in doubt: why, and what to do."""
+    def _unanswered(self, ok_rows: dict[str, int], statuses: dict[str, Counter[str]]) -> list[str]:
+        """A line for each quantity that runs and is ok in no row: why most often, and what to do."""
         remarks = []
-        if doubted := [line["wavelength_mm"] for line in lines if not line["ok_rows"] and line["harmonic"] == 1]:
-            remarks.append(
-                f"lines: {len(doubted)} of the whole log, the strongest {doubted[0]:.5g} mm, are ok in no row: they "
-                "may be of time instead of the surface. To do: look at wavelength_status; --json lists them"
-            )
-        if steady := sum(n for text, n in self._own["wavelength"].items() if text.startswith(CONSTANT_SPEED)):
-            remarks.append(
-                f"wavelength: {steady} of the {ok_rows['wavelength']} ok rows are of a constant speed, where a "
-                "vibration of that frequency is not excluded. To do: change the speed"
-            )
         for quantity, advice in ADVICE.items():
-            most = self._own[quantity].most_common(1)
-            if most and not ok_rows[quantity] and not most[0][0].startswith(f"no {quantity}:"):
-                remarks.append(f"{quantity}: no row is ok, most often because: {most[0][0]}. To do: {advice}")
+            if statuses[quantity] and not ok_rows[quantity] and quantity not in self._pipeline.off:
+                why = self._pipeline.legend[quantity][statuses[quantity].most_common(1)[0][0]]
+                remarks.append(f"{quantity}: no row is ok, most often because: {why}. To do: {advice}")
         return remarks
+
+    def _broken(self) -> list[str]:
+        """A line on the gauges that were missing, saturated or stuck in some row."""
+        names = {*self._log.gauge_names}
+        found = {text: rows for text, rows in self._pipeline.faults.items() if text.split(" ")[0].strip(",") in names}
+        if not found:
+            return []
+        told = ", ".join(f"{text} in {rows} rows" for text, rows in [*found.items()][:4])
+        return [f"gauges: {told}. To do: look at their wiring and the range of the amplifier"]
 
     def _lines(
         self, wavelengths: tuple[float, float] | None, remarks: list[str]
@@ -157,8 +181,9 @@ class Summary:
         from papilla.estimators.lines import find_lines, latest_stretch
 
         names = self._log.gauge_names
-        rows, place = (np.concatenate(parts)[-LONGEST_ROWS:] for parts in zip(*self._tail, strict=True))
+        rows = np.concatenate(self._tail)[-LONGEST_ROWS:]
         self._tail.clear()
+        place = self._path(rows)
         try:
             first = latest_stretch(place, wavelengths)
             found = find_lines(place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths)
@@ -183,56 +208,42 @@ class Summary:
         ]
         return lines, list(found.searched_mm)
 
+    def _path(self, rows: "np.ndarray") -> "np.ndarray":
+        """Position (n,) in mm along the path, from the rows' velocity or position."""
+        import numpy as np
 
-def _beyond_rows(strongest_mm: float) -> list[str]:
-    """A word where the strongest line of the log is none that is looked for row by row."""
+        from papilla.estimators.pipeline import path
+        from papilla.estimators.pipeline.clock import Clock
+
+        velocity, position = (
+            rows[:, self._columns.index(name)].tolist() if name in self._columns else None
+            for name in ("velocity_mm_s", "position_mm")
+        )
+        return np.array(path(Clock(self._log.sample_rate_Hz), rows[:, 0].tolist(), velocity, position))
+
+
+def _of_lines(lines: list[dict], wavelengths: tuple[float, float] | None) -> list[str]:
+    """What is in doubt of the lines of the whole log, and what to do."""
     from papilla.estimators.pipeline.pipeline import DEFAULT_RANGE_MM
 
-    low, high = DEFAULT_RANGE_MM
-    if low <= strongest_mm <= high:
-        return []
+    remarks, (low, high) = [], DEFAULT_RANGE_MM
+    if wavelengths is None and lines and not low <= (strongest := lines[0]["wavelength_mm"]) <= high:
+        remarks.append(
+            f"the strongest line, {strongest:.3g} mm, is outside the {low:g} to {high:g} mm of the rows: give "
+            "--wavelength-range, or, if it cannot be, look at the units of t_s, velocity_mm_s and position_mm"
+        )
+    if doubted := [line["wavelength_mm"] for line in lines if not line["ok_rows"] and line["harmonic"] == 1]:
+        remarks.append(
+            f"lines: {len(doubted)} of the whole log, the strongest {doubted[0]:.5g} mm, are ok in no row: they "
+            "may be of time instead of the surface. To do: look at wavelength_status; --json lists them"
+        )
+    return remarks
+
+
+def _of_speed(codes: Counter[str], ok_rows: int) -> list[str]:
+    """What a constant speed leaves open, and what to do."""
+    steady = sum(rows for code, rows in codes.items() if code.startswith(CONSTANT_SPEED))
     return [
-        f"the strongest line, {strongest_mm:.3g} mm, is outside the {low:g} to {high:g} mm of the rows: give "
-        "--wavelength-range, or, if it cannot be, look at the units of t_s, velocity_mm_s and position_mm"
-    ]
-
-
-def print_summary(summary: dict) -> None:
-    """The summary as a table on stdout."""
-    rows: list[tuple[str, str, str]] = []
-    for key, (quantity, unit, _) in LAST.items():
-        if summary[key] is not None:
-            time, *values = summary[key].values()
-            counted = f"last of {summary['ok_rows'][quantity]} ok rows, at {time:.4g} s"
-            parts = ("kinetic ", "static ") if quantity == "friction" else ("",)
-            for number, part in enumerate(parts):
-                shown = [f"{value:.4g}" for value in values[2 * number : 2 * number + 2] if value == value]
-                if shown:
-                    rows.append((f"{part}{quantity}, {counted}", " ± ".join(shown), unit))
-    for line in summary["lines"]:
-        if line["ok_rows"]:
-            found = f"{line['wavelength_mm']:.5g} ± {line['wavelength_sigma_mm']:.2g}"
-            whole = f"line of the whole log, as {line['ok_rows']} ok rows"
-            order = f"harmonic {line['harmonic']} of {line['fundamental_mm']:.4g} mm" if line["harmonic"] > 1 else whole
-            rows.append((f"{order}, strength {line['strength']:.3g}", found, "mm"))
-    if not rows:
-        rows.append(("no row has an answer that is ok", "", ""))
-    rows += [
-        ("rows", str(summary["rows"]), ""),
-        *((status, str(count), "rows") for status, count in list(summary["status"].items())[:MOST_STATUSES]),
-    ]
-    if (hidden := len(summary["status"]) - MOST_STATUSES) > 0:
-        rows.append(("other statuses", str(hidden), ""))
-    rows += [
-        ("rows without a number in a cell", str(summary["nan_rows"]), ""),
-        ("gaps", str(summary["gaps"]), ""),
-        ("repeated times", str(summary["duplicates"]), ""),
-        ("sampling rate", f"{summary['sample_rate_Hz']:.5g}", "Hz"),
-    ]
-    if summary["force_noise_N"] is not None:
-        rows += [
-            ("noise of a gauge", f"{summary['gauge_noise_microstrain']:.3g}", "µε"),
-            ("noise of the force", f"{summary['force_noise_N']:.2g}", "N"),
-        ]
-    print_table(rows)
-    tell(f"Wrote {summary['estimates']}")
+        f"wavelength: {steady} of the {ok_rows} ok rows are of a constant speed, where a vibration of that frequency "
+        "is not excluded. To do: change the speed"
+    ] * bool(steady)

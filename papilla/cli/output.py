@@ -27,9 +27,13 @@ def plain(text: str) -> str:
 
 def print_json(value: Mapping) -> None:
     """Print exactly one JSON object; NaN and infinities, which JSON has not, become null."""
-    readable = (sys.stdout.encoding or "").lower().startswith("utf")
-    text = json.dumps(_finite(value), allow_nan=False, ensure_ascii=not readable)
-    print(re.sub("[\x7f-\x9f]", lambda sign: f"\\u{ord(sign[0]):04x}", text))
+    print(json_text(value, ascii_only=not (sys.stdout.encoding or "").lower().startswith("utf")))
+
+
+def json_text(value: Mapping, ascii_only: bool = True) -> str:
+    """One JSON object as text, NaN and infinities as null."""
+    text = json.dumps(_finite(value), allow_nan=False, ensure_ascii=ascii_only)
+    return re.sub("[\x7f-\x9f]", lambda sign: f"\\u{ord(sign[0]):04x}", text)
 
 
 def say(message: str) -> None:

@@ -96,10 +96,10 @@ def slide(
     Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
     """
     from papilla import checks, fem
-    from papilla.files import check_writable
+    from papilla.files import check_writable, sidecar
     from papilla.mesh.section import patch_half_width
 
-    truth = out.with_name(f"{out.stem}.truth.json")
+    truth = sidecar(out, "truth.json")
     design = _design(finger, ridges)
     keep_inputs(
         [scene, ground.profile, moving.motion, finger, *surface_files(design)],

@@ -33,7 +33,8 @@ class LogReport:
 
     gaps : time steps longer than 1.5 median steps. duplicates : rows with the time of the row before.
     nan_rows, nan_cells : rows and cells of used columns without a finite number. unbelievable : cells with a number
-    beyond `papilla.checks.LARGEST`. notes : remarks for the user, a sentence each.
+    beyond `papilla.checks.LARGEST`. notes : how the file was read, a sentence each. sizes : columns whose numbers seem
+    to be in another unit.
     """
 
     rows: int
@@ -43,6 +44,7 @@ class LogReport:
     nan_rows: int
     unbelievable: int
     notes: tuple[str, ...]
+    sizes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +132,9 @@ class _Scan:
             *shared[: int(bunched)],
             *beyond[: self.counts["unbelievable"]],
             *self._reader.notes,
-            *self.sizes.remarks(),
         )
-        return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, **self.counts)
+        sizes = tuple(self.sizes.remarks())
+        return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, sizes=sizes, **self.counts)
 
 
 class TimeLogFile:
@@ -175,6 +177,11 @@ class TimeLogFile:
 
     def __exit__(self, *_error: object) -> None:
         self._reader.__exit__()
+
+    @property
+    def path(self) -> Path:
+        """The file, or the name that messages give a frame."""
+        return self._reader.path
 
     @property
     def live(self) -> bool:

@@ -23,7 +23,7 @@ CHANCE = 1e-6
 ALIKE = 0.02
 """Relative difference of wavelength within which two lines are one."""
 _HELD = {
-    status.sentence
+    status.code
     for status in (
         TrackingStatus.STANDSTILL,
         TrackingStatus.MISSING,

@@ -112,12 +112,15 @@ def stroked(column, jump_s=0.0, late_ms=0):
     ],
 )
 def test_a_clock_that_is_set_is_told_and_nothing_wrong_is_ok(column, jump_s, left_out, told):
-    _, answer, usable = stroked(column, jump_s)
+    pipeline, answer, usable = stroked(column, jump_s)
     assert usable[800:1200].mean() > 0.9 and answer.status[1200].startswith(told)
     off = np.abs(answer.wavelength_mm / 1.4 - 1)
     assert off[usable].max() < 0.05
     # Until the clock is where it was.
     assert all(words.startswith("left out") for words in answer.status[1200 : 1200 + left_out])
+    assert answer.wavelength_status[1200 : 1200 + left_out] == ["repeated"] * left_out
+    assert sum(pipeline.faults.values()) == max(left_out, 1)
+    assert {*answer.wavelength_status} == {*pipeline.legend["wavelength"]}
     assert usable[1500:].mean() > 0.4
 
 
@@ -142,6 +145,13 @@ def test_bad_gauges_are_named_and_the_others_answer():
     assert answer.status[950].startswith("g2 missing; g1 stuck")
     assert answer.status[1600].startswith("g3 saturated; g1 stuck")
     settled(answer, 1.2, 1e-2)
+
+
+def test_how_often_which_gauge_failed_is_counted():
+    pipeline = Pipeline(gauges=2, columns=())
+    pipeline.process([[0.0, 1.0, 2.0], [0.001, np.nan, 2.5], [0.001, 1.0, 2.0], [0.002, np.nan, np.nan]])
+    left_out = "left out: the sample is not later than the one before"
+    assert pipeline.faults == {"g1 missing": 1, "g1, g2 missing": 1, left_out: 1}
 
 
 def test_standstill_holds_the_wavelength_with_a_growing_sigma():

@@ -66,6 +66,7 @@ def test_every_gauge_answers_and_s_d_where_they_contradict_each_other(calibratio
     value, sigma, status = part.take(ROW)
     np.testing.assert_equal((value, sigma), told)
     assert part.sentence(status) == words
+    assert part.code(status).startswith("ok") == words.startswith("ok") and len(part.code(status)) < 32
 
 
 @pytest.mark.parametrize("faults", [(Fault.STUCK, 0, 0), (0, Fault.SWAPPED, Fault.MISSING)])
@@ -95,7 +96,11 @@ def test_a_touch_that_creeps_unlike_the_bench_s_is_said_beside_all_else(calibrat
             return unlike
 
     part._creep = Creep()
-    text = part.sentence(part.take(ROW)[2])
+    code = part.take(ROW)[2]
+    text = part.sentence(code)
+    assert part.code(code) == "ok, left out" + ", crept" * (unlike > 0) and NAMES[0] not in part.sentence(
+        part.general(code)
+    )
     assert text.startswith(plain) and ((", but loaded" in text) == (unlike > 0))
     assert ("faster" in text) == (unlike == 1) and ("more slowly" in text) == (unlike == 2)
     part._every = Told(GaugeEstimate(*gauges("FORCE_ABOVE", None), 0, 3))

@@ -26,6 +26,7 @@ ALL = [SoftnessStatus, FrictionStatus, Fault, ClockStatus, RoughnessStatus, Ridg
 @pytest.mark.parametrize("statuses", ALL, ids=lambda own: own.__name__)
 def test_statuses_count_from_zero_and_say_what_is_what(statuses):
     assert sorted(map(int, statuses)) == list(range(len(statuses)))
+    assert all(one.code.startswith("ok") == one.good and len(one.code) < 24 for one in statuses)
     sentences = [one.sentence for one in statuses]
     assert len(set(sentences)) == len(sentences) and all(sentences)
 

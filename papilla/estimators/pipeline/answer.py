@@ -8,9 +8,10 @@ import numpy as np
 class PipelineEstimate(NamedTuple):
     """The columns of `papilla estimate`: NaN where there is no answer, and a status that says why.
 
-    modulus_status, wavelength_status, friction_status : of each alone; it begins with "ok" where the value may be used.
-    status : "ok", or what is wrong with the time, the gauges and each estimator, then `no <output>: <why>` of what is
-    switched off. Of a block, arrays (n,) and lists of n sentences.
+    modulus_status, wavelength_status, friction_status : a short code of each alone, which begins with "ok" where the
+    value may be used; `Pipeline.legend` explains it. Where the frequency alone is known, wavelength_status is that of
+    the frequency. status : in words, "ok", or what is wrong with the time, the gauges and each estimator, then
+    `no <output>: <why>` of what is switched off. Of a block, arrays (n,) and lists of n strings.
     """
 
     modulus_MPa: float | np.ndarray

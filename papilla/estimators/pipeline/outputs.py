@@ -64,6 +64,14 @@ class Output(ABC):
         """The status in words."""
         return self.statuses(status).sentence
 
+    def code(self, status) -> str:
+        """The status as a short code, which begins with "ok" where the sentence does."""
+        return self.statuses(status).code
+
+    def general(self, status):
+        """The status without what changes from sample to sample: its sentence explains its code."""
+        return status
+
     @property
     def state(self) -> tuple:
         """What the estimators remember, to be kept or to be set again."""
@@ -92,6 +100,7 @@ class ModulusOutput(Output):
             self._creep = Creep(known, calibration.domain["force_N"][0])
         super().__init__(*[one for one in (by_sd, every, self._creep) if one is not None])
         self._sd, self._every, self._names = by_sd, every, names
+        self._in_doubt = bool(calibration.remark)
 
     @property
     def doubted(self) -> str:
@@ -133,7 +142,25 @@ class ModulusOutput(Output):
             text = "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
         elif bad:
             text = f"{text}, {in_words(bad, self._names)}"
+        if self._in_doubt and text.startswith("ok"):
+            text += ", by a calibration that is in doubt"
         return f"{text}, but {WORDS[unlike]}" if unlike else text
+
+    def code(self, status):
+        """The status as a short code."""
+        rest, code = divmod(status, _CREPT)
+        by_sd, code = divmod(code, _BY_SD)
+        told = SoftnessStatus(code).code
+        if by_sd:
+            told = "gauges contradict" if told == "ok" else f"gauges contradict, {told}"
+        if self._in_doubt and told.startswith("ok"):
+            told += ", calibration in doubt"
+        return f"{told}, crept" if rest % len(WORDS) else told
+
+    def general(self, status):
+        """The status without the names of gauges."""
+        rest, code = divmod(status, _CREPT)
+        return rest % len(WORDS) * _CREPT + code
 
 
 class WavelengthOutput(Output):
@@ -177,6 +204,14 @@ class WavelengthOutput(Output):
         remark = ", but the phases between the gauges tell another wavelength: the velocity may be wrong"
         return TrackingStatus(code).sentence + either + remark * contradicted
 
+    def code(self, status):
+        """The status as a short code."""
+        return TrackingStatus(status[0]).code + ", phases differ" * bool(status[1])
+
+    def general(self, status):
+        """The status without the two values."""
+        return *status[:2], ""
+
 
 class FrequencyOutput(Output):
     """frequency_Hz without a velocity, `lag_s` ago: of the gauge that changes most, which one chirp tracker follows.
@@ -213,6 +248,14 @@ class FrequencyOutput(Output):
         """The status in words."""
         code, either = status
         return ChirpStatus(code).sentence + either
+
+    def code(self, status):
+        """The status as a short code, which is none of a wavelength."""
+        return "frequency alone" + f", {ChirpStatus(status[0]).code}" * bool(status[0])
+
+    def general(self, status):
+        """The status without the two values."""
+        return status[0], ""
 
     def _faded(self, moments: tuple[float, float], reading: float) -> tuple[float, float]:
         """Fading mean and variance of a gauge after one more reading; one that is missing does not change."""

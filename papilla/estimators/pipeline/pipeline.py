@@ -1,6 +1,7 @@
 """The pipeline: one `update(sample)` runs every estimator that the columns of the sample allow."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, ClassVar, NamedTuple
@@ -140,7 +141,9 @@ class Pipeline(Stream):
         path["ridge_pitch_mm"] = known if ridge_pitch_mm is None else ridge_pitch_mm
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
-        self._words = lru_cache(maxsize=1024)(self._sentence)
+        self._words = lru_cache(maxsize=1024)(self._said)
+        self.legend: dict[str, dict[str, str]] = {name: {} for name in QUANTITIES}
+        self._faults: Counter[tuple[int, tuple[int, ...]]] = Counter()
         self._running = [(_PLACES[name], output) for name, output in self._outputs.items()]
         self._codes: tuple[int, ...] = ()
         self._new = self.state
@@ -238,6 +241,15 @@ class Pipeline(Stream):
         return {name: output.sentence(code) for (name, output), code in found} | self.off
 
     @property
+    def faults(self) -> dict[str, int]:
+        """How many samples so far the clock or a gauge found fault with, by what it says: `g2 missing` and the like."""
+        found: Counter[str] = Counter()
+        for (time, gauges), count in self._faults.items():
+            for text in [ClockStatus(time).sentence] * bool(time) + health.words(gauges, self._names):
+                found[text] += count
+        return dict(found.most_common())
+
+    @property
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
         doubted = [output.doubted for output in self._outputs.values() if output.doubted]
@@ -267,11 +279,14 @@ class Pipeline(Stream):
         force, velocity, position, tangential = [known[place] for place in self._at]
         tick = self._clock.tick(known[0], velocity, position)
         if tick.status == REPEATED:
+            self._faults[REPEATED, ()] += 1
             return PipelineEstimate._make((*_NOTHING, *self._words(REPEATED, (), ())))
         if tick.status == BEGUN_ANEW:
             self._remember(self._new._replace(clock=self._clock.state))
         readings = known[1 : 1 + self._gauges]
         found = self._health.check(readings)
+        if found or tick.status:
+            self._faults[tick.status, found] += 1
         if SATURATED in found:
             readings = tuple([_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True)])
         row, columns, codes = Row(readings, found, force, tangential, tick), list(_NOTHING), []
@@ -281,15 +296,32 @@ class Pipeline(Stream):
         self._codes = tuple(codes)
         return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
 
-    def _sentence(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
-        """The status of each of `QUANTITIES` alone, and in one all that the time, the gauges and the estimators say."""
+    def _said(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
+        """The code of each of `QUANTITIES`, and a sentence of all that the time, gauges and estimators say."""
         if time == REPEATED:
-            return (ClockStatus(time).sentence,) * (len(QUANTITIES) + 1)
-        said = {name: output.sentence(code) for (name, output), code in zip(self._outputs.items(), codes, strict=True)}
+            left_out = ClockStatus.REPEATED
+            for own in self.legend.values():
+                own[left_out.code] = left_out.sentence
+            return *(left_out.code for _ in QUANTITIES), left_out.sentence
+        told = dict(zip(self._outputs, codes, strict=True))
+        said = {name: self._outputs[name].sentence(code) for name, code in told.items()}
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
         live += [f"{name}: {text}" for name, text in said.items() if not text.startswith("ok")]
         remarks = [f"{name}: {text[4:]}" for name, text in said.items() if text.startswith("ok, ")]
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
-        off = {output: f"no {output}: {why}" for output, why in self.off.items()}
-        return *(said.get(name) or off[name] for name in QUANTITIES), "; ".join([*live, *off.values()])
+        off = [f"no {output}: {why}" for output, why in self.off.items()]
+        return *(self._code(name, told) for name in QUANTITIES), "; ".join([*live, *off])
+
+    def _code(self, quantity: str, told: dict[str, Any]) -> str:
+        """The code of a quantity, which is written into the legend; of one that is off, why, up to the first comma."""
+        source = "frequency" if quantity == "wavelength" and "frequency" in told else quantity
+        why = self.off.get(quantity, "")
+        if source not in told:
+            self.legend[quantity][why.split(",")[0]] = why
+            return why.split(",")[0]
+        output = self._outputs[source]
+        code = output.code(told[source])
+        sentence = output.sentence(output.general(told[source]))
+        self.legend[quantity][code] = f"{why}; the frequency: {sentence}" if why else sentence
+        return code

@@ -138,7 +138,8 @@ def test_what_the_wavelength_status_says():
     made = scene("act1", 1.8, seed=3, seconds=1.5)
     pipeline = Pipeline(None, gauges=1, columns=("velocity_mm_s",))
     found = pipeline.process(np.column_stack([made.time_s, made.block()]))
-    assert found.wavelength_status[-1] == "ok" and found.wavelength_status[0].startswith("no wavelength stands out")
+    assert found.wavelength_status[-1] == "ok" and found.wavelength_status[0] == "searching"
+    assert pipeline.legend["wavelength"]["searching"].startswith("no wavelength stands out")
     assert any("scale of the path" in line for line in pipeline.messages)
 
 
@@ -299,7 +300,8 @@ def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
     pipeline = Pipeline(None, gauges=4, gauge_positions_mm=places, columns=("velocity_mm_s",))
     found = pipeline.process(np.column_stack([made.time_s, made.block(gain=gain)]))
     assert found.wavelength_status[-1].startswith("ok")
-    assert ("phases between the gauges" in found.wavelength_status[-1]) == told
+    assert ("phases between the gauges" in found.status[-1]) == told
+    assert found.wavelength_status[-1].endswith(", phases differ") == told
     with pytest.raises(InputError, match="gauge_positions_mm must be 4 places"):
         Pipeline(None, gauges=4, gauge_positions_mm=(0.0, 1.0), columns=("velocity_mm_s",))
 

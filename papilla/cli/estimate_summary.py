@@ -1,0 +1,113 @@
+"""The summary of `papilla estimate` on the terminal: results first, then what the log was, then what the codes mean."""
+
+import math
+from collections.abc import Sequence
+
+from papilla.cli.estimate_output import FREQUENCY_ALONE, LAST
+from papilla.cli.output import json_text, plain, print_json, say, show_table, tell
+
+REMARKS = 3
+"""Remarks that are shown; the file beside the estimates has all."""
+REASONS = 2
+"""Codes, the most frequent ones, that say why rows of a quantity have no answer."""
+SIGMAS = 1.96
+"""Half width of a 95 % interval, in standard deviations."""
+
+
+def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
+    """The summary in the file beside the estimates, and on stdout unless that has the estimates; on stderr how the log
+    was read, and what to do."""
+    from papilla.files import write_text
+
+    if summary["summary"] is None:
+        for line in legend(summary):
+            say(line)
+    else:
+        write_text(summary["summary"], json_text(summary))
+        print_json(summary) if as_json else print_summary(summary)
+    for text in (*notes, *summary["messages"][: min(REMARKS, summary["remarks"])]):
+        say(text)
+    if (more := summary["remarks"] - REMARKS) > 0:
+        say(f"{more} more remarks" + (f" in {summary['summary']}" if summary["summary"] else ""))
+
+
+def print_summary(summary: dict) -> None:
+    """The summary as a table, some lines and a legend on stdout."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(
+        "quantity", "last value", "95 % interval", "ok", "why not the others", box=SIMPLE_HEAD, pad_edge=False
+    )
+    for column in table.columns[:4]:
+        column.no_wrap = True
+    for row in [*_results(summary), *_lines(summary)]:
+        table.add_row(*(Text(plain(cell)) for cell in row))
+    show_table(table)
+    noise = ""
+    if summary["force_noise_N"] is not None:
+        noise = f", noise {summary['gauge_noise_microstrain']:.3g} µε and {summary['force_noise_N']:.2g} N"
+    tell(
+        f"{summary['rows']} rows at {summary['sample_rate_Hz']:.5g} Hz{noise}; {summary['nan_rows']} rows without a "
+        f"number in a cell, {summary['gaps']} gaps, {summary['duplicates']} repeated times"
+    )
+    for line in legend(summary):
+        tell(line)
+    tell(f"Wrote {summary['estimates']}, and this summary in full: {summary['summary']}")
+
+
+def legend(summary: dict) -> list[str]:
+    """A line for each code that is not its own explanation."""
+    return [
+        f"  {quantity}, {code}: {sentence}"
+        for quantity, codes in summary["legend"].items()
+        for code, sentence in codes.items()
+        if sentence.removeprefix("ok, ") != code.removeprefix("ok, ")
+    ]
+
+
+def _results(summary: dict) -> list[tuple[str, ...]]:
+    """A row for each quantity, two for friction."""
+    rows: list[tuple[str, ...]] = []
+    for key, (quantity, unit, names) in LAST.items():
+        found, why = summary[key] or {}, _why_not(summary, quantity)
+        parts = ("kinetic friction", "static friction") if quantity == "friction" and found else (quantity,)
+        for part, (value_name, sigma_name) in zip(
+            parts, zip(names[::2], [*names[1::2], ""], strict=False), strict=False
+        ):
+            value, sigma = found.get(value_name, math.nan), found.get(sigma_name, math.nan)
+            shown = f"{value:.4g} {unit}".strip() if value == value else "-"
+            interval = f"{value - SIGMAS * sigma:.4g} to {value + SIGMAS * sigma:.4g}" if sigma == sigma else ""
+            rows.append((part, shown, interval, _share(summary["ok_rows"][quantity], summary), why))
+    return rows
+
+
+def _why_not(summary: dict, quantity: str) -> str:
+    """The most frequent codes of the rows of a quantity that are not ok, with their share."""
+    codes = summary["statuses"][quantity].items()
+    reasons = [(code, rows) for code, rows in codes if not code.startswith("ok") and code != FREQUENCY_ALONE]
+    if reasons and reasons[0][1] == summary["rows"]:
+        return reasons[0][0]
+    return ", ".join(f"{code} {_share(rows, summary)}" for code, rows in reasons[:REASONS])
+
+
+def _lines(summary: dict) -> list[tuple[str, ...]]:
+    """A row for each line of the whole log that rows agree with, strongest first."""
+    return [
+        (
+            "line of the log",
+            f"{line['wavelength_mm']:.5g} mm",
+            f"{line['wavelength_mm'] - SIGMAS * line['wavelength_sigma_mm']:.6g} to "
+            f"{line['wavelength_mm'] + SIGMAS * line['wavelength_sigma_mm']:.6g}",
+            _share(line["ok_rows"], summary),
+            f"strength {line['strength']:.3g}"
+            + (f", harmonic {line['harmonic']} of {line['fundamental_mm']:.4g} mm" if line["harmonic"] > 1 else ""),
+        )
+        for line in summary["lines"]
+        if line["ok_rows"]
+    ]
+
+
+def _share(rows: int, summary: dict) -> str:
+    return f"{100 * rows / max(summary['rows'], 1):.3g} %"
