@@ -22,12 +22,12 @@ def reproduce(
     out: Annotated[Path | None, typer.Option(help=f"Folder for {PAGE}, with a picture an experiment.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Put what the papers claim beside what papilla finds, one row a claim, with a verdict from a stated tolerance.
+    """Put what the papers claim beside what papilla finds, one row a claim, with a verdict and what stands behind it.
 
     All of it takes some minutes, the first time more (meshes and presses are kept); --only is quick.
     """
     from papilla.files import check_writable
-    from papilla.studies.reproduce.runner import results, summary
+    from papilla.studies.reproduce.runner import by_evidence, head, results, summary
     from papilla.studies.runner import fitting_processes
 
     watch = Stopwatch()
@@ -43,11 +43,11 @@ def reproduce(
     if as_json:
         rows = [answer.to_json() for answer in answers]
         page = None if out is None else str(out / PAGE)
-        print_json({"claims": rows, "counts": summary(answers), "seconds": watch.seconds, "page": page})
+        counts = {"counts": summary(answers), "reproduced": by_evidence(answers)}
+        print_json({"claims": rows, **counts, "seconds": watch.seconds, "page": page})
         return
     _print(found)
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in summary(answers).items())
-    tell(f"{len(answers)} claims: {counts}; {watch.seconds:.0f} s")
+    tell(f"{head(answers)}; {watch.seconds:.0f} s")
     if out is not None:
         tell(f"Wrote {out / PAGE}")
 
@@ -67,13 +67,17 @@ def _print(found: "list[Result]") -> None:
     table.add_column("papilla", justify="right", no_wrap=True)
     table.add_column("unit", overflow="fold", max_width=14)
     table.add_column("verdict", no_wrap=True)
+    table.add_column("evidence", no_wrap=True)
     for answer in answers:
         one = answer.claim
         verdict = f"[{colors[answer.verdict]}]{answer.verdict}[/]"
         words = escape(plain(f"{one.source}: {one.claim}"))
         if len(answers) <= MOST_NOTES:
-            words += f"\n[dim]accepted: {escape(accepted(answer))}. {escape(plain(answer.note))}\n{escape(one.call)}[/]"
-        table.add_row(one.key, words, escape(published(answer)), number(answer.measured), escape(one.unit), verdict)
+            why = f" ({one.tolerance})" if one.tolerance else ""
+            words += f"\n[dim]accepted: {escape(plain(accepted(answer) + why))}. {escape(plain(answer.note))}\n"
+            words += f"{escape(one.test or one.call)}[/]"
+        figures = (escape(published(answer)), number(answer.measured), escape(one.unit))
+        table.add_row(one.key, words, *figures, verdict, one.evidence)
     show_table(table)
     if len(answers) > MOST_NOTES:
         tell("Notes, tolerances and calls: --only KEY, --json or --out DIR.")

@@ -1,17 +1,23 @@
-"""Claims of papers (data, `claims/*.toml`, a file a paper), the experiments that test them, and the answers."""
+"""Claims of papers (data, `claims.toml`), the experiments that test them, and the answers."""
 
 import inspect
 import math
 import tomllib
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any, NamedTuple
 
+from papilla.errors import PapillaError
 from papilla.studies.case import Case, Interval, Verdict
 
-PAPERS = ("2006", "2007", "2011_okamoto", "2011_oddo", "textiles", "purpose")
-"""Files of claims, in the order of the table."""
+EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
+"""What stands behind a verdict: computed by the finger's physics, or by an estimator on its signals, with nothing
+fitted to the figure; a scene of our own that could have failed; a figure that went into a fit; a formula, a constant,
+an option or a file that exists; nothing."""
+TESTED = EVIDENCE[:2]
+"""Evidence that could have been otherwise: without its cause such a row loses its verdict."""
 
 VERDICTS = {
     Verdict.WITHIN: "reproduced",
@@ -31,13 +37,16 @@ class Claim:
     Parameters
     ----------
     key : short and unique, such as "A14": its paper (A 2006, B 2007, C Okamoto 2011, D Oddo 2011, E textiles, F what
-        papilla is for) and its place there; X marks what is wrong or inconsistent in print.
+        papilla is for) and its place there; X marks what is wrong or inconsistent in print. paper : its.
     experiment : name of the experiment that tests it.
     source : paper and section, equation or figure. claim : in our words.
     published : the figure, an interval, or what is said where there is no figure.
     accepted : the interval of measured values that reproduce it. In the file: `percent` or `by` its unit around `near`
         (the published figure where that is left out), or `least` and `most`; without any, exactly the published
         figure, and 1 (a share of agreements, or a thing that is so) where words are published.
+    tolerance : from which printed digits, spread or words that interval follows.
+    evidence : one of `EVIDENCE`. test : of what is implemented, as "file::function" below tests/.
+    contradiction : whether the print contradicts itself, or a closed form.
     unit : of published, accepted and measured.
     finding : name of the experiment's value that is compared. call : the command or call that gives it.
     note : what to know beside it; {names} of findings are filled in, and {simulated} by the experiment's.
@@ -45,34 +54,36 @@ class Claim:
     """
 
     key: str
+    paper: str
     experiment: str
     source: str
     claim: str
     published: float | Interval | str
     accepted: Interval
+    evidence: str
+    tolerance: str = ""
     unit: str = ""
     finding: str = ""
     call: str = ""
     note: str = ""
     cannot: str = ""
+    test: str = ""
+    contradiction: bool = False
 
     @classmethod
-    def from_table(cls, key: str, table: Mapping[str, Any]) -> "Claim":
-        """The claim of a table of a file."""
+    def from_table(cls, key: str, paper: str, table: Mapping[str, Any]) -> "Claim":
+        """The claim of a table of the file."""
         published = table["published"]
         published = tuple(published) if isinstance(published, list) else published
-        return cls(
-            key, **{**table, "published": published, "accepted": _accepted(published, **table.get("accepted", {}))}
-        )
+        accepted = _accepted(published, **table.get("accepted", {}))
+        return cls(key, paper, **{**table, "published": published, "accepted": accepted})
 
 
 def read_claims() -> tuple[Claim, ...]:
     """Every claim, paper by paper."""
-    folder = files("papilla.studies.reproduce") / "claims"
-    tables: dict[str, Any] = {}
-    for paper in PAPERS:
-        tables |= tomllib.loads((folder / f"{paper}.toml").read_text(encoding="utf-8"))
-    return tuple(Claim.from_table(key, table) for key, table in tables.items())
+    text = (files("papilla.studies.reproduce") / "claims.toml").read_text(encoding="utf-8")
+    papers = tomllib.loads(text).items()
+    return tuple(Claim.from_table(key, paper, table) for paper, own in papers for key, table in own.items())
 
 
 def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, most=math.inf) -> Interval:
@@ -111,17 +122,37 @@ class Found:
     log: str = ""
 
 
+LOST = "lost"
+"""Name of the value that says why others are missing."""
+
+
+def gathered(*parts: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
+    """Values of the parts of an experiment; an error of papilla's own in one takes only its own values along."""
+    values: dict[str, Any] = {}
+    for part in parts:
+        try:
+            values |= part()
+        except PapillaError as error:
+            values[LOST] = f"this part of the experiment ended in an error: {' '.join(str(error).split())}"
+    return values
+
+
 @dataclass(frozen=True)
 class Experiment:
     """A computation that answers several claims; `run` takes a function for lines of progress.
 
-    The docstring of `run` is its description: a heading, and how it is done, as a paper's section on methods.
-    simulated : what stands for hardware or people, by name.
+    The docstring of `run` is its description: a heading, and how it is done, as a paper's section on methods. With
+    `cause=False` it runs without what the claims are about, which `removed` names: then no tested row may hold.
+
+    simulated : what stands for hardware or people, by name. noise : in words; seeds : draws that figures are over.
     """
 
     name: str
-    run: Callable[[Callable[[str], None]], Found] = field(repr=False)
+    run: Callable[..., Found] = field(repr=False)
     simulated: str = ""
+    removed: str = ""
+    noise: str = "none"
+    seeds: int = 1
 
     @property
     def words(self) -> str:
@@ -151,10 +182,11 @@ class Answer:
     @classmethod
     def of(cls, claim: Claim, experiment: Experiment, values: Mapping[str, Any]) -> "Answer":
         """The answer from the findings of its experiment."""
-        found = claim.cannot or values[claim.finding]
+        found = claim.cannot or values.get(claim.finding, values.get(LOST, f"no {claim.finding} was found"))
         if isinstance(found, str):
             return cls.untested(claim, experiment.name, found)
-        note = claim.note.format(**{"simulated": experiment.simulated, **values})
+        known = defaultdict(lambda: math.nan, {"simulated": experiment.simulated, **values})
+        note = claim.note.format_map(known if LOST in values else {**known})
         return cls(claim, experiment.name, Case(claim.claim, note, float(found), claim.accepted))
 
     @property
@@ -177,7 +209,8 @@ class Answer:
         shown = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
         shown |= {"published": _plain(self.claim.published), "measured": self.measured, "unit": self.claim.unit}
         shown |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
-        return shown | {"call": self.claim.call, "experiment": self.experiment}
+        shown |= {name: getattr(self.claim, name) for name in ("paper", "evidence", "contradiction", "tolerance")}
+        return shown | {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
 
 
 def _plain(value: float | Interval | str) -> Any:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from papilla import __version__, view
 from papilla.files import write_text
 from papilla.studies.reproduce.claim import Found, accepted, number, published
-from papilla.studies.reproduce.runner import Result, summary
+from papilla.studies.reproduce.runner import Result, by_evidence, head
 from papilla.view.page import data_uri, environment
 from papilla.view.style import ACCENTS, MUTED, literal, styled, titled
 
@@ -25,8 +25,8 @@ def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) 
     pictures = {result.experiment.name: _picture(result.found) for result in results}
     text = templates.get_template("reproduce.html").render(
         results=results,
-        counts=summary(answers),
-        total=len(answers),
+        head=head(answers),
+        evidence=by_evidence(answers),
         pictures=pictures,
         seconds=seconds,
         version=__version__,

@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from papilla.errors import InputError, PapillaError
-from papilla.studies.reproduce.claim import VERDICTS, Answer, Claim, Experiment, Found, read_claims
+from papilla.studies.case import Verdict
+from papilla.studies.reproduce.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, Found, read_claims
 from papilla.studies.reproduce.experiments import EXPERIMENTS
 from papilla.studies.runner import Progress, no_progress, run_jobs
 
@@ -54,12 +55,32 @@ def summary(answers: Sequence[Answer]) -> dict[str, int]:
     return {verdict: counted[verdict] for verdict in VERDICTS.values()}
 
 
+def by_evidence(answers: Sequence[Answer]) -> dict[str, int]:
+    """How many claims are reproduced with each kind of evidence."""
+    counted = Counter(answer.claim.evidence for answer in answers if answer.verdict == VERDICTS[Verdict.WITHIN])
+    return {evidence: counted[evidence] for evidence in EVIDENCE[:-1]}
+
+
+def head(answers: Sequence[Answer]) -> str:
+    """The counts in a sentence."""
+    counts, evidence = summary(answers), by_evidence(answers)
+    prints = sum(answer.claim.contradiction for answer in answers)
+    reproduced = ", ".join(f"{count} {name}" for name, count in evidence.items())
+    others = ", ".join(f"{counts[VERDICTS[one]]} {VERDICTS[one]}" for one in (Verdict.OUTSIDE, Verdict.UNTESTED))
+    return (
+        f"{len(answers)} claims: {counts[VERDICTS[Verdict.WITHIN]]} reproduced ({reproduced}), {others}; "
+        f"{prints} of them contradict each other or a closed form in print"
+    )
+
+
 def _chosen(text: str, experiments: Sequence[Experiment], claims: Sequence[Claim]) -> list[Claim]:
     """Claims of the experiment, with the key, or with the words that the text is."""
     if any(text == one.name for one in experiments):
         return [claim for claim in claims if claim.experiment == text]
     by_key = [claim for claim in claims if claim.key.lower() == text]
-    return by_key or [c for c in claims if text in " ".join((c.experiment, c.source, c.claim)).lower()]
+    return by_key or [
+        c for c in claims if text in " ".join((c.experiment, c.paper, c.source, c.claim, c.evidence)).lower()
+    ]
 
 
 def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], None]) -> Result:
