@@ -25,10 +25,20 @@ from queue import Queue
 import pytest
 
 ROOT = Path(__file__).parents[1]
-TREE = ("papilla", "tests", "benchmarks", "notebooks", "docs", "README.md", "CONTRIBUTING.md", "pyproject.toml")
+TREE = (
+    "papilla",
+    "tests",
+    "benchmarks",
+    "examples",
+    "notebooks",
+    "docs",
+    "Makefile",
+    *(file.name for file in ROOT.glob("*.*")),
+)
 TESTS = {
-    "fem": ("tests/fem", "tests/fem_finite"),
-    "calibration": ("tests/test_calibration.py", "tests/calibration"),
+    "fem": ("tests/fem", "tests/fem_finite", "tests/fem_sliding"),
+    "logs": ("tests/test_logs.py", "tests/test_logs_torque.py", "tests/test_log_map.py", "tests/logs"),
+    "calibration": ("tests/test_calibration.py", "tests/calibration", "tests/calibrate/test_compact.py"),
 }
 """Tests of a package, where they are not simply `tests/<package>`."""
 
@@ -42,6 +52,7 @@ QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
+    ("papilla/calibration/surface.py", "1.0", "1.1"): "a bracket around a root that the step from its ends finds as well",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
     ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",

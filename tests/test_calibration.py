@@ -105,6 +105,24 @@ def test_just_beyond_the_hardest_the_interval_has_one_end():
     assert 0.02 < answer.lower_MPa < 5 and answer.upper_MPa == math.inf
 
 
+def test_just_beyond_the_softest_the_interval_begins_at_zero():
+    calibration = record(fit_rms=0.01)
+    answer = calibration.invert(0.998 * calibration.predict(0.5, MODULUS[0]), 0.5)
+    assert answer.status is SoftnessStatus.SOFTER
+    # Beyond an end the slope by force of that end stands for the unknown one: its noise widens the interval
+    noisy = calibration.invert(0.998 * calibration.predict(0.5, MODULUS[0]), 0.5, force_sigma=0.02)
+    slope = calibration.surface.surface.slopes(0.5, MODULUS[0])[0]
+    half = math.hypot(1.96 * 0.01, 1.96 * slope * 0.02 / 0.5)
+    reached = 0.998 * calibration.predict(0.5, MODULUS[0]) * math.exp(half)
+    assert answer.lower_MPa == noisy.lower_MPa == 0.0 < MODULUS[0] < answer.upper_MPa < noisy.upper_MPa
+    assert calibration.predict(0.5, noisy.upper_MPa) == pytest.approx(reached, rel=1e-3)
+
+
+def test_the_pitch_of_the_ridges_is_the_designs_or_unknown():
+    assert record().ridge_pitch_mm is None
+    assert replace(record(), finger={"ridge_pitch_mm": 0.9}).ridge_pitch_mm == 0.9
+
+
 def test_predictions_outside_the_domain_are_nan():
     calibration = record()
     assert np.isnan(calibration.predict([0.01, 0.5, 0.5], [1.0, 0.01, 6.0])).all()

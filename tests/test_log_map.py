@@ -178,6 +178,9 @@ def test_what_nothing_tells_is_named(file):
     assert [guess.meant for guess in found.guesses] == ["", ""]
     assert "not used, because they were not recognised: alpha, beta" in found.to_toml()
     assert any("no column seems to be a gauge" in question for question in found.open_questions)
+    assert any("no column seems to be a force" in question for question in found.open_questions)
+    known = propose(file("t_s,g1,force_N\n0,1.5,0.2\n1,2.5,0.3\n")).open_questions
+    assert not any("no column seems" in question for question in known)
 
 
 def test_commands_read_by_a_map_and_propose_one(file, tmp_path, monkeypatch, capsys):
@@ -275,6 +278,7 @@ def test_parquet(tmp_path):
         ("t_s,g1,force_N\n0,1,30.5\n1e-3,2,31\n", "force_N comes to 31: this looks like gf"),
         ("t_s,g1,velocity_mm_s\n0,1,0.05\n1e-3,2,-0.06\n", "velocity_mm_s stays below 0.06: this looks like m/s"),
         ("t_s,g1,force_N,velocity_mm_s\n0,1,0.5,40\n1e-3,2,0.6,-30\n", None),
+        ("t_s,g1,g2\n0,16000,-3.5\n1e-3,17000,7\n", None),
     ],
 )
 def test_units_by_their_size(file, content, remark):

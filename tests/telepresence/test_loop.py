@@ -7,7 +7,10 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.telepresence import GratingTexture, LinkModel, Motion, Record, RecordedTexture, Set, SideBySide, run
+from papilla.telepresence.link import Link
+from papilla.telepresence.loop import SimulatedWire
 from papilla.telepresence.measures import felt_wavelength, lag_s
+from papilla.telepresence.messages import HandReading, Length, quantity
 
 TIME = np.arange(6000) / 1000
 HAND = Motion().place_mm(TIME)
@@ -32,6 +35,46 @@ def test_the_felt_wavelength_is_that_of_the_signal(wavelength):
     felt = felt_wavelength(np.sin(2 * np.pi * HAND / wavelength), HAND, truth, 1000.0)
     assert felt.wavelength_mm == pytest.approx(wavelength, rel=0.01)
     assert felt.error == pytest.approx(abs(wavelength / 1.2 - 1), abs=0.02)
+
+
+def test_a_line_at_the_end_of_the_range_is_refined_between_wavenumbers():
+    # The second wavenumber of the search is the greatest; the line lies a third of a step beyond it
+    peak = (np.abs(np.gradient(HAND)) * 1000).max()
+    wavelength = 1 / (1 / 8.0 + 1.3 * 0.1 / (peak * 0.25))
+    felt = felt_wavelength(np.sin(2 * np.pi * HAND / wavelength), HAND, np.full(6000, wavelength), 1000.0)
+    middle = np.nanmedian(felt.wavelength_mm)
+    first, second, third = (1 / (1 / 8.0 + k * 0.1 / (peak * 0.25)) for k in range(3))
+    assert third < middle < first and not np.isclose(felt.wavelength_mm, second, rtol=1e-6).any()
+
+
+def test_a_wire_hands_over_what_arrives_in_time_and_leaves_out_what_was_overtaken():
+    out, into = Link(LinkModel(one_way_ms=40), 0), Link(LinkModel(one_way_ms=40), 1)
+    near, far = SimulatedWire(out, into, 0), SimulatedWire(into, out, 1)
+    for row in range(100):
+        near.time_s = far.time_s = row / 1000
+        near.send(lambda header: HandReading(header, quantity(Length, 7.0)))
+        heard = far.receive()
+        if row >= 41:
+            assert [one.message.header.sequence for one in heard] == [row - 39]
+            assert heard[0].sent_ns == round(1e6 * (row - 40)) and heard[0].arrived_ns == pytest.approx(
+                1e6 * row, abs=1e4
+            )
+    late = Link(LinkModel(), 0)
+    wire = SimulatedWire(into, late, 1)
+    for sent in (2.0, 1.0, 2.0, 3.0):
+        late.send(sent, sent)
+    wire.time_s = 4.0
+    assert [one.sent_ns for one in wire.receive()] == [2_000_000_000, 3_000_000_000]
+
+
+def test_a_short_run_is_late_by_the_round_trip_where_feedback_is_direct():
+    links = LinkModel(one_way_ms=40), LinkModel(one_way_ms=60)
+    record = run(Set(GratingTexture(1.2), seconds=2.5, uplink=links[0], downlink=links[1]))
+    assert abs(record.lag_ms("local")) < 1 and record.felt("local").error < 0.01
+    assert record.lag_ms("direct") == pytest.approx(100, abs=2) and record.late_ms == pytest.approx(100, abs=2)
+    assert record.lost == {"local": 0.0, "direct": 0.0}
+    # 250 readings of the hand a second go up; 50 messages and 1000 samples a second come down
+    assert 2000 < record.bytes_per_s["local"] < 10_000 < record.bytes_per_s["direct"]
 
 
 @pytest.mark.slow

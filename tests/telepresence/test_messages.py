@@ -117,6 +117,13 @@ def test_replayed_reflected_and_old_datagrams_change_nothing(key):
     assert all(fresh.admit(data, 10**12) is None for data in kept), "a replay cannot prove that it is of now"
 
 
+def test_each_refused_datagram_is_counted_once_under_its_cause():
+    gate = Gate()
+    refused = (b"\0" * (MAX_BYTES + 1), b"", b"rubbish")
+    assert [gate.admit(data, 0) for data in refused] == [None] * 3
+    assert (gate.counts.oversize, gate.counts.malformed, gate.counts.forged) == (1, 2, 0)
+
+
 def test_without_the_key_nothing_is_heard():
     one, thief = Gate(KEY), Gate(b"another key of 16")
     assert all(heard is None for heard in meet(one, thief).values())
