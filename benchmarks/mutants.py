@@ -52,7 +52,7 @@ QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
-    ("papilla/calibration/surface.py", "1.0", "1.1"): "a bracket around a root that the step from its ends finds as well",
+    ("papilla/calibration/surface.py", "1.0", "1.1"): "a bracket that is wider than it need be",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
     ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",
