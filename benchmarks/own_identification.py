@@ -25,7 +25,7 @@ from scipy.interpolate import BarycentricInterpolator, CubicSpline
 from papilla import cache
 from papilla.calibrate.identification import PARAMETERS, diagnose, identify
 from papilla.calibrate.identification.parameters import kind
-from papilla.calibrate.suggest import suggest
+from papilla.calibrate.suggest import suggest_presses
 from papilla.errors import SolverError
 from papilla.finger import Finger
 from papilla.logs import PressLog
@@ -233,7 +233,7 @@ def presses(count: int, design: Finger) -> tuple[np.ndarray, np.ndarray]:
     if count == 15:
         force, modulus = np.meshgrid(np.geomspace(0.05, 0.98, 5), ON_MPA)
         return force.ravel(), modulus.ravel()
-    told = suggest(design, count, ON_MPA, size_mm=SIZE_MM)
+    told = suggest_presses(design, count, ON_MPA, size_mm=SIZE_MM)
     return np.array(told.force_N), np.array(told.modulus_MPa)
 
 

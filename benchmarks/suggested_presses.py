@@ -13,7 +13,7 @@ import numpy as np
 
 from papilla.calibrate.identification import identify
 from papilla.calibrate.identification.fit import SIZE_MM
-from papilla.calibrate.suggest import DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA, FORCES_N, suggest
+from papilla.calibrate.suggest import DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA, FORCES_N, suggest_presses
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
 from papilla.finger import Bench, Finger
@@ -64,7 +64,7 @@ def main() -> None:
     asked = parser.parse_args()
     design, random = replace(Finger.default(), bench=Bench(friction=STICK)), np.random.default_rng(7)
     told = response(family(design, size_mm=asked.size), Block(1.0, THICKNESS_MM))
-    best = suggest(design, asked.presses, MODULI, size_mm=asked.size)
+    best = suggest_presses(design, asked.presses, MODULI, size_mm=asked.size)
     print(
         "suggested: "
         + ", ".join(f"{f:.3f} N on {E:g} MPa" for f, E in zip(best.force_N, best.modulus_MPa, strict=True))

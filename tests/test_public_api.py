@@ -54,7 +54,10 @@ def test_an_unknown_name_is_an_attribute_error():
         papilla.Fingre  # noqa: B018
 
 
-@pytest.mark.parametrize("package", ["papilla", "papilla.estimators", "papilla.telepresence", "papilla.view"])
+LAZY = ["", ".calibrate", ".calibrate.identification", ".estimators", ".fem", ".references", ".telepresence", ".view"]
+
+
+@pytest.mark.parametrize("package", [f"papilla{part}" for part in LAZY])
 def test_a_lazy_package_offers_what_its_stub_names(package):
     module = importlib.import_module(package)
     stub = Path(module.__file__).with_suffix(".pyi").read_text()

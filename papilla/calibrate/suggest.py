@@ -86,7 +86,7 @@ class _Finger:
         return np.log(variance.mean(axis=-1))
 
 
-def suggest(
+def suggest_presses(
     known: Identification | Finger,
     count: int,
     moduli: Sequence[float],

@@ -80,10 +80,12 @@ class SuggestOptions:
         return {} if self.suggest is None else self._found(found, moduli)
 
     def _found(self, known: "Finger | Identification", moduli: list[float], **bench: Any) -> dict:
-        from papilla.calibrate.suggest import suggest
+        from papilla.calibrate.suggest import suggest_presses
 
         places: Any = self.read_places()
-        return suggested(suggest(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench))
+        return suggested(
+            suggest_presses(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench)
+        )
 
 
 def suggested(found: "Suggestion") -> dict:

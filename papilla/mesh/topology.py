@@ -2,7 +2,6 @@
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 FACES_OF_TET = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """Vertices of the face opposite each vertex, normal pointing out of a positively oriented tetrahedron."""
@@ -24,6 +23,8 @@ def paired_faces(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def components(cells: np.ndarray, count: int) -> np.ndarray:
     """Component number (count,) of each cell, joined through shared faces (k, 2), whose second cell may be -1."""
+    from scipy.sparse.csgraph import connected_components
+
     inner = cells[cells[:, 1] >= 0]
     graph = sp.coo_matrix((np.ones(len(inner)), (inner[:, 0], inner[:, 1])), shape=(count, count))
     return connected_components(graph, directed=False)[1]

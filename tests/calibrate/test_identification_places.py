@@ -10,7 +10,7 @@ from papilla.calibrate.identification import PARAMETERS, compare, diagnose, fit,
 from papilla.calibrate.identification.fit import problem_of, solve, unmoved
 from papilla.calibrate.identification.parameters import MOVES, kind
 from papilla.calibrate.identified_finger import with_identification
-from papilla.calibrate.suggest import suggest
+from papilla.calibrate.suggest import suggest_presses
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.logs import PressLog
@@ -180,10 +180,10 @@ def test_specimens_of_their_own_shape_and_doubtful_modulus():
 def test_presses_beside_the_apex_may_be_suggested():
     log = measured(presses(), {}, np.random.default_rng(8))
     found = identify(log, Finger.default(), free=("row_along_mm", "tilt_y_deg"), size_mm=SIZE_MM)
-    both = suggest(found, 1, (0.089, 0.51), places=((0.0, 0.0), (3.0, 0.0)), size_mm=SIZE_MM)
-    apex, beside = (suggest(found, 1, (0.089, 0.51), places=(one,), size_mm=SIZE_MM) for one in AROUND[:2])
+    both = suggest_presses(found, 1, (0.089, 0.51), places=((0.0, 0.0), (3.0, 0.0)), size_mm=SIZE_MM)
+    apex, beside = (suggest_presses(found, 1, (0.089, 0.51), places=(one,), size_mm=SIZE_MM) for one in AROUND[:2])
     assert apex.place_mm == ((0.0, 0.0),) and beside.place_mm == ((3.0, 0.0),)
     assert both.sigma_after == pytest.approx(min(apex.sigma_after, beside.sigma_after))
     assert apex.sigma_after != beside.sigma_after
     with pytest.raises(InputError, match="x_mm is 9 in press 1: contacts are known within 3.* mm"):
-        suggest(found, 3, (0.089,), places=((9.0, 0.0),), size_mm=SIZE_MM)
+        suggest_presses(found, 3, (0.089,), places=((9.0, 0.0),), size_mm=SIZE_MM)

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.calibrate import suggest as module
 from papilla.calibrate.identification import identify
-from papilla.calibrate.suggest import suggest
+from papilla.calibrate.suggest import suggest_presses
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
@@ -39,7 +39,7 @@ def identified(told):
 @pytest.mark.slow
 @pytest.mark.parametrize("criterion", ["I", "D"])
 def test_no_other_pair_of_presses_tells_more(identified, criterion):
-    found = suggest(identified, 2, MODULI, forces=FORCES, criterion=criterion)
+    found = suggest_presses(identified, 2, MODULI, forces=FORCES, criterion=criterion)
     force, modulus = (axis.ravel() for axis in np.meshgrid(FORCES, MODULI, indexing="ij"))
     made = identified.problem.jacobian(identified.vector)
     candidates = module._Presses(force, modulus, np.zeros((len(force), 2)))
@@ -62,7 +62,7 @@ def test_no_other_pair_of_presses_tells_more(identified, criterion):
 @pytest.mark.slow
 def test_what_is_known_before_is_what_the_fit_knows(identified):
     """The information of an identification is the inverse of its covariance, where its sigmas were not widened."""
-    one, more = (suggest(identified, count, MODULI, forces=FORCES) for count in (1, 4))
+    one, more = (suggest_presses(identified, count, MODULI, forces=FORCES) for count in (1, 4))
     assert one.sigma_before == more.sigma_before
     assert more.sigma_after < one.sigma_after < one.sigma_before
     made = identified.problem.jacobian(identified.vector)
@@ -78,7 +78,7 @@ def test_what_is_known_before_is_what_the_fit_knows(identified):
 @pytest.mark.slow
 def test_a_protocol_from_nothing_beats_evenly_spaced_presses_of_the_same_fingers(told):
     design = Finger.default()
-    found = suggest(design, 5, (0.089, 0.51, 0.72), size_mm=SIZE_MM)
+    found = suggest_presses(design, 5, (0.089, 0.51, 0.72), size_mm=SIZE_MM)
     assert len(found.force_N) == 5 and set(found.modulus_MPa) > {0.72}
     force, modulus = np.linspace(0.05, 0.98, 5), np.resize([0.089, 0.51, 0.72], 5)
     spaced = module._Presses(force, modulus, np.zeros((5, 2)))
@@ -86,7 +86,7 @@ def test_a_protocol_from_nothing_beats_evenly_spaced_presses_of_the_same_fingers
     fingers = [module._finger(problem, vector, spaced, None) for vector in vectors]
     even = np.mean([one.log_variance(one.known + one.each.sum(axis=0)) for one in fingers])
     assert found.sigma_after < 0.95 * np.exp(even / 2)
-    assert found == suggest(design, 5, (0.72, 0.51, 0.089, 0.089), size_mm=SIZE_MM)
+    assert found == suggest_presses(design, 5, (0.72, 0.51, 0.089, 0.089), size_mm=SIZE_MM)
 
 
 @pytest.mark.parametrize(
@@ -102,4 +102,4 @@ def test_a_protocol_from_nothing_beats_evenly_spaced_presses_of_the_same_fingers
 )
 def test_what_cannot_be_suggested_is_refused(count, moduli, options, message):
     with pytest.raises(InputError, match=message):
-        suggest(Finger.default(), count, moduli, **options)
+        suggest_presses(Finger.default(), count, moduli, **options)

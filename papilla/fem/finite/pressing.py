@@ -18,7 +18,8 @@ from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_detail, refuse_rim, too_coarse
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.fem.reduction.patch import Frame, build_patch
+from papilla.fem.reduction.loaded_patch import build_patch
+from papilla.fem.reduction.patch import Frame
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, checked_material
 from papilla.memory import refuse_finite

@@ -12,7 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
-from papilla.fem.reduction.patch import LoadedPatch, Patch
+from papilla.fem.reduction.loaded_patch import LoadedPatch
+from papilla.fem.reduction.patch import Patch
 from papilla.specimen import Specimen
 
 STICK = 1e6

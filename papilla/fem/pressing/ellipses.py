@@ -14,15 +14,17 @@ where no ellipse fits on the patch, or the skin is not convex.
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.special import ellipk
 
+from papilla import cache
 from papilla.errors import ContactRangeError
 from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.kept import kept
+from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.references import hertz_ellipse
 from papilla.references.hertz import MAX_RADIUS_RATIO
@@ -124,7 +126,8 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     i, j = np.array(powers).T
     stretches = np.array(STRETCHES)[:, None, None]
     matrices = (reduced.half_space, reduced.compliance, reduced.specimen_compliance(unit))
-    ellipses = [_ellipses(reduced, smallest, largest, aspect) for aspect in aspects]
+    given = reduced.patch, smallest, largest, aspects
+    ellipses = cache.fetch("ellipses", cache.key(__name__, *given), partial(_all_ellipses, *given))["pressure"]
     flat, finger, specimen = (
         np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
     )
@@ -185,6 +188,8 @@ def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float,
 
 def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, radius: np.ndarray) -> list[np.ndarray]:
     """What gauges feel (k, q g) per newton under each pressure term of the tabulated `ellipses`, at radii (k,)."""
+    from scipy.interpolate import PchipInterpolator
+
     rows = reduced.rows.reshape(-1, len(reduced.patch.xy))
     found = []
     for shapes in ellipses:
@@ -202,10 +207,15 @@ def _tabulated(smallest: float, largest: float) -> np.ndarray:
     return np.append(np.linspace(0.05, 0.95, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS))
 
 
-def _ellipses(reduced: ReducedFinger, smallest: float, largest: float, aspect: float) -> np.ndarray:
+def _all_ellipses(patch: Patch, smallest: float, largest: float, aspects: np.ndarray) -> dict[str, np.ndarray]:
+    """`_ellipses` of each aspect. They depend on the patch alone, not on moduli, and take most of the time."""
+    return {"pressure": np.array([_ellipses(patch, smallest, largest, aspect) for aspect in aspects])}
+
+
+def _ellipses(patch: Patch, smallest: float, largest: float, aspect: float) -> np.ndarray:
     """Nodal pressures (2, k, n) of the tabulated ellipses under each term of the profile, sqrt(1 - u) and its cube,
     projected so that force and moments are kept."""
-    points, weights, hats = quadrature(reduced.patch, subdivisions=ELLIPSE_SUBDIVISIONS)
+    points, weights, hats = quadrature(patch, subdivisions=ELLIPSE_SUBDIVISIONS)
     square = points[:, 0] ** 2 + (points[:, 1] / aspect) ** 2
     inside = np.maximum(0.0, 1 - square / np.square(_tabulated(smallest, largest))[:, None])
     hertz = np.sqrt(inside)

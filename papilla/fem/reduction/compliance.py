@@ -21,7 +21,6 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 import scipy.sparse as sp
 from numpy.polynomial.chebyshev import chebpts1, chebvander
-from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
 from papilla.fem.reduction.patch import Patch
@@ -246,6 +245,8 @@ def _weak(patch: Patch, kernel, exact):
 
 def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
     """What exact integration over near triangles changes: (terms, n, n)."""
+    from scipy.spatial import cKDTree
+
     corners = patch.xy[patch.triangles]
     size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
     flipped = corners * image

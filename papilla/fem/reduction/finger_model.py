@@ -19,7 +19,8 @@ from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, fold, inte
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
-from papilla.fem.reduction.patch import Frame, LoadedPatch, build_patch
+from papilla.fem.reduction.loaded_patch import LoadedPatch, build_patch
+from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction

@@ -9,19 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
-from skfem import BilinearForm, ElementTetP1, FacetBasis, LinearForm
 
 from papilla.errors import InputError
-from papilla.fem.discrete.elements import Space, parity_signs
-from papilla.mesh.layered import LayeredMesh
 from papilla.mesh.surfaces import Surface
-
-LOAD_QUADRATURE_ORDER = 4
-"""For products of up to quadratic displacement, P1 pressure and the gap on the skin's triangles."""
-
-STEEPEST = 0.2
-"""Cosine between skin and contact plane below which the skin can no longer be part of a patch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,111 +105,6 @@ class Patch:
         return np.isin(np.arange(len(self.xy)), edges[(count == 1) & ~cut])
 
 
-@dataclass(frozen=True, eq=False)
-class LoadedPatch:
-    """A patch with what couples it to the displacement: for each image of the cell, (nodes of the cell, n) integrals of
-    displacement shape function times hat function over the contact plane."""
-
-    patch: Patch
-    frame: Frame
-    couplings: dict[tuple[int, int], sp.csr_matrix]
-
-    def loads(self, parity: tuple[int, int], component: int = 0) -> sp.csc_matrix:
-        """Displacement load (3 * nodes, n) of a unit traction at each patch node, for fields of one parity.
-
-        Component 0 is pressure; 1 and 2 are tangential tractions on the finger along the contact plane's axes.
-        """
-        direction = self.frame.axes[component - 1] if component else -self.frame.axes[2]
-        parts = [
-            sp.kron(coupling, (parity_signs(parity, image) * direction)[:, None])
-            for image, coupling in self.couplings.items()
-        ]
-        return sum(parts[1:], start=parts[0]).tocsc()
-
-
-def build_patch(
-    space: Space, whole: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
-) -> LoadedPatch:
-    """The patch of `radius` mm around a contact frame.
-
-    `space` lives on the cell of the mesh `whole`; with `symmetric` the patch is the cell's part alone and its mirror
-    images are implied, else all images are collected.
-    """
-    mirrors = ["xyz".index(axis) for axis in whole.mirrors]
-    flips = [axis for axis in mirrors if not symmetric]
-    images = _sign_pairs(flips)
-    skin_triangles = space.mesh.boundaries["skin"]
-    facets = space.facets(skin_triangles)
-    pieces = [piece for image in images if (piece := _piece(space, skin, frame, radius, facets, image)) is not None]
-    if not pieces:
-        raise InputError(f"no skin within {radius:g} mm of the touch-down point faces the specimen")
-    positions, numbers = _merge_nodes(space.mesh.points, pieces)
-    couplings, triangles = {}, []
-    mass, gap = np.zeros(len(positions)), np.zeros(len(positions))
-    rim = np.zeros(len(positions), dtype=bool)
-    for piece, number in zip(pieces, numbers, strict=True):
-        np.add.at(mass, number, piece.mass)
-        np.add.at(gap, number, piece.gap)
-        rim[number[piece.rim]] = True
-        renumber = np.full(len(space.mesh.points), -1)
-        renumber[piece.vertices] = number
-        triangles.append(renumber[piece.triangles])
-        spread = sp.csr_matrix(
-            (np.ones(len(number)), (np.arange(len(number)), number)), shape=(len(number), len(positions))
-        )
-        couplings[piece.image] = (piece.coupling @ spread).tocsr()
-    local = frame.local(positions)
-    repeat = _sign_pairs(mirrors) if symmetric else [(1, 1)]
-    patch = Patch(local[:, :2], np.concatenate(triangles), mass, gap, rim, np.array(repeat))
-    return LoadedPatch(patch, frame, couplings)
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    image: tuple[int, int]
-    vertices: np.ndarray
-    triangles: np.ndarray
-    mass: np.ndarray
-    gap: np.ndarray
-    rim: np.ndarray
-    coupling: sp.csr_matrix
-
-
-def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
-    """The part of a patch that lies in one mirror image of the cell; integrals over the cell's own facets."""
-    mirror = np.array([*image, 1])
-    corners = space.mesh.points * mirror
-    triangles = space.mesh.boundaries["skin"]
-    local = frame.local(corners)
-    near = np.hypot(local[:, 0], local[:, 1]) < radius
-    ends = local[triangles]
-    area = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
-    facing = np.abs(area[:, 2]) > STEEPEST * np.linalg.norm(area, axis=1)
-    outward = skin.normal(corners[triangles].mean(axis=1)) @ frame.axes[2] > STEEPEST
-    chosen = near[triangles].all(axis=1) & facing & outward
-    if not chosen.any():
-        return None
-    moved, loaded = (
-        FacetBasis(space.skmesh, element, facets=facets[chosen], intorder=LOAD_QUADRATURE_ORDER)
-        for element in (space.scalar_element, ElementTetP1())
-    )
-    normal = frame.axes[2] * mirror
-
-    def projected(w):
-        return np.abs(sum(w.n[i] * normal[i] for i in range(3)))
-
-    def distance(w):
-        points = np.stack([w.x[i] for i in range(3)], axis=-1) * mirror
-        return gap_of(skin, frame, points.reshape(-1, 3)).reshape(points.shape[:-1])
-
-    vertices = np.unique(triangles[chosen])
-    mass = LinearForm(lambda v, w: v * projected(w)).assemble(loaded)[vertices]
-    gap = LinearForm(lambda v, w: v * projected(w) * distance(w)).assemble(loaded)[vertices]
-    coupling = BilinearForm(lambda u, v, w: u * v * projected(w)).assemble(loaded, moved)[:, vertices]
-    outside = np.isin(vertices, np.unique(triangles[~chosen]))
-    return _Piece(image, vertices, triangles[chosen], mass, gap, outside, coupling.tocsr())
-
-
 def gap_of(skin: Surface, frame: Frame, points: np.ndarray) -> np.ndarray:
     """Distance (k,) of the exact skin from the contact plane, along the plane's normal through points (k, 3)."""
     normal = frame.axes[2]
@@ -230,16 +115,3 @@ def gap_of(skin: Surface, frame: Frame, points: np.ndarray) -> np.ndarray:
         step = np.einsum("ki,ki->k", foot - points, outward) / (outward @ normal)
         points = points + step[:, None] * normal
     return -(points - frame.origin) @ normal
-
-
-def _sign_pairs(axes: list[int]) -> list[tuple[int, int]]:
-    return [(sx, sy) for sx in ((1, -1) if 0 in axes else (1,)) for sy in ((1, -1) if 1 in axes else (1,))]
-
-
-def _merge_nodes(points: np.ndarray, pieces: list[_Piece]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Positions of the distinct patch nodes and, for each piece, their numbers; nodes on mirror planes are shared."""
-    # Adding zero turns -0.0 into 0.0, so that a mirrored node is the same node
-    places = [points[piece.vertices] * np.array([*piece.image, 1]) + 0.0 for piece in pieces]
-    positions, numbers = np.unique(np.concatenate(places), axis=0, return_inverse=True)
-    ends = np.cumsum([len(place) for place in places])[:-1]
-    return positions, np.split(numbers.ravel(), ends)

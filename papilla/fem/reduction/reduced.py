@@ -87,11 +87,6 @@ class ReducedFinger:
         return self.rows[list(QUANTITIES).index("strain")]
 
     @property
-    def curvature_rows(self) -> np.ndarray:
-        """Curvature change (g, n), 1/mm, per MPa of nodal pressure."""
-        return self.rows[list(QUANTITIES).index("curvature")]
-
-    @property
     def gains(self) -> np.ndarray:
         """Weights (g,) of the strain in a reading."""
         return self.weights[list(QUANTITIES).index("strain")]
@@ -146,10 +141,6 @@ class ReducedFinger:
     def specimen_displacement(self, specimen: Specimen, pressure: np.ndarray) -> np.ndarray:
         """Weak displacement (n,) of a specimen's surface under nodal pressures (n,) in MPa, mm3."""
         return _scaled(_compliance(self, specimen.unit) @ pressure, specimen)
-
-    def total_compliance(self, specimen: Specimen) -> np.ndarray:
-        """Weak compliance (n, n) of finger and specimen, mm3 / MPa."""
-        return self.compliance + self.specimen_compliance(specimen)
 
     def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
         """Everything as named arrays, ready for `numpy.savez`; on request with what friction needs, made if it must."""
@@ -254,8 +245,7 @@ def _kept(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
 
     if type(unit).__module__ != Specimen.__module__ or len(reduced.patch.xy) > MOST_KEPT:
         return make()
-    patch = {item.name: getattr(reduced.patch, item.name) for item in fields(Patch)}
-    key = cache.key(__name__, name, patch, repr(unit))
+    key = cache.key(__name__, name, reduced.patch, repr(unit))
     return cache.fetch("specimen", key, lambda: {name: make()})[name]
 
 

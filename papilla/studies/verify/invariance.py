@@ -11,7 +11,8 @@ from papilla.fem import FingerModel, ReducedFinger, press
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.pivoting import solve_contact
-from papilla.fem.reduction.patch import Frame, build_patch
+from papilla.fem.reduction.loaded_patch import build_patch
+from papilla.fem.reduction.patch import Frame
 from papilla.finger import Dome, Gauge, Layer
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
 from papilla.studies.case import Case

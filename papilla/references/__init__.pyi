@@ -1,0 +1,31 @@
+"""The names of `papilla.references` and the module that defines each."""
+
+from .halfspace import StackLayer as StackLayer
+from .halfspace import boussinesq_displacement as boussinesq_displacement
+from .halfspace import halfspace_stiffness as halfspace_stiffness
+from .halfspace import layered_halfspace_stiffness as layered_halfspace_stiffness
+from .halfspace import layered_surface_compliance as layered_surface_compliance
+from .halfspace import uniform_disc_mean_displacement as uniform_disc_mean_displacement
+from .hertz import HertzContact as HertzContact
+from .hertz import effective_modulus as effective_modulus
+from .hertz import hertz_ellipse as hertz_ellipse
+from .hertz import hertz_ellipse_at as hertz_ellipse_at
+from .hertz import hertz_sphere as hertz_sphere
+from .hertz import hertz_sphere_at as hertz_sphere_at
+from .layer import BondedLayerGreen as BondedLayerGreen
+from .layer import LayerKernel as LayerKernel
+from .layer import bonded_layer_deficit as bonded_layer_deficit
+from .layer import sliding_layer_deficit as sliding_layer_deficit
+from .layer_sphere import BondedLayerContact as BondedLayerContact
+from .layer_sphere import bonded_layer_sphere as bonded_layer_sphere
+from .tangential_contact import FrictionalPunch as FrictionalPunch
+from .tangential_contact import dundurs_beta as dundurs_beta
+from .tangential_contact import frictional_punch as frictional_punch
+from .tangential_contact import goodman_stick_radius as goodman_stick_radius
+from .two_spheres import SharedApproach as SharedApproach
+from .two_spheres import printed_area as printed_area
+from .two_spheres import printed_area_per_approach as printed_area_per_approach
+from .two_spheres import shared_approach as shared_approach
+from .viscoelastic import Prony as Prony
+from .viscoelastic import lee_radok_force as lee_radok_force
+from .viscoelastic import lee_radok_indentation as lee_radok_indentation
