@@ -17,6 +17,7 @@ from papilla.cli.calibrate import calibrate
 from papilla.cli.doctor import doctor
 from papilla.cli.estimate import estimate
 from papilla.cli.export_c import export_c
+from papilla.cli.figures import figures
 from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
@@ -46,7 +47,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
-    "": (calibrate, identify, new, press, slide, estimate, view, export_c, doctor, verify, bench, reproduce),
+    "": (calibrate, identify, new, press, slide, estimate, view, export_c, doctor, verify, bench, reproduce, figures),
     "log": (map_log,),
     "texture": (train, classify),
     "telepresence": (simulate, sensor, display, timing),

@@ -1,0 +1,12 @@
+"""`papilla figures`: the figures and tables of the papers, computed, with the printed values as points.
+
+>>> made = papilla.studies.figures.figures("2006")
+>>> papilla.studies.figures.write(Path("figures"), made)
+"""
+
+from papilla.studies.figures.papers import PAPERS
+from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
+from papilla.studies.figures.registry import Figure, Paper
+from papilla.studies.figures.runner import Made, figures, write
+
+__all__ = ["PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "Shade", "Table", "figures", "write"]

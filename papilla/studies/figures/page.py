@@ -1,0 +1,29 @@
+"""figures.html: the figures of the papers, one below the other, with what differs and the claims about them."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from papilla import __version__
+from papilla.studies.figures.papers import PAPERS
+from papilla.studies.reproduce.runner import CLAIMS
+from papilla.view.page import data_uri, environment
+
+if TYPE_CHECKING:
+    from papilla.studies.figures.runner import Made
+
+
+def page(made: "Sequence[Made]", seconds: float) -> str:
+    """The page as HTML. seconds : that the figures took."""
+    claims = {claim.key: claim for claim in CLAIMS}
+    by_paper = {name: [one for one in made if one.paper == name] for name in PAPERS}
+    return (
+        environment("papilla.studies.figures")
+        .get_template("figures.html")
+        .render(
+            papers=[(PAPERS[name], own) for name, own in by_paper.items() if own],
+            claims=claims,
+            sources={one.stem: data_uri(one.svg, "svg+xml") for one in made},
+            seconds=seconds,
+            version=__version__,
+        )
+    )

@@ -1,0 +1,152 @@
+"""`Picture`: what a figure shows, as data: panels of curves and maps, or a table; kept in the cache, written as CSV."""
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+
+MOST_ROWS, MOST_CELLS = 1000, 80
+"""Of a curve, and of a map along each of its axes, in the CSV; both are drawn whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """y (n,) over x (n,), of one kind; spread (n,) : standard deviation, drawn as error bars.
+
+    look : "line", "dashed", "points", "bars" (x are places of the panel's `names`) or "impulses" (lines from zero).
+    origin : "papilla" computed it, "printed" in the paper, or "true" in the scene. color : its number in the style's
+    colours, None for the next.
+    """
+
+    label: str
+    x: np.ndarray
+    y: np.ndarray
+    look: str = "line"
+    spread: np.ndarray | None = None
+    origin: str = "papilla"
+    color: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Shade:
+    """A map: value (m, n) at x (n,) and y (m,), of the quantity `label`.
+
+    over (m, n) : is drawn with a thick line around where it is true. phase (m, n) : radians, as arrows where `over`.
+    signed : whether the colours are centred at zero. top : value of the darkest colour, the greatest one where None.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    value: np.ndarray
+    label: str
+    over: np.ndarray | None = None
+    phase: np.ndarray | None = None
+    signed: bool = False
+    top: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Axes with a title, quantities with their units, and what is drawn there.
+
+    x_range, y_range : ends of the axes, from the data where None. log : which axes are logarithmic, of "x", "y", "xy".
+    names : of the places 0, 1, ... along x. even : whether both axes have one scale.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...] = ()
+    shade: Shade | None = None
+    x_range: tuple[float, float] | None = None
+    y_range: tuple[float, float] | None = None
+    log: str = ""
+    names: tuple[str, ...] = ()
+    even: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Heads with units, and rows of cells as they are shown: text, or numbers with the printed one behind."""
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str | float, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Panels in so many columns, and a table; found : what this run found, and where it differs from print."""
+
+    panels: tuple[Panel, ...] = ()
+    table: Table | None = None
+    columns: int = 1
+    found: str = ""
+
+    def packed(self) -> np.ndarray:
+        """The picture as bytes (n,), for the cache."""
+        return np.frombuffer(msgspec.msgpack.encode(self, enc_hook=_plain), np.uint8)
+
+    @classmethod
+    def unpacked(cls, content: np.ndarray) -> "Picture":
+        """The picture of such bytes."""
+        return msgspec.msgpack.decode(content.tobytes(), type=cls, dec_hook=_array)
+
+
+def _plain(value: np.ndarray | np.generic) -> Any:
+    return value.item() if isinstance(value, np.generic) else (value.dtype.str, value.shape, value.tobytes())
+
+
+def _array(_kind: type, parts: Any) -> np.ndarray:
+    kind, shape, content = parts
+    return np.frombuffer(content, kind).reshape(shape)
+
+
+HEADS = ("panel", "curve", "origin", "x_is", "x", "y_is", "y", "sd", "value_is", "value")
+
+
+def as_csv(picture: Picture) -> str:
+    """The data of a picture: its table, or a row a point, which names its panel, curve, quantities and origin.
+
+    origin : see `Curve`. sd : standard deviation. Of a map every cell is a row with its value. What lies outside of the
+    axes is left out; long curves and large maps are thinned.
+    """
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    if picture.table is not None:
+        out.writerow(picture.table.heads)
+        out.writerows([[_number(cell) for cell in row] for row in picture.table.rows])
+    if picture.panels:
+        out.writerow(HEADS)
+        for panel in picture.panels:
+            out.writerows(_rows(panel))
+    return text.getvalue()
+
+
+def _rows(panel: Panel) -> Iterator[list[str]]:
+    for one in panel.curves:
+        low, high = panel.x_range or (-np.inf, np.inf)
+        shown = np.flatnonzero((one.x >= low) & (one.x <= high))
+        for row in shown[:: -(-len(shown) // MOST_ROWS) or 1]:
+            x, y, sd = one.x[row], one.y[row], np.nan if one.spread is None else one.spread[row]
+            place = panel.names[int(x)] if one.look == "bars" else _number(float(x))
+            ends = [panel.x_label, place, panel.y_label, _number(y), _number(sd), "", ""]
+            yield [panel.title, one.label, one.origin, *ends]
+    if panel.shade is not None:
+        shade = panel.shade
+        steps = [-(-len(axis) // MOST_CELLS) for axis in (shade.y, shade.x)]
+        for row in range(0, len(shade.y), steps[0]):
+            for column in range(0, len(shade.x), steps[1]):
+                x, y, value = shade.x[column], shade.y[row], shade.value[row, column]
+                cell = [panel.x_label, _number(x), panel.y_label, _number(y), "", shade.label, _number(value)]
+                yield [panel.title, "map", "papilla", *cell]
+
+
+def _number(value: str | float) -> str:
+    """Six digits; nothing for what is not finite."""
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if np.isfinite(value) else ""

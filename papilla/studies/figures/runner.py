@@ -1,0 +1,108 @@
+"""How figures are made: computed once, kept in the cache, drawn, and written with their data and one page."""
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from papilla import cache
+from papilla.errors import InputError
+from papilla.files import check_writable, replacing_set, write_text
+from papilla.finger import Finger
+from papilla.studies.figures import drawing
+from papilla.studies.figures.papers import PAPERS
+from papilla.studies.figures.picture import Picture, as_csv
+from papilla.studies.figures.registry import Figure
+from papilla.studies.runner import Progress, no_progress, run_jobs
+from papilla.telepresence import read_curve
+
+PAGE = "figures.html"
+DESIGNS = ("default", "published", "one-gauge")
+"""Fingers that figures are computed with: their content decides whether a kept figure is still right."""
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A figure of a paper (its name in `PAPERS`) that was computed: its data and its SVG file."""
+
+    paper: str
+    figure: Figure
+    picture: Picture
+    svg: bytes
+
+    @property
+    def stem(self) -> str:
+        """Of its files: "2006_fig_5"."""
+        return f"{self.paper}_{self.figure.stem}"
+
+
+def chosen(paper: str) -> list[str]:
+    """The names of a paper, or of all papers for an empty text; raises `InputError` for a name that no paper has."""
+    if not paper:
+        return list(PAPERS)
+    if paper in PAPERS:
+        return [paper]
+    near = difflib.get_close_matches(paper.lower(), PAPERS, n=1, cutoff=0.4)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise InputError(f"no paper is called {paper!r}: give one of {', '.join(PAPERS)}{hint}")
+
+
+def figures(paper: str = "", *, processes: int = 1, progress: Progress = no_progress) -> list[Made]:
+    """Compute the figures of a paper (see `PAPERS`), or of all.
+
+    `processes` groups of figures are computed at once; `progress` is called with what is done now, how many groups are
+    done, and how many there are. Raises `InputError` for a name that no paper has.
+    """
+    jobs: dict[str, tuple] = {}
+    for name in chosen(paper):
+        for one in PAPERS[name].figures:
+            job = f"{name}, {one.group or one.name}"
+            jobs[job] = (name, (*jobs.get(job, ((), ()))[1], one.name))
+    made = {
+        one.stem: one for _, group in run_jobs(_make, jobs, processes=processes, progress=progress) for one in group
+    }
+    order = [f"{name}_{one.stem}" for name in PAPERS for one in PAPERS[name].figures]
+    return [made[stem] for stem in order if stem in made]
+
+
+def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Path]:
+    """Write an SVG and a CSV file a figure, and the page of all; returns their paths by name ("page" is the page's).
+
+    Raises `FileAccessError`.
+    """
+    from papilla.studies.figures.page import page
+
+    check_writable(folder)
+    paths = {f"{one.stem}.{kind}": folder / f"{one.stem}.{kind}" for one in made for kind in ("svg", "csv")}
+    paths["page"] = folder / PAGE
+    with replacing_set(list(paths.values())) as temporary:
+        for one, picture, data in zip(made, temporary[:-1:2], temporary[1:-1:2], strict=True):
+            picture.write_bytes(one.svg)
+            write_text(data, as_csv(one.picture))
+        write_text(temporary[-1], page(made, seconds))
+    return paths
+
+
+def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> list[Made]:
+    """The figures of one group, from the cache where their code and the designs are the same."""
+    made = []
+    designs = [Finger.load(name).sha256 for name in DESIGNS]
+    for figure in (one for one in PAPERS[paper].figures if one.name in names):
+        say(f"{paper}, {figure.name}")
+        key = cache.key(figure.make.__module__, paper, figure.name, designs, read_curve())
+        packed = cache.fetch("figure", key, partial(_packed, figure))["picture"]
+        picture = Picture.unpacked(packed)
+        drawn = cache.fetch("figure", cache.key(drawing.__name__, packed), partial(_drawn, picture))
+        made.append(Made(paper, figure, picture, drawn["svg"].tobytes()))
+    return made
+
+
+def _packed(figure: Figure) -> dict[str, np.ndarray]:
+    return {"picture": figure.make().packed()}
+
+
+def _drawn(picture: Picture) -> dict[str, np.ndarray]:
+    return {"svg": np.frombuffer(drawing.as_svg(picture), np.uint8)}
