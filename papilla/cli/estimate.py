@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from papilla.calibration import Calibration
     from papilla.estimators import Pipeline
     from papilla.logs import TimeLogFile
+    from papilla.view.log_picture import LogPicture
 
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 """Noise (microstrain, N) that is assumed where a log shows less: a computed log has none."""
@@ -82,22 +83,25 @@ def estimate(
     calibration: Path | None = option(None, "Calibration file (JSON); without it no modulus."),
     lever_mm: float | None = option(None, "Of a column torque_Nmm: from the torque's axis to the skin, mm."),
     log_map: MapOption = None,
+    plot: Path | None = option(None, "Picture of log and estimates to write as well (PNG, SVG or PDF)."),
+    html: Path | None = option(None, "Page with this picture and the summary to write as well (HTML)."),
     as_json: JsonOption = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
     from papilla.cli.estimate_output import Summary
-    from papilla.cli.estimate_summary import show
+    from papilla.cli.estimate_summary import show, write_pictures
     from papilla.estimators.pipeline import PipelineEstimate
     from papilla.files import check_writable
     from papilla.tables import table_writer
 
-    beside = _check_files([log, calibration, estimators.finger, log_map], out, as_json)
+    beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
     with progress() as bar, _opened(log, lever_mm, log_map, bar) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise, zeros = _noise(recorded), _zeros(record)
         pipeline = estimators.pipeline(record, recorded, noise)
         summary = Summary(recorded, pipeline)
+        picture = _picture(recorded, pipeline, plot, html)
         if beside:
             check_writable(out.parent)
         with table_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
@@ -106,6 +110,8 @@ def estimate(
                 block[:, 1 : 1 + len(zeros)] -= zeros
                 answer = pipeline.process(block)
                 write([block[:, 0], *answer[:-1], summary.add(block, answer)])
+                if picture:
+                    picture.add(block, answer)
                 bar.line("estimating")
                 bar.steps(summary.rows, max(summary.rows, recorded.report.rows))
             summary.check()
@@ -113,20 +119,35 @@ def estimate(
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
     found |= {names[name]: value for name, value in used.items()}
-    show(found | {"estimates": str(out), "summary": str(beside) if beside else None}, recorded.report.notes, as_json)
+    found |= {"log": str(log), "estimates": str(out), "summary": str(beside) if beside else None}
+    if picture:
+        write_pictures(found, recorded.report.notes, picture, summary.spectrum, plot, html)
+    show(found, recorded.report.notes, as_json)
 
 
-def _check_files(inputs: list[Path | None], out: Path, as_json: bool) -> Path | None:
+def _picture(
+    recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None, html: Path | None
+) -> "LogPicture | None":
+    """What gathers the rows for a picture, where one is asked for; raises `InputError` for an unknown kind of file."""
+    if plot is None and html is None:
+        return None
+    from papilla.view.log_picture import LogPicture
+    from papilla.view.style import kind_of
+
+    if plot is not None:
+        kind_of(plot)
+    return LogPicture(recorded.gauge_names, recorded.optional, pipeline.off)
+
+
+def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | None], as_json: bool) -> Path | None:
     """Refuse an output that cannot be; the file of the summary, None if standard output has the estimates."""
     from papilla.files import sidecar
     from papilla.pipes import PIPE
 
     if out == PIPE and as_json:
         raise InputError("--out - and --json both want standard output: give one of them")
-    if out == PIPE:
-        return None
-    beside = sidecar(out, "summary.json")
-    keep_inputs(inputs, [out, beside])
+    beside = None if out == PIPE else sidecar(out, "summary.json")
+    keep_inputs(inputs, [path for path in (beside and out, beside, *pictures) if path is not None])
     return beside
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from papilla.estimators import Pipeline, PipelineEstimate
+    from papilla.estimators.lines import LineSpectrum
     from papilla.logs import TimeLogFile
 
 LAST = {
@@ -62,6 +63,7 @@ class Summary:
         self._wavelengths: Counter[int] = Counter()
         self._last: dict[str, dict | None] = dict.fromkeys(LAST)
         self.rows = self._kept = 0
+        self.spectrum: LineSpectrum | None = None
 
     def add(self, block: "np.ndarray", answer: "PipelineEstimate") -> list[str]:
         """Take in the next rows of the log and their answers; the worst code of each row."""
@@ -186,7 +188,9 @@ class Summary:
         place = self._path(rows)
         try:
             first = latest_stretch(place, wavelengths)
-            found = find_lines(place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths)
+            self.spectrum = found = find_lines(
+                place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths
+            )
         except InputError as error:
             remarks.append(f"no lines: {error}")
             return [], None

@@ -2,10 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from papilla.cli.estimate_output import FREQUENCY_ALONE, LAST
 from papilla.cli.output import json_text, plain, print_json, say, show_table, tell
 
+if TYPE_CHECKING:
+    from papilla.estimators.lines import LineSpectrum
+    from papilla.view.log_picture import LogPicture
+
+HEADS = ("quantity", "last value", "95 % interval", "ok", "why not the others")
 REMARKS = 3
 """Remarks that are shown; the file beside the estimates has all."""
 REASONS = 2
@@ -25,7 +32,7 @@ def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
     else:
         write_text(summary["summary"], json_text(summary))
         print_json(summary) if as_json else print_summary(summary)
-    for text in (*notes, *summary["messages"][: min(REMARKS, summary["remarks"])]):
+    for text in (*notes, *_first(summary)):
         say(text)
     if (more := summary["remarks"] - REMARKS) > 0:
         say(f"{more} more remarks" + (f" in {summary['summary']}" if summary["summary"] else ""))
@@ -37,24 +44,68 @@ def print_summary(summary: dict) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(
-        "quantity", "last value", "95 % interval", "ok", "why not the others", box=SIMPLE_HEAD, pad_edge=False
-    )
+    table = Table(*HEADS, box=SIMPLE_HEAD, pad_edge=False)
     for column in table.columns[:4]:
         column.no_wrap = True
     for row in [*_results(summary), *_lines(summary)]:
         table.add_row(*(Text(plain(cell)) for cell in row))
     show_table(table)
-    noise = ""
-    if summary["force_noise_N"] is not None:
-        noise = f", noise {summary['gauge_noise_microstrain']:.3g} µε and {summary['force_noise_N']:.2g} N"
-    tell(
-        f"{summary['rows']} rows at {summary['sample_rate_Hz']:.5g} Hz{noise}; {summary['nan_rows']} rows without a "
-        f"number in a cell, {summary['gaps']} gaps, {summary['duplicates']} repeated times"
-    )
+    tell(_counts(summary))
     for line in legend(summary):
         tell(line)
     tell(f"Wrote {summary['estimates']}, and this summary in full: {summary['summary']}")
+
+
+def write_pictures(
+    summary: dict,
+    notes: Sequence[str],
+    picture: "LogPicture",
+    spectrum: "LineSpectrum | None",
+    plot: Path | None,
+    page: Path | None,
+) -> None:
+    """The picture of the log and its estimates (png, pdf or svg), and a page of the summary with this picture."""
+    from papilla.files import write_text
+    from papilla.view.page import data_uri, environment
+    from papilla.view.style import content, kind_of, write_bytes
+
+    rows = [*_results(summary), *_lines(summary)]
+    told = "; ".join(f"{name} {value} ({interval})" for name, value, interval, *_ in _results(summary)[:4] if interval)
+    figure = picture.figure(Path(summary["log"]).name, told or "no row has an answer that is ok", spectrum)
+    if plot is not None:
+        write_bytes(plot, content(figure, kind_of(plot)))
+    if page is not None:
+        text = (
+            environment("papilla.view")
+            .get_template("estimates.html")
+            .render(
+                log=summary["log"],
+                counts=_counts(summary),
+                heads=HEADS,
+                rows=rows,
+                remarks=_first(summary),
+                legend=legend(summary),
+                notes=notes,
+                picture=data_uri(content(figure, "svg"), "svg+xml"),
+            )
+        )
+        write_text(page, text)
+
+
+def _first(summary: dict) -> list[str]:
+    """The remarks that are shown."""
+    return summary["messages"][: min(REMARKS, summary["remarks"])]
+
+
+def _counts(summary: dict) -> str:
+    """How many rows the log has, how noisy they are and what is wrong with them."""
+    noise = ""
+    if summary["force_noise_N"] is not None:
+        noise = f", noise {summary['gauge_noise_microstrain']:.3g} µε and {summary['force_noise_N']:.2g} N"
+    return (
+        f"{summary['rows']} rows at {summary['sample_rate_Hz']:.5g} Hz{noise}; {summary['nan_rows']} rows without a "
+        f"number in a cell, {summary['gaps']} gaps, {summary['duplicates']} repeated times"
+    )
 
 
 def legend(summary: dict) -> list[str]:

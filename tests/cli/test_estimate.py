@@ -380,3 +380,16 @@ def test_friction_needs_no_gauges_and_its_memory_is_the_callers(papilla, tmp_pat
         assert answer.code == 0 and {row["wavelength_status"] for row in rows_of(out)} == {"no gauges"}
         found[memory] = float(rows_of(out)[-1]["mu_kinetic"])
     assert abs(found["5"] - 0.28) < abs(found["500"] - 0.28)
+
+
+@pytest.mark.slow
+def test_a_picture_and_a_page_of_log_and_estimates(papilla, refused, tmp_path, sliding):
+    answer = papilla("estimate", sliding, "--out", "est.csv", "--plot", "p.png", "--html", "page.html", "--json")
+    assert answer.code == 0 and (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    page = (tmp_path / "page.html").read_text()
+    for text in ("<h1>slide.csv</h1>", "3000 rows at 1000 Hz", "kinetic friction", "What the status codes mean"):
+        assert text in page
+    assert page.count("<img") == 1 and "http://" not in page.replace("http://www.w3.org", "")
+    (tmp_path / "est.csv").unlink()
+    assert "pictures are written as .png" in refused("estimate", sliding, "--out", "x.csv", "--plot", "p.jpg")
+    assert "is given for two outputs" in refused("estimate", sliding, "--out", "x.csv", "--plot", "x.csv")

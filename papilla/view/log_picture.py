@@ -1,0 +1,182 @@
+"""A log and its estimates in one picture: what was measured above, the answers with their bands below, then the codes
+row by row and the spectrum over the path."""
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from papilla.logs.thinned import Thinned
+from papilla.view.style import ACCENTS, INK, MUTED, literal, plain_log, styled, titled
+
+MEASURED = {
+    "force_N": "force (N)",
+    "tangential_N": "tangential\nforce (N)",
+    "velocity_mm_s": "velocity\n(mm/s)",
+    "position_mm": "position\n(mm)",
+}
+ANSWERS = {
+    "modulus": ("modulus_MPa", "modulus_sigma_MPa", "modulus\n(MPa)"),
+    "wavelength": ("wavelength_mm", "wavelength_sigma_mm", "wavelength\n(mm)"),
+    "friction": ("mu_kinetic", "mu_kinetic_sigma", "kinetic\nfriction"),
+}
+BAND = 2.0
+"""Half width of the bands, in standard deviations."""
+OK, REMARK = ACCENTS[0], "#8fb8de"
+DOUBTS = ("#e3e7ec", "#f0b27a", "#cdb4db", "#a3b1c2", "#f5c6cb", "#c2410c", "#b7791f", "#7c3aed", "#be185d", "#475569")
+"""Colours of the codes that are not ok, in the order in which they come; the first is that of most logs' beginning."""
+_RANK = 1000  # A code's number in a bin: its rank, 0 ok to 2 not ok, times this, plus its number
+
+
+class LogPicture:
+    """Gathers a log and its estimates block by block, thinned, and draws them.
+
+    gauges, optional : names of the columns of a block after t_s. off : the quantities that nothing is known of.
+    """
+
+    def __init__(self, gauges: Sequence[str], optional: Sequence[str], off: Collection[str]):
+        self._gauges, self._optional = tuple(gauges), tuple(optional)
+        self._quantities = [name for name in ANSWERS if name not in off]
+        self._alone = "wavelength" in off and "frequency" not in off and bool(gauges)
+        self._codes: dict[str, int] = {}
+        self._thinned = Thinned()
+
+    def add(self, block: np.ndarray, answer: Any) -> None:
+        """Take in the next rows (n, columns) and their answers, a `papilla.estimators.PipelineEstimate`."""
+        columns = [block]
+        for quantity in self._quantities:
+            value_name, sigma_name, _ = ANSWERS[quantity]
+            codes = np.array([self._number(code) for code in getattr(answer, f"{quantity}_status")])
+            value, sigma = (np.asarray(getattr(answer, name), float) for name in (value_name, sigma_name))
+            usable = np.where(codes < 2 * _RANK, value, np.nan)
+            columns += [usable, usable - BAND * sigma, usable + BAND * sigma, value, codes.astype(float)]
+        if self._alone:
+            columns.append(np.asarray(answer.frequency_Hz, float))
+        self._thinned.add(np.column_stack(columns))
+
+    def _number(self, code: str) -> int:
+        if (known := self._codes.get(code)) is not None:
+            return known
+        rank = 0 if code == "ok" else 1 if code.startswith("ok") else 2
+        return self._codes.setdefault(code, rank * _RANK + len(self._codes))
+
+    def figure(self, title: str, detail: str, spectrum: Any) -> Figure:
+        """The picture. spectrum : over the path with its lines, a `LineSpectrum` of `find_lines`, or None."""
+        measured = [name for name in MEASURED if name in self._optional]
+        strips = bool(self._quantities)
+        count = bool(self._gauges) + len(measured) + len(self._quantities) + self._alone
+        heights = (
+            [2.0] * bool(self._gauges) + [1.0] * (count - bool(self._gauges)) + [0.3 * len(self._quantities)] * strips
+        )
+        heights += [1.9] * (spectrum is not None)
+        inches = 1.25 * sum(heights) + 1.4
+        with styled(10.0, inches) as figure:
+            grid = figure.add_gridspec(len(heights), 1, height_ratios=heights, hspace=0.32)
+            grid.update(left=0.1, right=0.84, top=1 - 0.75 / inches, bottom=0.55 / inches)
+            panels = [figure.add_subplot(grid[number]) for number in range(len(heights))]
+            timed = panels[: count + strips]
+            for axes in timed[1:]:
+                axes.sharex(timed[0])
+            for axes in timed[:-1]:
+                axes.tick_params(labelbottom=False)
+            timed[-1].set_xlabel("time (s)")
+            self._draw(timed, measured)
+            if spectrum is not None:
+                _draw_spectrum(panels[-1], spectrum)
+                _lower(panels[-1], 0.45 / inches)
+            titled(figure, literal(title), literal(detail))
+        return figure
+
+    def _draw(self, panels: list[Axes], measured: list[str]) -> None:
+        low, high, axes = self._thinned.low, self._thinned.high, iter(panels)
+        time, names = low[:, 0], ["t_s", *self._gauges, *self._optional]
+        if self._gauges:
+            own = next(axes)
+            for number, name in enumerate(self._gauges):
+                _trace(own, time, low[:, 1 + number], high[:, 1 + number], ACCENTS[number % len(ACCENTS)], name)
+            own.set_ylabel("readings (µε)")
+            own.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+        for name in measured:
+            own, column = next(axes), names.index(name)
+            _trace(own, time, low[:, column], high[:, column], INK, "")
+            own.set_ylabel(MEASURED[name])
+        for number, quantity in enumerate(self._quantities):
+            own, first = next(axes), len(names) + 5 * number
+            _trace(own, time, low[:, first + 3], high[:, first + 3], MUTED, "")
+            own.fill_between(time, low[:, first + 1], high[:, first + 2], color=REMARK, alpha=0.5, linewidth=0)
+            _trace(own, time, low[:, first], high[:, first], OK, "")
+            _frame(own, low[:, first + 1], high[:, first + 2])
+            own.set_ylabel(ANSWERS[quantity][2])
+            if not number:
+                told = "blue: may be used,\nwith its 95 % band;\ngrey: in doubt"
+                own.text(1.01, 0.4, told, transform=own.transAxes, fontsize=8, color=MUTED)
+        if self._alone:
+            own = next(axes)
+            _trace(own, time, low[:, -1], high[:, -1], OK, "")
+            own.set_ylabel("frequency\n(Hz)")
+        if self._quantities:
+            self._draw_codes(next(axes), time, high)
+
+    def _draw_codes(self, axes: Axes, time: np.ndarray, high: np.ndarray) -> None:
+        """A strip for each quantity, in the colour of the worst code of each bin."""
+        shades = {number: OK if number < _RANK else REMARK for number in self._codes.values() if number < 2 * _RANK}
+        doubts = [number for number in self._codes.values() if number >= 2 * _RANK]
+        shades |= {number: DOUBTS[k % len(DOUBTS)] for k, number in enumerate(doubts)}
+        edges = np.append(time, time[-1] + (time[-1] - time[0]) / max(len(time) - 1, 1))
+        first, shown = 1 + len(self._gauges) + len(self._optional), set()
+        for row, _quantity in enumerate(self._quantities):
+            codes = high[:, first + 5 * row + 4].astype(int)
+            starts = np.flatnonzero(np.diff(codes, prepend=-1))
+            spans = [(edges[a], edges[b] - edges[a]) for a, b in zip(starts, [*starts[1:], len(codes)], strict=True)]
+            axes.broken_barh(spans, (row - 0.4, 0.8), facecolors=[shades[codes[start]] for start in starts])
+            shown |= {*codes.tolist()}
+        axes.set(
+            ylim=(len(self._quantities) - 0.5, -0.5), yticks=range(len(self._quantities)), xlim=(edges[0], edges[-1])
+        )
+        axes.set_yticklabels(self._quantities)
+        axes.grid(visible=False)
+        keys: list[Any] = [Patch(color=shades[n], label=code) for code, n in self._codes.items() if n in shown]
+        axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.0, 1.1), fontsize=8, handlelength=1.0)
+
+
+def _trace(axes: Axes, time: np.ndarray, low: np.ndarray, high: np.ndarray, color: str, label: str) -> None:
+    """A curve, drawn as the area between its lowest and highest value in each bin."""
+    axes.fill_between(time, low, high, color=color, alpha=0.45, linewidth=0)
+    axes.plot(time, 0.5 * (low + high), color=color, linewidth=0.9, label=literal(label))
+
+
+def _frame(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
+    """Limits that show nearly all bands: a few wide ones, at the beginning of an answer, would hide the rest."""
+    known = np.isfinite(low) & np.isfinite(high)
+    if known.any():
+        bottom, top = np.percentile(low[known], 3), np.percentile(high[known], 97)
+        axes.set_ylim(bottom - 0.3 * (top - bottom) - 1e-9, top + 0.3 * (top - bottom) + 1e-9)
+
+
+def _draw_spectrum(axes: Axes, spectrum: Any) -> None:
+    known = spectrum.wavenumber_per_mm > 0
+    wavelength, power = 1 / spectrum.wavenumber_per_mm[known], spectrum.power[known]
+    step = max(1, len(power) // 4000)
+    starts = np.arange(0, len(power), step)
+    axes.fill_between(
+        wavelength[starts], 0.0, np.maximum.reduceat(power, starts), color=MUTED, linewidth=0, step="post"
+    )
+    axes.set(xscale="log", yscale="log", xlabel="wavelength (mm)", ylabel="spectrum over\nthe path")
+    axes.set_ylim(max(float(np.median(power)) / 10, 1e-6), 8 * float(power.max()))
+    axes.set_xlim(float(wavelength.min()), float(wavelength.max()))
+    plain_log(axes.xaxis)
+    for line in spectrum.lines[:6]:
+        peak = float(power[np.argmin(np.abs(wavelength - line.wavelength_mm))])
+        axes.annotate(
+            f"{line.wavelength_mm:.4g} mm", (line.wavelength_mm, peak), xytext=(0, 4), textcoords="offset points",
+            ha="center", fontsize=8, color=OK if line.harmonic == 1 else MUTED,
+        )  # fmt: skip
+
+
+def _lower(axes: Axes, by: float) -> None:
+    """Move a panel down, to leave place for the label of the time axis above it."""
+    box = axes.get_position()
+    axes.set_position((box.x0, box.y0, box.width, box.height - by))

@@ -1,0 +1,60 @@
+"""The picture of a log: which panels it has, what its strips and bands show, and the line in the spectrum."""
+
+import numpy as np
+import pytest
+
+from papilla.estimators import Pipeline, find_lines
+from papilla.view.log_picture import OK, LogPicture
+from papilla.view.style import png
+
+
+def drawn(columns, gauges=2, rows=3000):
+    """The figure of a slide to and fro over 1.5 mm, and the pipeline's answer."""
+    rng = np.random.default_rng(3)
+    time = np.arange(rows) / 1000
+    velocity = 60 * np.sin(2 * np.pi * time)
+    place = np.cumsum(velocity) / 1000
+    readings = 10 * np.sin(2 * np.pi * (place[:, None] - np.arange(gauges)) / 1.5) + rng.normal(0, 1, (rows, gauges))
+    force = np.full(rows, 0.5)
+    values = {"force_N": force, "velocity_mm_s": velocity, "tangential_N": 0.3 * force * np.sign(velocity)}
+    block = np.column_stack([time, readings, *(values[name] for name in columns)])
+    pipeline = Pipeline(gauges=gauges, columns=columns)
+    answer = pipeline.process(block)
+    picture = LogPicture([f"g{n + 1}" for n in range(gauges)], columns, pipeline.off)
+    for part in np.array_split(np.arange(rows), 3):
+        picture.add(block[part], type(answer)(*(np.array(column, object)[part] for column in answer)))
+    spectrum = find_lines(place, readings) if "velocity_mm_s" in columns and gauges else None
+    return picture.figure("a_$log$.csv", "detail", spectrum), answer
+
+
+@pytest.mark.slow
+def test_what_was_measured_stands_above_what_was_estimated():
+    figure, answer = drawn(("force_N", "velocity_mm_s", "tangential_N"))
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
+    assert labels == [
+        "readings (µε)", "force (N)", "tangential force (N)", "velocity (mm/s)", "wavelength (mm)",
+        "kinetic friction", "", "spectrum over the path",
+    ]  # fmt: skip
+    wavelength, strips, spectrum = figure.axes[4], figure.axes[6], figure.axes[7]
+    shown = wavelength.lines[1].get_ydata()
+    assert np.nanmedian(shown) == pytest.approx(1.5, rel=1e-2) and np.isnan(shown).any()
+    low, high = wavelength.get_ylim()
+    assert 1.0 < low < 1.5 < high < 2.0
+    told = {text.get_text() for text in strips.get_legend().get_texts()}
+    assert told == {*answer.wavelength_status} | {*answer.friction_status}
+    # The last rows are ok: the last span of the strip is blue and ends with the log
+    assert strips.collections[0].get_facecolor()[-1] == pytest.approx(_rgba(OK))
+    assert [text.get_text() for text in spectrum.texts][0] == "1.5 mm"
+    assert len(png(figure, dpi=50)) > 10_000
+
+
+def test_a_log_without_a_velocity_shows_its_frequency():
+    figure, _ = drawn((), gauges=1, rows=600)
+    assert [axes.get_ylabel().replace("\n", " ") for axes in figure.axes] == ["readings (µε)", "frequency (Hz)"]
+    assert figure.axes[-1].get_xlabel() == "time (s)"
+
+
+def _rgba(color):
+    from matplotlib.colors import to_rgba
+
+    return to_rgba(color)
