@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 
 from papilla.errors import InputError, MissingExtraError, SolverError
 from papilla.studies.reproduce import CLAIMS, EXPERIMENTS, Answer, Claim, Experiment, Found, Series, reproduce
-from papilla.studies.reproduce.claim import EVIDENCE, gathered
+from papilla.studies.reproduce.claim import EVIDENCE, TESTED, gathered
 from papilla.studies.reproduce.page import write_page
 from papilla.studies.reproduce.runner import by_evidence, head, results, summary
 
@@ -183,3 +183,16 @@ def test_a_quick_experiment_answers_all_its_claims_the_same_every_time(name):
         assert by_key["A16"].measured == pytest.approx(0.05, abs=1e-3)
     if name == "spectra":
         assert by_key["C19"].measured == 32
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("experiment", [one for one in EXPERIMENTS if one.removed], ids=lambda one: one.name)
+def test_without_its_cause_no_predicted_or_simulated_row_holds(experiment):
+    values = [experiment.run(lambda line: None, cause=cause).values for cause in (True, False)]
+    own = [claim for claim in CLAIMS if claim.experiment == experiment.name and not claim.cannot]
+    assert own
+    for claim in own:
+        first, second = (Answer.of(claim, experiment, found) for found in values)
+        assert first.measured is not None and "{" not in first.note and "nan" not in first.note.lower(), claim.key
+        if claim.evidence in TESTED and first.verdict == "reproduced":
+            assert second.verdict != "reproduced", f"{claim.key}: {second.measured} without {experiment.removed}"

@@ -1,54 +1,67 @@
 """2011 Oddo: frequency, time and phase of what two channels share, by cross-wavelets; gratings of 0.40-0.48 mm."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from papilla.estimators.published.texture import leave_m_out
 from papilla.estimators.published.wavelet import cross_quantile, cross_wavelet, morlet, octaves, periods_of_phase
-from papilla.estimators.published.wavelet.cross import AFTER, BEFORE, CrossWavelet
+from papilla.estimators.published.wavelet.cross import AFTER, BEFORE, CrossWavelet, Window
 from papilla.estimators.tracking.between_gauges import wavelength_between
-from papilla.studies.reproduce.claim import Found, Series
+from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.signals import SNR_DB
 
-SIMULATED = "simulated runs (a MEMS array on a robot finger in the paper)"
+CAMPAIGNS = 4
+"""Sets of 24 active runs."""
+SIMULATED = "simulated runs of a sine a grating (a MEMS array on a robot finger in the paper)"
+SCENE = (
+    "gratings of another period and a speed that drifts (passive), a constant speed (active), names that are shuffled,"
+    " channels at another distance, no grating (contour)",
+    f"white, {SNR_DB['2011_oddo']:g} dB",
+    CAMPAIGNS,
+)
 PERIODS_MM, PITCH_MM, RATE_Hz = (0.40, 0.44, 0.48), 2.36, 300.0
 SPEEDS_MM_S = (10 / 1.5, 10.0)
+REST_S, FIRST_S, SECOND_S = 0.5, 1.5, 1.0
+"""Of a passive run: at rest before and after, at the first and at the second speed."""
 RUNS = 8
-SPREADS = (0.01, 0.02, 0.03, 0.05)
-"""Standard deviations of the speed from run to run that nearest neighbours are tried with."""
-CAMPAIGNS = 12
-"""Sets of 24 runs that an accuracy is averaged over."""
+SPREADS = (0.0, 0.01, 0.02, 0.03)
+"""Standard deviations of the speed from run to run; the second is that of the rows: to 1 % a position-controlled finger
+repeats its speed."""
+ACTIVE_S, ENCODED_S, SHARED_S = 1.0, 0.150, 0.080
+"""Of an active run: its record; how long at least one unit feels the grating; how long both units do (IV.B)."""
+EDGE_S = 0.015
+"""In which a unit begins or ceases to feel: a period of the finest grating at 26.5 mm/s."""
+SLOWEST, FASTEST = 22.0, 31.0
+"""Speeds in mm/s at the ends of the window of 67 ms (IV.B)."""
 
 
-def run(tell) -> Found:
+def run(tell, cause: bool = True) -> Found:
     """Cross-wavelets of Oddo 2011 on simulated runs in passive and active touch, phases, and nearest neighbours.
 
-    Two channels 2.36 mm apart over gratings of 0.40, 0.44 and 0.48 mm, sampled at 300 Hz at 20 dB. Passive touch: 10 mm
-    in 1.5 s, then 10 mm in 1.0 s, eight runs each. Active touch: a ramp from 22 to 31 mm/s in 2 s. Formulas are written
-    a second time. Nearest neighbours see the frequency of 24 runs whose speed differs by 1-5 % from run to run.
+    Three channels, two side by side and one 2.36 mm along the path, over gratings of 0.40, 0.44 and 0.48 mm, sampled
+    at 300 Hz. Passive touch: 10 mm in 1.5 s, then 10 mm in 1.0 s, eight runs each. Active touch: distal channels feel
+    the grating for 115 ms, the proximal one too, 35 ms later, so that both do for 80 ms; the speed rises from 22 to 31
+    mm/s within 67 ms. Each run goes the whole way of the paper: wavelets, f_MP, t_MP, window, mean of two pairs,
+    nearest neighbour. Its speed differs by 1 % from run to run; other spreads are beside it. Formulas are written once
+    more.
     """
     rng = np.random.default_rng(20)
-    passive = [(period, run_, _passive(period, rng)) for period in PERIODS_MM for run_ in range(RUNS)]
     tell("passive touch")
-    means, deviations, right, significant = _constant_parts(passive)
+    passive = [(one, _passive(one, rng, cause)) for one in PERIODS_MM for _ in range(RUNS)]
     tell("active touch")
-    active = [_active(period, 1.0, rng) for period in PERIODS_MM]
-    values = {
-        "table": " ".join(f"{value:.2f}" for value in means.mean(axis=1).ravel()),
-        "table_error": 100 * float(np.abs(means.mean(axis=1) / _expected() - 1).max()),
-        "passive_runs": float(means.shape[1]),
-        "passive_sd": 100 * deviations,
-        "table_right": right,
-        "significant": significant,
-        **_speeds(active),
-        **_formulas(rng),
-        **_phases(active[1][1]),
-    }
-    tell("nearest neighbours")
-    values |= _neighbours(rng)
-    ridge = passive[0][2].ridge
+    values = gathered(
+        lambda: _constant_parts(passive),
+        lambda: _contours(np.random.default_rng(23), cause),
+        lambda: _active_touch(cause),
+        lambda: _formulas(np.random.default_rng(24)),
+        lambda: _phases(cause),
+    )
+    ridge = passive[0][1].ridge
     time = np.arange(len(ridge.frequency_Hz)) / RATE_Hz
     series = (
         Series("f_MP of two channels", time, ridge.frequency_Hz),
-        Series("expected, v over p", time, np.where(time < 1.5, *(v / PERIODS_MM[0] for v in SPEEDS_MM_S))),
+        Series("expected, v over p", time, _passive_speed(time) / PERIODS_MM[0]),
     )
     title = "A grating of 0.40 mm slides at 6.7, then at 10 mm/s: the cross-wavelet's ridge"
     return Found(values, title, "time, s", "frequency, Hz", series)
@@ -58,63 +71,141 @@ def _expected() -> np.ndarray:
     return np.array([[speed / period for speed in SPEEDS_MM_S] for period in PERIODS_MM])
 
 
-def _channels(place: np.ndarray, period: float, rng, distance: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Two channels a distance apart over a grating, 20 dB: the second is over the same spot later."""
-    wave = [np.sqrt(2) * np.sin(2 * np.pi * (place - shift) / period) for shift in (0.0, distance)]
-    first, second = (one + 0.1 * rng.standard_normal(len(place)) for one in wave)
-    return first, second
+def channels(place: np.ndarray, period: float, rng, places_mm=(0.0, 0.0), felt=1.0) -> list[np.ndarray]:
+    """Records (n,) of channels at places along the path over a grating; felt (channels, n) or 1: how strongly each is
+    pressed. A channel further along is over the same spot later."""
+    noise = 10 ** (-SNR_DB["2011_oddo"] / 20)
+    felt = np.broadcast_to(felt, (len(places_mm), len(place)))
+    waves = [np.sqrt(2) * np.sin(2 * np.pi * (place - shift) / period) for shift in places_mm]
+    return [own * wave + noise * rng.standard_normal(len(place)) for own, wave in zip(felt, waves, strict=True)]
 
 
-def _passive(period: float, rng) -> CrossWavelet:
-    time = np.arange(round(2.5 * RATE_Hz)) / RATE_Hz
-    place = np.where(time < 1.5, SPEEDS_MM_S[0] * time, 10 + SPEEDS_MM_S[1] * (time - 1.5)) + rng.uniform(0, 10)
-    return cross_wavelet(*_channels(place, period, rng), RATE_Hz, octaves(5, 140))
+def _passive_speed(time: np.ndarray) -> np.ndarray:
+    """The speed (n,) of the plate in mm/s."""
+    edges = np.cumsum([REST_S, FIRST_S, SECOND_S])
+    return np.select([time < edges[0], time < edges[1], time < edges[2]], [0.0, *SPEEDS_MM_S], 0.0)
 
 
-def _active(period: float, factor: float, rng, distance: float = PITCH_MM):
-    """Speed (n,) of a movement and the cross-wavelet of a pair."""
-    time = np.arange(round(2 * RATE_Hz)) / RATE_Hz
-    speed = factor * np.linspace(22, 31, time.size)
+def _passive(period: float, rng, cause: bool = True, grating: bool = True) -> CrossWavelet:
+    """A passive run of a pair side by side; without its cause the period is the next one's, and the speed drifts."""
+    time = np.arange(round((2 * REST_S + FIRST_S + SECOND_S) * RATE_Hz)) / RATE_Hz
+    speed = _passive_speed(time) * (1.0 if cause else 0.8 + 0.15 * time)
     place = np.cumsum(speed) / RATE_Hz + rng.uniform(0, 10)
-    return speed, cross_wavelet(*_channels(place, period, rng, distance), RATE_Hz, octaves(20, 140))
+    felt = grating * (speed > 0)
+    return cross_wavelet(*channels(place, period + 0.04 * (not cause), rng, felt=felt), RATE_Hz, octaves(5, 140))
 
 
-def _constant_parts(passive) -> tuple[np.ndarray, float, float, float]:
-    """Mean f_MP (gratings, runs, speeds), largest relative deviation, share of right names, share over the level."""
-    parts = [slice(round(0.3 * RATE_Hz), round(1.2 * RATE_Hz)), slice(round(1.8 * RATE_Hz), round(2.3 * RATE_Hz))]
-    means = np.zeros((len(PERIODS_MM), RUNS, 2))
-    worst, significant = 0.0, []
-    for period, number, wavelet in passive:
-        ridge = wavelet.ridge
-        for speed, part in enumerate(parts):
-            values = ridge.frequency_Hz[part]
-            means[PERIODS_MM.index(period), number, speed] = values.mean()
-            worst = max(worst, float(values.std(ddof=1) / values.mean()))
-            significant.append(ridge.significant[part].mean())
-    named = np.abs(means[:, :, None, :] - _expected()[None, None]).argmin(axis=2)
-    right = float(np.mean(named == np.arange(len(PERIODS_MM))[:, None, None]))
-    return means, worst, right, float(np.mean(significant))
+@dataclass(frozen=True, eq=False)
+class ActiveRun:
+    """One active run: its grating, f_MP around t_MP of the pairs (S4, S1) and (S1, S2), 20 samples each, and the
+    windows' statistics."""
+
+    period_mm: float
+    frequency_Hz: tuple[np.ndarray, np.ndarray]
+    windows: tuple[Window, Window]
 
 
-def _speeds(active) -> dict:
-    """The speed out of f_MP of active runs, their ends, and the deviation in the window of t_MP."""
-    errors, ends, deviations = [], [], []
-    for (speed, wavelet), period in zip(active, PERIODS_MM, strict=True):
-        rows = slice(round(0.1 * RATE_Hz), round(1.9 * RATE_Hz))
-        found = wavelet.ridge.frequency_Hz * period
-        errors.append(np.sqrt(np.mean((found[rows] / speed[rows] - 1) ** 2)))
-        inside = np.flatnonzero(wavelet.ridge.inside)
-        ends.append((found[inside[0]] / speed[inside[0]] - 1, found[inside[-1]] / speed[inside[-1]] - 1))
-        strongest = int(np.clip(wavelet.ridge.strongest, BEFORE, len(found) - AFTER - 1))
-        window = wavelet.ridge.window(strongest - BEFORE, strongest + AFTER)
-        deviations.append(window.sd_Hz / window.mean_Hz)
-    first = active[0][1].ridge.frequency_Hz * PERIODS_MM[0]
+def active_records(period: float, rng, spread: float = 0.0, cause: bool = True) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Speed (n,) in mm/s, and records (n,) of S1, S2 and S4 in one active run."""
+    time = np.arange(round(ACTIVE_S * RATE_Hz)) / RATE_Hz - 0.4
+    own = (ENCODED_S + SHARED_S) / 2  # How long a unit feels the grating
+    # t_MP is about the middle of what a pair feels, mean of both pairs; its window reaches further after it than before
+    middle = (ENCODED_S + own) / 4 + (AFTER - BEFORE) / 2 / RATE_Hz
+    slope = (FASTEST - SLOWEST) / ((BEFORE + AFTER) / RATE_Hz) * cause
+    speed = np.clip((SLOWEST + FASTEST) / 2 + slope * (time - middle), 5, 50) * (1 + spread * rng.standard_normal())
+    place = np.cumsum(speed) / RATE_Hz + rng.uniform(0, 10)
+    felt = []
+    for begin in (0.0, 0.0, ENCODED_S - own):
+        inside = np.minimum(time - begin, begin + own - time)
+        felt.append(np.clip(inside / EDGE_S, 0, 1))
+    return speed, channels(place, period, rng, (0.0, 0.0, PITCH_MM), felt)
+
+
+def active_run(period: float, rng, spread: float = 0.0, cause: bool = True) -> ActiveRun:
+    """A run through the whole chain."""
+    _, (first, second, fourth) = active_records(period, rng, spread, cause)
+    ridges = [cross_wavelet(*pair, RATE_Hz, octaves(20, 140)).ridge for pair in ((fourth, first), (first, second))]
+    windows = [ridge.around_strongest() for ridge in ridges]
+    frequency = [ridge.frequency_Hz[own.first : own.last + 1] for ridge, own in zip(ridges, windows, strict=True)]
+    return ActiveRun(period, (frequency[0], frequency[1]), (windows[0], windows[1]))
+
+
+def campaign(seed: int, spread: float, cause: bool = True) -> list[ActiveRun]:
+    """24 active runs, eight a grating."""
+    rng = np.random.default_rng(seed)
+    return [active_run(period, rng, spread, cause) for period in PERIODS_MM for _ in range(RUNS)]
+
+
+def table_3(runs: list[ActiveRun]) -> np.ndarray:
+    """(gratings, pairs, 4): mean, standard deviation of all samples, mean greatest and mean least f_MP in Hz."""
+    table = np.zeros((len(PERIODS_MM), 2, 4))
+    for row, period in enumerate(PERIODS_MM):
+        own = [one for one in runs if one.period_mm == period]
+        for pair in range(2):
+            samples = np.array([one.frequency_Hz[pair] for one in own])
+            ends = samples.max(axis=1).mean(), samples.min(axis=1).mean()
+            table[row, pair] = (samples.mean(), samples.std(ddof=1), *ends)
+    return table
+
+
+def accuracy(runs: list[ActiveRun], left_out: int, cause: bool = True, splits: int = 1000) -> float:
+    """Per cent right by the nearest neighbour in the mean f_MP of the two pairs."""
+    features = [[own.mean_Hz for own in one.windows] for one in runs]
+    names = [f"{one.period_mm:g}" for one in runs]
+    if not cause:
+        names = np.random.default_rng(5).permutation(names).tolist()
+    return 100 * leave_m_out(features, names, left_out, seed=0, splits=splits).accuracy
+
+
+def _active_touch(cause: bool) -> dict:
+    """Tables III and IV: means over the campaigns; other spreads of the speed from one campaign each."""
+    sets = [campaign(100 + number, SPREADS[1], cause) for number in range(CAMPAIGNS)]
+    table = np.mean([table_3(runs) for runs in sets], axis=0)
+    speeds = table[..., 2:] * np.array(PERIODS_MM)[:, None, None]
+    rising = [bool((np.diff(own) >= 0).all()) for runs in sets for one in runs for own in one.frequency_Hz]
+    single, several = ([accuracy(runs, left, cause) for runs in sets] for left in (21, 12))
+    others = {spread: campaign(200, spread) for spread in SPREADS if cause}
+    curve = [[f"{accuracy(runs, left):.1f}" for runs in others.values()] for left in (21, 12)]
     return {
-        "inverted": 100 * float(np.max(errors)),
-        "active_ends": 100 * float(np.abs(ends).max()),
-        "active_mm_s": f"{first[10]:.1f} and {first[-10]:.1f}",
-        "active_sd": 100 * float(np.max(deviations)),
+        "rising": float(np.mean(rising)),
+        "active_sd": 100 * float((table[..., 1] / table[..., 0]).max()),
+        "table_3": "; ".join(f"{own[0, 0]:.1f} ± {own[0, 1]:.1f}, {own[1, 0]:.1f} ± {own[1, 1]:.1f}" for own in table),
+        "speed_off": float(max(abs(speeds[..., 0] - FASTEST).max(), abs(speeds[..., 1] - SLOWEST).max())),
+        "speeds": f"{speeds[..., 1].min():.1f}-{speeds[..., 1].max():.1f} to {speeds[..., 0].min():.1f}-"
+        f"{speeds[..., 0].max():.1f} mm/s",
+        "knn_runs": float(len(sets[0])),
+        "one_run": float(np.mean(single)),
+        "four_runs": float(np.mean(several)),
+        "curve": " / ".join(curve[0]) + " %",
+        "curve4": " / ".join(curve[1]) + " %",
     }
+
+
+def _constant_parts(passive) -> dict:
+    """Table II: f_MP over 200 samples of each speed, its deviation, and the grating by the nearest v over p."""
+    parts = [slice(round(begin * RATE_Hz), round(begin * RATE_Hz) + 200) for begin in (REST_S + 0.4, REST_S + 1.7)]
+    values = np.array([[wavelet.ridge.frequency_Hz[part] for part in parts] for _, wavelet in passive])
+    means = values.mean(axis=2).reshape(len(PERIODS_MM), RUNS, 2)
+    named = np.abs(means[:, :, None, :] - _expected()[None, None]).argmin(axis=2)
+    return {
+        "table": " ".join(f"{value:.2f}" for value in means.mean(axis=1).ravel()),
+        "table_error": 100 * float(np.abs(means.mean(axis=1) / _expected() - 1).max()),
+        "passive_runs": float(RUNS),
+        "passive_sd": 100 * float((values.std(axis=2, ddof=1) / values.mean(axis=2)).max()),
+        "table_right": float(np.mean(named == np.arange(len(PERIODS_MM))[:, None, None])),
+    }
+
+
+def _contours(rng, cause: bool) -> dict:
+    """Share of samples at which the ridge is over the 5 % level exactly while the grating slides."""
+    agree = []
+    for period in PERIODS_MM:
+        ridge = _passive(period, rng, grating=cause).ridge
+        time = np.arange(len(ridge.frequency_Hz)) / RATE_Hz
+        sliding, edge = _passive_speed(time) > 0, 0.15  # A wavelet of 14 Hz blurs an end over this time
+        clear = np.all([np.abs(time - end) > edge for end in (REST_S, REST_S + FIRST_S + SECOND_S)], axis=0)
+        agree.append(np.mean((ridge.significant & ridge.inside)[clear] == sliding[clear]))
+    return {"contour": float(np.mean(agree))}
 
 
 def _formulas(rng) -> dict:
@@ -150,14 +241,17 @@ def _formulas(rng) -> dict:
     }
 
 
-def _phases(wavelet: CrossWavelet) -> dict:
-    """Phases of pairs 2.36 mm apart over each grating, and what periods they leave."""
+def _phases(cause: bool) -> dict:
+    """Phases of pairs 2.36 mm apart over each grating at two speeds, and what periods they leave."""
     rng, found = np.random.default_rng(21), []
     expected = [np.degrees(np.angle(np.exp(2j * np.pi * PITCH_MM / period))) for period in PERIODS_MM]
+    distance, time = PITCH_MM if cause else 0.9 * PITCH_MM, np.arange(600) / RATE_Hz
     for period in PERIODS_MM:
         both = []
         for factor in (1.0, 0.7):
-            ridge = _active(period, factor, rng)[1].ridge
+            place = np.cumsum(factor * (22 + 4.5 * time)) / RATE_Hz + rng.uniform(0, 10)
+            pair = channels(place, period, rng, (0.0, distance))
+            ridge = cross_wavelet(*pair, RATE_Hz, octaves(20, 140)).ridge
             both.append(np.angle(np.mean(np.exp(1j * ridge.phase[100:500]))))
         found.append(np.degrees(both))
     off = np.angle(np.exp(1j * np.radians(np.array(found) - np.array(expected)[:, None])))
@@ -172,26 +266,4 @@ def _phases(wavelet: CrossWavelet) -> dict:
         "many": len(many),
         "alone": float(len(single)),
         "irregular": float(told),
-    }
-
-
-def _neighbours(rng) -> dict:
-    """Accuracy of nearest neighbours on f_MP of two pairs against the spread of the speed between runs."""
-    labels, one, four = [p for p in PERIODS_MM for _ in range(RUNS)], [], []
-    names = [f"{period:g}" for period in labels]
-    for spread in SPREADS:
-        accuracies = []
-        for campaign in range(CAMPAIGNS):
-            speed = 26.5 * (1 + spread * rng.standard_normal(len(labels)))
-            frequency = (speed / labels)[:, None] * (1 + 0.002 * rng.standard_normal((len(labels), 2)))
-            accuracies.append([leave_m_out(frequency, names, m, seed=campaign, splits=12).accuracy for m in (21, 12)])
-        single, several = 100 * np.mean(accuracies, axis=0)
-        one.append(float(single))
-        four.append(float(several))
-    return {
-        "knn_runs": float(len(labels)),
-        "one_run": one[0],
-        "four_runs": four[0],
-        "curve": " / ".join(f"{value:.1f}" for value in one) + " %",
-        "curve4": " / ".join(f"{value:.1f}" for value in four) + " %",
     }
