@@ -11,7 +11,7 @@ from papilla import tables
 from papilla.errors import FileAccessError, FileFormatError
 from papilla.logs import TimeLogFile, read_presses, read_time_log, spread, white_noise
 from papilla.specimen import Block, HalfSpace, Sphere
-from papilla.tables import write_table
+from papilla.tables import TableReader, write_table
 
 TIME = "t_s,g1,g2,force_N\n0.000,1,2,0.1\n0.001,3,4,0.2\n0.002,5,6,0.3\n"
 BENCH = "force_N,modulus_MPa,g1,g2\n0.1,0.5,10,20\n0.2,0.5,30,50\n"
@@ -360,3 +360,42 @@ def test_rows_that_come_in_packets_tell_the_rate_of_the_rows(log):
     rows = "\n".join(f"{0.016 * (k // 16):.3f},{k % 7}" for k in range(640))
     found = read_time_log(log("t_s,g1\n" + rows))
     assert found.sample_rate_Hz == pytest.approx(1000, rel=0.03) and "spread evenly" in found.report.notes[0]
+
+
+@pytest.mark.parametrize(
+    "cells, plain",
+    [
+        (["1", "-2.5e-3", "nan", "inf", "+.5", "1e400", "5."], True),
+        (["1", " 2", "3"], False),
+        (["1", "", "3"], False),
+        (["1", '"2"', "3"], False),
+        (["NaN", "Infinity", "0.30000000000000004"], False),
+    ],
+)
+@pytest.mark.parametrize("line_end", ["\n", "\r\n"])
+def test_plain_numbers_are_read_in_one_go_as_cell_by_cell(tmp_path, monkeypatch, cells, plain, line_end):
+    rows = [",".join([str(number), cell]) for number, cell in enumerate(cells * 3)]
+    (tmp_path / "a.csv").write_text(line_end.join(["a,b", *rows, ""]), newline="")
+    called, own = [], TableReader._plain
+    monkeypatch.setattr(TableReader, "_plain", lambda *given: called.append(own(*given)) or called[-1])
+    with TableReader(tmp_path / "a.csv", lambda name: True) as reader:
+        fast = list(reader.blocks(4))
+        assert [found is not None for found in called] == [plain] * len(called) or not plain
+        monkeypatch.setattr(TableReader, "_plain", lambda *given: None)
+        slow = list(reader.blocks(4))
+    for name in "ab":
+        np.testing.assert_array_equal(
+            np.concatenate([table.columns[name] for table in fast]),
+            np.concatenate([table.columns[name] for table in slow]),
+        )
+    assert np.concatenate([table.lines for table in fast]).tolist() == list(range(2, 2 + len(rows)))
+
+
+def test_a_quoted_cell_goes_on_in_the_next_chunk_and_lines_stay_right(tmp_path):
+    (tmp_path / "a.csv").write_text('a,b\n1,2\n3,"4\n"\n5,6\n7,x\n')
+    with TableReader(tmp_path / "a.csv", lambda name: True) as reader:
+        found = []
+        with pytest.raises(FileFormatError, match="line 6, column b: expected a number, got 'x'"):
+            found += reader.blocks(2)
+        with pytest.raises(FileFormatError, match="line 6"):
+            list(reader.blocks(1))
