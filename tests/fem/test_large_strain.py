@@ -42,7 +42,7 @@ def test_a_table_tells_a_polynomial_change_and_its_own_error():
     x, soft = np.log(7.0), 0.4
     expected = 0.01 + 0.02 * x - 0.003 * x * soft + 0.01 * soft**2
     assert table.changes(7.0, soft) == pytest.approx(np.full(13, expected), rel=1e-6)
-    assert np.abs(table.left_out).max() < 1e-7
+    assert np.abs(table.fit.errors).max() < 1e-7
     rough = dataclasses.replace(
         table, finite=table.finite * (1 + 1e-3 * np.random.default_rng(3).normal(size=table.finite.shape))
     )

@@ -68,7 +68,7 @@ def test_twenty_presses_tell_the_sixteen_others_of_each_shipped_table(stuck):
             continue
         few = few_of(table)
         assert len(few.force) == 20 and few.changes(5.0, 0.1).shape == (13,)
-        told = table.linear + table._norms * few.changes(table.force, table._softness)
+        told = table.linear + table.fit.norms * few.changes(table.force, table.fit.softness)
         found, true = ((weights * one[:, 3:].reshape(-1, *weights.shape)).sum(axis=1) for one in (told, table.finite))
         off = found.std(axis=1) / true.std(axis=1) - 1
         assert np.sqrt(np.mean(off**2)) < 0.0015

@@ -16,7 +16,7 @@ from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
 from papilla.fem.finite.readout import Readout
 from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_shape
-from papilla.fem.pressing.press import Press, check_scene, press_result, refuse_detail, refuse_rim, too_coarse
+from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
 from papilla.fem.reduction.gauges import gauge_weights
 from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
@@ -242,10 +242,10 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
     sentence += _stability(scene, state)
     coarse = too_coarse(shape.area, current.mean_edge(state.active), scene.body.space.mesh.size_mm)
-    return press_result(
-        gauge_weights(finger),
-        specimen,
-        began,
+    return Press(
+        modulus=specimen.modulus,
+        weights=gauge_weights(finger),
+        seconds=perf_counter() - began,
         force=total if force is None else force,
         fidelity="finite",
         large_strain=True,

@@ -21,7 +21,7 @@ from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.large_strain import SHIPPED, LargeStrain, keep, known, least_presses, shipped_text
+from papilla.fem.pressing.large_strain import LEAST_PRESSES, SHIPPED, LargeStrain, keep, known, shipped_text
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
@@ -92,7 +92,7 @@ def measure_large_strain(
             continue
         scaled = finite.force / inner, finite.modulus / inner
         rows.append((*scaled, _values(linear, inner), _values(finite, inner)))
-    if len(rows) < least_presses():
+    if len(rows) < LEAST_PRESSES:
         raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return LargeStrain(finger.outer.modulus / inner, columns[0], columns[1], columns[2], columns[3], coefficient)

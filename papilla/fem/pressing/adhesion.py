@@ -7,6 +7,7 @@ What the punch does is what the press itself does next: pressure vanishes at the
 C is the slope of indentation against force. So w is taken as even along the edge.
 """
 
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.optimize import brentq
 from papilla import checks
 from papilla.errors import SolverError
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.press import Press, check_scene, press_result
+from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
@@ -47,21 +48,15 @@ def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float,
     found, less, more = (plain(holding * factor) for factor in (1, 1 - STEP, 1 + STEP))
     pull = (holding - force) / (more.force - less.force)
     status = f"{found.status}; adhesion holds the contact of {holding:.3g} N"
-    return press_result(
-        reduced.weights,
-        specimen,
-        began,
+    return replace(
+        found,
+        seconds=perf_counter() - began,
         values=found.values - pull * (more.values - less.values),
         force=force,
-        fidelity=found.fidelity,
         indentation=found.indentation - pull * (more.indentation - less.indentation),
-        contact_area=found.contact_area,
-        peak_pressure=found.peak_pressure,
-        force_balance=found.force_balance,
+        finger_share=np.nan,
         status=status,
-        resolved=found.resolved,
         pressure=found.pressure - pull * (more.pressure - less.pressure),
-        active=found.active,
     )
 
 

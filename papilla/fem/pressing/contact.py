@@ -9,7 +9,7 @@ reference the error of the nodes falls with n, that of the ellipse grows with th
 (docs/adr/0018).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from time import perf_counter
 
@@ -27,7 +27,7 @@ from papilla.fem.pressing.ellipses import (
 )
 from papilla.fem.pressing.hertz import HertzScene, hertz_scene
 from papilla.fem.pressing.loading_path import loading_path
-from papilla.fem.pressing.press import Load, Press, linear_press, refuse_detail, too_coarse, with_values
+from papilla.fem.pressing.press import Load, Press, linear_press, refuse_detail, too_coarse
 from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -173,7 +173,7 @@ def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Pr
     if any(abs(ratios[name] - 1) > limit for name, limit in SAME_CONTACT.items()):
         return found
     measures = {name: getattr(found, name) * ratio**weight for name, ratio in ratios.items()}
-    return with_values(found, reduced.weights, found.values + weight * (scene.values - nodes.values), **measures)
+    return replace(found, values=found.values + weight * (scene.values - nodes.values), **measures)
 
 
 def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None = None) -> ContactShape:

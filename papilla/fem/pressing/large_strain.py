@@ -18,7 +18,7 @@ import numpy as np
 
 from papilla import cache
 from papilla.errors import FileFormatError
-from papilla.fem.pressing.press import Press, with_values
+from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -42,8 +42,14 @@ POWERS = [
 the contact nears the gauges and the bone, and is plain in the area."""
 
 PRESSES_A_TERM, MANY = 1.4, 24
-"""Presses that a term of the polynomial needs, and from how many on a press may be told from all others. The shipped
+"""Presses that a term of the polynomial needs, and from how many on a press may be predicted by all others. The shipped
 tables have 36 presses, those of a finger of one's own 20."""
+
+LEAST_PRESSES = len(POWERS[-1]) + 1
+"""Presses that a table needs at least: one more than the terms of its polynomial."""
+
+ARRAYS = ("force", "modulus", "linear", "finite")
+"""Arrays of a table in files."""
 
 COARSE = 0.002
 """Relative error of S_d, one sigma, of a table of few presses, which was measured on a mesh of 1.4 mm: on the default
@@ -96,140 +102,132 @@ class LargeStrain:
     finite: np.ndarray
     friction: float = 0.0
 
+    @cached_property
+    def fit(self) -> "TableFit":
+        """The polynomials of the table."""
+        return TableFit.of(self)
+
     def changes(self, force, softness) -> np.ndarray:
         """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`, those of gauges
         over the root of their linear values' summed squares."""
-        return self._terms(force, softness) @ self._coefficients
+        return self.fit.terms(np.log(force), softness) @ self.fit.coefficients
 
     def rigid(self, force) -> np.ndarray:
         """ln A_rigid (...), A in mm2, at F / E_inner (mm2): a parabola through the hardest specimen's presses."""
-        return np.polyval(self._rigid, np.log(force))
+        return np.polyval(self.fit.rigid, np.log(force))
 
     def covers(self, force: float, softness: float) -> bool:
         """Whether a press lies among those of the table."""
-        levels, at = self._spans[0], np.log(force)
+        levels, at = self.fit.levels, np.log(force)
         if not levels[0] - MARGIN <= at <= levels[-1] + MARGIN:
             return False
         low, high = self.softness_between(at)
         return bool(low - HARDER <= softness <= high + MARGIN)
 
-    def continues(self, force: float, softness: float) -> bool:
-        """Whether a press is one of the table, or as hard or light as `FURTHER` allows."""
-        least, most = float(self.force.min()), float(self.force.max())
-        return least / FURTHER <= force <= FURTHER * most and self.covers(float(np.clip(force, least, most)), softness)
-
-    def nearest(self, force: float, softness: float) -> tuple[float, float]:
-        """The force and softness nearest to a press among those of the table: its own where the table covers it."""
+    def nearest(self, force: float, softness: float) -> tuple[tuple[float, float], bool]:
+        """The force and softness nearest to a press among those of the table: its own where the table covers it. And
+        whether the press is as hard or light as `FURTHER` allows, at most."""
         if self.covers(force, softness):
-            return force, softness
-        force = float(np.clip(force, self.force.min(), self.force.max()))
-        return force, float(np.clip(softness, *self.softness_between(np.log(force))))
+            return (force, softness), True
+        least, most = float(self.force.min()), float(self.force.max())
+        clipped = float(np.clip(force, least, most))
+        near = least / FURTHER <= force <= FURTHER * most and self.covers(clipped, softness)
+        return (clipped, float(np.clip(softness, *self.softness_between(np.log(clipped))))), near
 
     def softness_between(self, ln_force: float) -> tuple[float, float]:
         """ln(A/A_rigid) of the hardest and the softest specimen by a force, or by the nearest one of the table."""
-        levels, low, high = self._spans
-        return float(np.interp(ln_force, levels, low)), float(np.interp(ln_force, levels, high))
-
-    @cached_property
-    def _spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Logarithms of the forces, and at each of them ln(A/A_rigid) of the hardest and the softest specimen."""
-        levels = np.unique(self.force)
-        groups = [self._softness[self.force == one] for one in levels]
-        low, high = (np.array([side(one) for one in groups]) for side in (np.min, np.max))
-        return np.log(levels), low, high
-
-    @cached_property
-    def left_out(self) -> np.ndarray:
-        """Errors (n, 3 + q g) of each press's changes, told from all others."""
-        terms = self._terms(self.force, self._softness)
-        hat = terms @ np.linalg.pinv(terms)
-        return (hat @ self._differences - self._differences) / (1 - np.diag(hat))[:, None]
+        low, high = (float(np.interp(ln_force, self.fit.levels, ends)) for ends in self.fit.ends)
+        return low, high
 
     def sd_error(self, weights: np.ndarray) -> float:
-        """Root mean square relative error of S_d, of readings weighted by (q, g), in presses told from all others."""
+        """Root mean square relative error of S_d, of readings weighted by (q, g), in presses predicted by all others;
+        of a table of few presses with `COARSE`."""
         return self._sd_error(tuple(map(tuple, weights.tolist())))
 
     @kept(8)
     def _sd_error(self, rows: tuple[tuple[float, ...], ...]) -> float:
         weights = np.array(rows)
-        told = self.finite[:, 3:] + self._judged[:, 3:] * self._norms[:, 3:]
-        both = (values.reshape(len(values), *weights.shape) for values in (told, self.finite[:, 3:]))
-        found, true = (_readings(weights, values).std(axis=-1) for values in both)
+        predicted = self.finite[:, 3:] + self.fit.errors[:, 3:] * self.fit.norms[:, 3:]
+        both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, 3:]))
+        found, true = (to_microstrain((weights * values).sum(axis=-2)).std(axis=-1) for values in both)
         error = float(np.sqrt(np.mean((found / true - 1) ** 2)))
-        return error if self._dense else math.hypot(error, COARSE)
+        return error if len(self.force) >= MANY else math.hypot(error, COARSE)
 
     def to_json(self) -> dict:
         """The table as plain values."""
-        arrays = {name: getattr(self, name) for name in ("force", "modulus", "linear", "finite")}
-        return {
-            "ratio": self.ratio,
-            "stuck": self.friction > 0,
-            **{name: _digits(array) for name, array in arrays.items()},
-        }
+        arrays = {name: _digits(getattr(self, name)) for name in ARRAYS}
+        return {"ratio": self.ratio, "stuck": self.friction > 0, **arrays}
 
     @classmethod
     def from_json(cls, table: dict) -> "LargeStrain":
         """The table of `to_json`; raises `FileFormatError`."""
         try:
-            arrays = {name: np.asarray(table[name], float) for name in ("force", "modulus", "linear", "finite")}
+            arrays = {name: np.asarray(table[name], float) for name in ARRAYS}
             found = cls(float(table["ratio"]), **arrays, friction=math.inf if table["stuck"] else 0.0)
         except (KeyError, TypeError, ValueError) as error:
             raise FileFormatError(f"not a table of large strain ({error})") from error
         rows = {len(array) for array in arrays.values()}
-        if len(rows) != 1 or min(rows) < least_presses() or found.linear.shape != found.finite.shape:
+        if len(rows) != 1 or min(rows) < LEAST_PRESSES or found.linear.shape != found.finite.shape:
             raise FileFormatError("a table of large strain needs as many linear as finite presses, and more than terms")
         return found
 
-    @property
-    def _dense(self) -> bool:
-        return len(self.force) >= MANY
 
-    @cached_property
-    def _judged(self) -> np.ndarray:
-        """Errors (n, 3 + q g) by which the polynomial is judged: those of `left_out`, where presses are many.
+@dataclass(frozen=True, eq=False)
+class TableFit:
+    """The polynomials of a table, t terms; n presses, l forces.
 
-        Of few presses each holds a corner of the table, and without it the polynomial goes on far beyond the others.
-        There they are the residuals over the root of what is left of an error in them.
-        """
-        if self._dense:
-            return self.left_out
-        kept = 1 - np.einsum("nt,tn->n", terms := self._terms(self.force, self._softness), np.linalg.pinv(terms))
-        return (terms @ self._coefficients - self._differences) / np.sqrt(kept)[:, None]
+    rigid : (3,) of ln A_rigid over ln force. softness : (n,) ln(A/A_rigid). levels : (l,) ln force, rising, and ends :
+    (2, l) the least and the largest softness there. norms : (n, 3 + q g) what changes are measured by. coefficients :
+    (t, 3 + q g) of the changes. errors : (n, 3 + q g) of each press's changes. Of many presses each is predicted by all
+    others. Of few each holds a corner of the table, and without it the polynomial goes on far beyond the others: there
+    the errors are the residuals, divided by the share of an error that a fit leaves in them.
+    """
 
-    @cached_property
-    def _norms(self) -> np.ndarray:
-        """(n, 3 + q g) what changes are measured by."""
-        gauges = self.linear[:, 3:].reshape(len(self.linear), len(QUANTITIES), -1)
+    rigid: np.ndarray
+    softness: np.ndarray
+    levels: np.ndarray
+    ends: np.ndarray
+    powers: np.ndarray
+    ranges: tuple[tuple[float, float], ...]
+    norms: np.ndarray
+    coefficients: np.ndarray
+    errors: np.ndarray
+
+    @classmethod
+    def of(cls, table: LargeStrain) -> "TableFit":
+        """Those of a table."""
+        ln_force, ln_area, count = np.log(table.force), np.log(table.linear[:, 1]), len(table.force)
+        hardest = table.modulus == table.modulus.max()
+        rigid = np.polyfit(ln_force[hardest], ln_area[hardest], 2)
+        softness = ln_area - np.polyval(rigid, ln_force)
+        levels = np.unique(ln_force)
+        groups = [softness[ln_force == level] for level in levels]
+        ends = np.array([[side(one) for one in groups] for side in (np.min, np.max)])
+        gauges = table.linear[:, 3:].reshape(count, len(QUANTITIES), -1)
         sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
-        return np.concatenate([self.linear[:, :3], sizes.reshape(len(gauges), -1)], axis=1)
+        norms = np.concatenate([table.linear[:, :3], sizes.reshape(count, -1)], axis=1)
+        enough = (powers for powers in POWERS if count >= PRESSES_A_TERM * len(powers))
+        powers = np.array(next(enough, POWERS[-1]))
+        ranges = tuple((float(part.min()), float(np.ptp(part))) for part in (ln_force, softness))
+        terms = _monomials(ln_force, softness, ranges, powers)
+        differences = (table.finite - table.linear) / norms
+        coefficients = np.linalg.lstsq(terms, differences)[0]
+        left = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
+        if count >= MANY:
+            errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / left
+        else:
+            errors = (terms @ coefficients - differences) / np.sqrt(left)
+        return cls(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors)
 
-    @cached_property
-    def _differences(self) -> np.ndarray:
-        return (self.finite - self.linear) / self._norms
+    def terms(self, ln_force, softness) -> np.ndarray:
+        """Monomials (..., t) of both coordinates."""
+        return _monomials(ln_force, np.asarray(softness), self.ranges, self.powers)
 
-    @cached_property
-    def _coefficients(self) -> np.ndarray:
-        return np.linalg.lstsq(self._terms(self.force, self._softness), self._differences)[0]
 
-    @cached_property
-    def _rigid(self) -> np.ndarray:
-        hardest = self.modulus == self.modulus.max()
-        return np.polyfit(np.log(self.force[hardest]), np.log(self.linear[hardest, 1]), 2)
-
-    @cached_property
-    def _softness(self) -> np.ndarray:
-        return np.log(self.linear[:, 1]) - self.rigid(self.force)
-
-    @cached_property
-    def _ranges(self) -> tuple[tuple[float, float], ...]:
-        return tuple((float(part.min()), float(np.ptp(part))) for part in (np.log(self.force), self._softness))
-
-    def _terms(self, force, softness) -> np.ndarray:
-        """Monomials (..., terms) of both coordinates, -1 to 1 over the table."""
-        pairs = zip((np.log(force), np.asarray(softness)), self._ranges, strict=True)
-        x, y = (2 * (values - low) / width - 1 for values, (low, width) in pairs)
-        told = (powers for powers in POWERS if len(self.force) >= PRESSES_A_TERM * len(powers))
-        return np.stack([x**i * y**j for i, j in next(told, POWERS[-1])], axis=-1)
+def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powers: np.ndarray) -> np.ndarray:
+    """Products (..., t) of powers (t, 2) of both coordinates, -1 to 1 over their ranges (low, width)."""
+    x, y = (2 * (one - low) / width - 1 for one, (low, width) in zip((ln_force, softness), ranges, strict=True))
+    return np.stack([x**i * y**j for i, j in powers.tolist()], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,16 +266,18 @@ def with_large_strain(
         return None
     force = found.force / reduced.layers[1, 1]
     softness = softness_in_each(tables, force, found.contact_area)
-    pairs = list(zip(tables, softness, strict=True))
-    covered = all(table.covers(force, soft) for (table, _), soft in pairs)
-    if not (covered or beyond or all(table.continues(force, soft) for (table, _), soft in pairs)):
+    nearest = [table.nearest(force, soft) for (table, _), soft in zip(tables, softness, strict=True)]
+    if not (beyond or all(near for _, near in nearest)):
         return None
-    changes = np.sum([weight * table.changes(*table.nearest(force, soft)) for (table, weight), soft in pairs], axis=0)
+    parts = [weight * table.changes(*place) for (table, weight), (place, _) in zip(tables, nearest, strict=True)]
+    changes = np.sum(parts, axis=0)
     norms = np.linalg.norm(found.values, axis=1, keepdims=True)
     values = found.values + norms * changes[3:].reshape(found.values.shape)
     measures = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
-    told = _with(reduced, found, values, measures)
-    return told if covered else replace(told, status=f"{told.status}, {BEYOND}: S_d within 2 %, gauges within 6 %")
+    strained = _with(reduced, found, values, measures)
+    if [place for place, _ in nearest] == [(force, soft) for soft in softness]:
+        return strained
+    return replace(strained, status=f"{strained.status}, {BEYOND}: S_d within 2 %, gauges within 6 %")
 
 
 def softness_in_each(tables: tuple[tuple[LargeStrain, float], ...], force: float, area: float) -> list[float]:
@@ -325,7 +325,7 @@ def between_ends(
 def _with(reduced: ReducedFinger, found: Press, values: np.ndarray, measures: dict) -> Press:
     """A press whose gauges' values (q, g) and `MEASURES` large strain has changed."""
     error = large_strain_error(reduced, found.friction)
-    told = with_values(found, reduced.weights, values, large_strain=True, **measures)
+    told = replace(found, values=values, large_strain=True, **measures)
     change = f"{100 * (told.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
     said = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
     return replace(told, status=f"{found.status}; {said}")
@@ -356,11 +356,6 @@ def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeS
 def is_known(reduced: ReducedFinger, friction: float) -> bool:
     """Whether tables answer for a reduced finger at a friction: those of both ends, in between."""
     return all(tables_of(reduced, stuck) for stuck in ends_of(friction))
-
-
-def least_presses() -> int:
-    """Presses that a table needs at least: one more than the terms of its polynomial."""
-    return len(POWERS[-1]) + 1
 
 
 def ends_of(friction: float) -> tuple[bool, ...]:
@@ -401,11 +396,6 @@ def _known(key: str, _folder: Path) -> Family | None:
         if shipped.get("key") == key:
             return Family(tuple(LargeStrain.from_json(table) for table in shipped["tables"]))
     return None
-
-
-def _readings(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Readings (..., g) in microstrain of gauge values (..., q, g) weighted by (q, g)."""
-    return to_microstrain((weights * values).sum(axis=-2))
 
 
 def _digits(array: np.ndarray) -> list:

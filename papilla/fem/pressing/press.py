@@ -1,8 +1,8 @@
 """What presses of every fidelity share: the check of a scene, its limits, what makes it doubtful, and its result."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Press:
     force : N. modulus : of the specimen, MPa. fidelity : "hertz", "contact" or "finite".
     indentation : approach of specimen and finger, mm. contact_area : mm2. peak_pressure : MPa.
     values : (q, g) what the gauges feel, in the order of `papilla.fem.reduction.gauges.QUANTITIES`.
-    reading : (g,) in microstrain. sd : population standard deviation (ddof 0) of the readings, in microstrain.
+    weights : (q, g) that mix them to readings.
     force_balance : relative difference of the pressure's integral from the force.
     large_strain : whether what large strain changes is included. friction : Coulomb's coefficient, infinite for stick.
     finger_share : of the indentation, what the finger gives way by; the specimen takes the rest. NaN where not known.
@@ -59,8 +59,7 @@ class Press:
     contact_area: float
     peak_pressure: float
     values: np.ndarray
-    reading: np.ndarray
-    sd: float
+    weights: np.ndarray
     force_balance: float
     status: str
     resolved: bool
@@ -77,6 +76,16 @@ class Press:
             f"Press({self.fidelity}, {self.force:.4g} N, {self.indentation:.4g} mm, {self.contact_area:.4g} mm2, "
             f"S_d {self.sd:.5g} microstrain: {self.status})"
         )
+
+    @cached_property
+    def reading(self) -> np.ndarray:
+        """Readings (g,) in microstrain."""
+        return to_microstrain((self.weights * self.values).sum(axis=0))
+
+    @cached_property
+    def sd(self) -> float:
+        """S_d: population standard deviation (ddof 0) of the readings, in microstrain."""
+        return float(self.reading.std())
 
     @property
     def finger_indentation(self) -> float:
@@ -178,7 +187,7 @@ def too_coarse(area: float, edge: float, size: float) -> str | None:
 def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, status: str, **values) -> Press:
     """A `Press` of small-strain elasticity, unless it leaves what that can mean; its status tells what is doubtful.
 
-    `values` are what `press_result` takes.
+    `values` are the other fields of a `Press`.
     """
     pressure, patch = values["pressure"], reduced.patch
     moved = reduced.compliance @ pressure / patch.mass
@@ -209,20 +218,5 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, st
         coarse = f"{patch.finest_edge:.2g} mm elements are too coarse for a skin of {reduced.skin_thickness:.2g} mm"
         doubts.append(f"not to be trusted: {coarse}")
         values["resolved"] = False
-    return press_result(reduced.weights, specimen, began, status="; ".join(doubts), **values)
-
-
-def press_result(weights: np.ndarray, specimen: Specimen, began: float, *, values: np.ndarray, **others) -> Press:
-    """A `Press` from gauge values (q, g), weights (q, g) that mix them to readings, and the other fields of it."""
-    felt = _felt(weights, values)
-    return Press(modulus=specimen.modulus, seconds=perf_counter() - began, **felt, **others)
-
-
-def with_values(found: Press, weights: np.ndarray, values: np.ndarray, **others: Any) -> Press:
-    """The same press with other gauge values (q, g), which weights (q, g) mix to readings, and other fields."""
-    return replace(found, **_felt(weights, values), **others)
-
-
-def _felt(weights: np.ndarray, values: np.ndarray) -> dict[str, Any]:
-    reading = to_microstrain((weights * values).sum(axis=0))
-    return {"values": values, "reading": reading, "sd": float(reading.std())}
+    seconds = perf_counter() - began
+    return Press(modulus=specimen.modulus, weights=reduced.weights, seconds=seconds, status="; ".join(doubts), **values)
