@@ -10,12 +10,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help calibrate test slow lint lock clean
+.PHONY: help calibrate test slow docs lint lock clean
 
 help:
 	@echo "make calibrate   main job: calibration coefficients of the default finger, in calibration/"
 	@echo "make test        linters, type checker and the quick tests"
 	@echo "make slow        the tests that take more than a few seconds each, and what the main jobs cost"
+	@echo "make docs        the documentation site, in docs/_build/html; a warning is an error"
 	@echo "make lint        linters and type checker only"
 	@echo "make lock        resolve the locked dependencies anew"
 	@echo "make clean       remove $(VENV), calibration/ and tool caches"
@@ -35,6 +36,10 @@ test: lint
 slow: $(VENV)/.dev
 	$(PYTEST) -m slow
 	$(BIN)/python benchmarks/budget.py
+
+docs: $(VENV)/.dev
+	rm -rf docs/_build docs/generated
+	$(ONE_THREAD) $(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs docs/_build/html
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -66,4 +71,4 @@ lock: $(VENV)/.dev
 	$(UV_LOCK) --extra dev --constraint requirements.lock --output-file requirements-dev.lock
 
 clean:
-	rm -rf $(VENV) calibration .pytest_cache .ruff_cache .mypy_cache
+	rm -rf $(VENV) calibration docs/_build docs/generated .pytest_cache .ruff_cache .mypy_cache
