@@ -21,6 +21,9 @@ MEDIAN_EFFICIENCY = 0.36
 """Cells whose mean knows as much as a median of one: (ln 2)^2 for noise, and three quarters, as a taper ties them."""
 
 
+TOGETHER = 4096  # Places that are looked at at once
+
+
 class Level(NamedTuple):
     """Expected power (m,) of noise, infinite where it cannot be told; cells (m,) of certainty that it rests on, 0 then;
     freedom (m,) : degrees of the chi-square that the power there follows around it, 2 for one channel."""
@@ -44,21 +47,29 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
     """
     at = np.asarray(at, int)
     logarithm = np.append(np.log(power), np.inf)
+    # A part after the other: all cells of all places of a long spectrum would take hundreds of MB.
+    parts = [_around(logarithm, at[first : first + TOGETHER], resolution) for first in range(0, len(at), TOGETHER)]
+    twice, known, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
+    own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
+    # Wilson and Hilferty's median of a chi-square over its mean.
+    level = np.exp(twice / 4) / (1 - 2 / (9 * own)) ** 3
+    return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
+
+
+def _around(logarithm: np.ndarray, at: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of places (m,): twice the sum of the medians of the cells on both sides; whether there are enough cells; and the
+    sum of the inverse numbers of cells. logarithm (n + 1,) : infinite in its last place."""
     width = np.clip(LOCAL * at / resolution, 2 * FEWEST, WIDTH)[:, None]
     steps = np.arange(WIDTH)
     offsets = np.round((GUARD + steps) * resolution).astype(int)
     # (2, m, cells): both sides of each place.
     places = at[:, None] + np.multiply.outer((-1, 1), offsets)[:, None]
-    seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(power))
+    seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(logarithm) - 1)
     values = np.sort(logarithm[np.where(seen, places, -1)], axis=-1)
     count = seen.sum(axis=-1)
     sides, rows = np.arange(2)[:, None], np.arange(len(at))
     twice = values[sides, rows, np.maximum(count - 1, 0) // 2] + values[sides, rows, count // 2]
-    known, spread = (count >= FEWEST).all(axis=0), (1 / np.maximum(count, 1)).sum(axis=0)
-    own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
-    # Wilson and Hilferty's median of a chi-square over its mean.
-    level = np.exp(twice.sum(axis=0) / 4) / (1 - 2 / (9 * own)) ** 3
-    return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
+    return twice.sum(axis=0), (count >= FEWEST).all(axis=0), (1 / np.maximum(count, 1)).sum(axis=0)
 
 
 def _freedom(power: np.ndarray, at: np.ndarray, stride: int) -> np.ndarray:
