@@ -1,14 +1,17 @@
 """What each end of the loop sends and when, over a wire that only keeps what is sent."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
 from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
 from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer
-from papilla.telepresence.gate import Heard
-from papilla.telepresence.messages import VERSION, Header, Length, Parameters, Strain, quantity
+from papilla.telepresence.gate import Counts, Heard
+from papilla.telepresence.messages import VERSION, Header, Length, Modulus, Parameters, Strain, quantity
 from papilla.telepresence.messages import Line as TextureLine
+from papilla.telepresence.period import Period
+from papilla.telepresence.processes import run_display, run_sensor
 from papilla.telepresence.sources import TouchSource
 
 HEADER = Header(VERSION, 1, 1, 0, 0, 0, 0)
@@ -113,3 +116,48 @@ def test_the_display_learns_from_parameters_alone(wire):
     assert all(one.displacement_um == 0 for one in shown[:100]) and shown[-1].wavelength_mm == 2.0
     assert max(abs(one.displacement_um) for one in shown[100:]) > 5
     assert display.message.lines == (line,) and display.age_ns == 3e6
+
+
+class SteppedClock:
+    """A clock in ns that only sleep moves."""
+
+    def __init__(self):
+        self.now = 10**12
+
+    def __call__(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += round(1e9 * seconds)
+
+
+def on_a_stepped_clock(wire):
+    clock, wire.gate = SteppedClock(), SimpleNamespace(counts=Counts())
+    return Period(1e-3, clock, clock.sleep)
+
+
+def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
+    period, told = on_a_stepped_clock(wire), []
+    modulus = quantity(Modulus, 0.1, 0.02)
+    line = TextureLine(quantity(Length, 2.0), quantity(Strain, 50.0))
+
+    def keep(now, place, shown, message):
+        if now == pytest.approx(0.3):
+            wire.arrived = [Heard(Parameters(HEADER, 0, (line,), modulus), 0, 0, 3e6)]
+
+    found = run_display(
+        wire, LocalModel(), Motion(100.0, 0.0), seconds=0.6, report=told.append, keep=keep, period=period
+    )
+    assert found is period and period.missed == 0
+    assert [live.time_s for live in told] == pytest.approx([0, 0.25, 0.5])
+    assert told[0].said == told[1].said == "" and "nothing was heard" in told[1].state
+    assert told[2].said.startswith("2.000 mm, 50 Hz, gain 1.00") and "0.1 ± 0.02 MPa" in told[2].said
+    assert told[2].said.endswith("last message 3.0 ms old when it came") and told[2].state == "ok"
+    assert len(wire.sent) == 150, "the hand's place, 250 times a second"
+
+
+def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
+    period, told, touch = on_a_stepped_clock(wire), [], Touch(GratingTexture(1.2), 0.0)
+    run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)
+    assert [live.time_s for live in told] == pytest.approx([0.25 * number for number in range(7)])
+    assert all(live.state == "no display is heard" and live.said == "" for live in told)
