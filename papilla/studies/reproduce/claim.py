@@ -207,16 +207,16 @@ class Answer:
     def to_json(self) -> dict[str, Any]:
         """The documented keys and what else is known, as plain values; an end that is open is None."""
         shown = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
-        shown |= {"published": _plain(self.claim.published), "measured": self.measured, "unit": self.claim.unit}
+        shown |= {"published": _plain(self.claim.published), "measured": _plain(self.measured), "unit": self.claim.unit}
         shown |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
         shown |= {name: getattr(self.claim, name) for name in ("paper", "evidence", "contradiction", "tolerance")}
         return shown | {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
 
 
-def _plain(value: float | Interval | str) -> Any:
+def _plain(value: float | Interval | str | None) -> Any:
     if isinstance(value, tuple):
-        return [end if math.isfinite(end) else None for end in value]
-    return value
+        return [_plain(end) for end in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def number(value: float | None) -> str:

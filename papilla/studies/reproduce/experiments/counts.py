@@ -1,6 +1,7 @@
 """2007: zero crossings counted over A = 0.08 s."""
 
 import numpy as np
+from scipy.stats import binomtest
 
 from papilla.estimators.published.roughness import ZeroCrossing, expected_error, optimal_period
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
@@ -53,6 +54,7 @@ def _period(periods: np.ndarray) -> dict:
         "best_A": float(periods[int(np.argmin(total))]),
         "each": ", ".join(f"{period:.3f}" for period in best.values()),
         "cost": cost,
+        "significant": float(next(k for k in range(6, 11) if binomtest(k, 10).pvalue < 0.05)),
     }
 
 

@@ -15,6 +15,9 @@ RIGID_MPA = 1e4
 SIMULATED = "fitted to this very figure: it says that the physics can follow it, not that the finger is known"
 
 
+SCENE = ("",)
+
+
 def run(tell) -> Found:
     """A finger inside literature ranges, fitted to the published regression and depths.
 
@@ -35,6 +38,12 @@ def run(tell) -> Found:
         own, printed = ours[first:], theirs[first:]
         scale = float((own * printed).sum() / (own**2).sum())
         values[name] = 100 * float(np.sqrt(np.mean((scale * own - printed) ** 2) / np.mean(printed**2)))
+        # Each specimen by the scale of the other two: what the fit of one factor owes to it
+        alone = [
+            (np.delete(own, k, 1) * np.delete(printed, k, 1)).sum() / (np.delete(own, k, 1) ** 2).sum()
+            for k in range(3)
+        ]
+        values[f"{name}_alone"] = 100 * float(np.sqrt(np.mean((own * alone - printed) ** 2) / np.mean(printed**2)))
     for depth in (0.20, 0.80, 1.00):
         force = fem.press(reduced, HalfSpace(RIGID_MPA), indentation=depth - early).force
         values[f"at_{round(100 * depth):03d}"] = float(newton_to_gf(force)) if depth < 1 else force

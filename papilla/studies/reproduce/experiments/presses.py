@@ -4,15 +4,18 @@ import dataclasses
 import math
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from papilla import fem, mesh
 from papilla.finger import Finger
 from papilla.references import printed_area, shared_approach
 from papilla.specimen import Block, HalfSpace
-from papilla.studies.reproduce.claim import Found, Series
+from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.units import gf_to_newton, newton_to_gf
 
 RIGID_MPA = 1e4
+PRINTED_N = {0.20: gf_to_newton(0.70), 0.80: gf_to_newton(38.37), 1.00: 0.6}
+"""Force at a depth in mm: 2006 III.B.2 and 2011 Okamoto 3.2.3."""
 OFFSET_MM = 0.155
 """Touch-down offset that joins the papers' three points in one power law: they are by another zero of the depth."""
 FORCE_N = 0.49
@@ -20,9 +23,13 @@ MODULI = tuple(np.geomspace(0.02, 20.0, 16).tolist())
 SPECIMENS = (0.089, 0.51, 0.72)
 
 SIMULATED = ""
+SCENE = (
+    "the difference between specimens (all have one modulus), the layers (a homogeneous finger), half-spaces (thin"
+    " blocks instead), the order of the moduli",
+)
 
 
-def run(tell) -> Found:
+def run(tell, cause: bool = True) -> Found:
     """What a press does to the layered finger: readings, stress, contact area, and how the approach is shared.
 
     The default finger is pressed on its reference mesh: on blocks of 0.02-20 MPa by 0.49 N, on the three published
@@ -33,37 +40,17 @@ def run(tell) -> Found:
     finger = Finger.default()
     tell("the finger")
     reduced = fem.prepare(finger)
-    built = mesh.build(finger)
-    tell("presses over the modulus")
-    table = [fem.press(reduced, Block(modulus, 10.0), force=FORCE_N) for modulus in MODULI]
-    area = np.array([one.contact_area for one in table])
-    finger_gives = np.array([one.finger_indentation for one in table])
-    sd = np.array([one.sd for one in table])
-    at_60 = {E: fem.press(reduced, Block(E, 10.0), force=gf_to_newton(60.0)) for E in SPECIMENS}
-    counts = np.bincount(built.layer)
-    values = {
-        "layers": float((counts > 0).sum()),
-        "tets": int(counts.sum()),
-        "by_layer": " and ".join(str(count) for count in counts if count),
-        "gauges": float(len(at_60[0.51].reading)),
-        "readings": ", ".join(f"{100 * strain:+.2f}" for strain in at_60[0.51].strain),
-        "sd": ", ".join(f"{one:.0f}" for one in sd[::3]),
-        "moduli": ", ".join(f"{one:.2g}" for one in MODULI[::3]),
-        "area": ", ".join(f"{one:.0f}" for one in area[::3]),
-        "softness_shows": at_60[0.72].sd / at_60[0.089].sd,
-        "gain_low": at_60[0.51].sd / at_60[0.089].sd - 1,
-        "gain_high": at_60[0.72].sd / at_60[0.51].sd - 1,
-        "area_falls": float(np.mean(np.diff(area / finger_gives) < 0)),
-        "area_first": area[0] / finger_gives[0],
-        "area_last": area[-1] / finger_gives[-1],
-        "follows": float(np.corrcoef(sd, finger_gives / area)[0, 1]),
-        "peak_ratio": at_60[0.72].peak_pressure / at_60[0.089].peak_pressure,
-        **_depths(reduced),
-        **_equations(reduced),
-        **_second_design(),
-    }
-    tell("the field inside, with layers and without")
-    values |= _field(finger, reduced)
+    specimens = {E: E if cause else 0.51 for E in SPECIMENS}
+    at_60 = {E: fem.press(reduced, Block(own, 10.0), force=gf_to_newton(60.0)) for E, own in specimens.items()}
+    tell("presses over the modulus, the field inside, with layers and without")
+    values = gathered(
+        lambda: _over_moduli(reduced, cause),
+        lambda: _three(at_60),
+        lambda: _depths(reduced),
+        lambda: _equations(reduced, cause),
+        lambda: _field(finger, reduced, cause),
+        _second_design,
+    )
     edge = np.linspace(0, 12, 60)
     pressures = [_along_x(reduced.patch, at_60[E].pressure, edge) for E in (0.089, 0.72)]
     series = (
@@ -72,6 +59,35 @@ def run(tell) -> Found:
     )
     title = "60 gf on a soft and on a hard specimen: the hard one is touched on less, and pushes harder"
     return Found(values, title, "distance from the middle of the contact, mm", "pressure, kPa", series)
+
+
+def _over_moduli(reduced, cause: bool) -> dict:
+    """Contact area, what the finger gives and S_d over the modulus."""
+    table = [fem.press(reduced, Block(modulus if cause else 0.51, 10.0), force=FORCE_N) for modulus in MODULI]
+    area = np.array([one.contact_area for one in table])
+    gives = np.array([one.finger_indentation for one in table])
+    sd = np.array([one.sd for one in table])
+    return {
+        "sd": ", ".join(f"{one:.0f}" for one in sd[::3]),
+        "moduli": ", ".join(f"{one:.2g}" for one in MODULI[::3]),
+        "area": ", ".join(f"{one:.0f}" for one in area[::3]),
+        "area_falls": float(np.mean(np.diff(area / gives) < -1e-9)),
+        "area_first": area[0] / gives[0],
+        "area_last": area[-1] / gives[-1],
+        "follows": float(np.corrcoef(sd, gives / area)[0, 1]) if np.ptp(sd) > 1e-6 * sd.max() else 0.0,
+    }
+
+
+def _three(at_60) -> dict:
+    """The three published specimens under 60 gf."""
+    return {
+        "gauges": float(len(at_60[0.51].reading)),
+        "readings": ", ".join(f"{100 * strain:+.2f}" for strain in at_60[0.51].strain),
+        "softness_shows": at_60[0.72].sd / at_60[0.089].sd,
+        "gain_low": at_60[0.51].sd / at_60[0.089].sd - 1,
+        "gain_high": at_60[0.72].sd / at_60[0.51].sd - 1,
+        "peak_ratio": at_60[0.72].peak_pressure / at_60[0.089].peak_pressure,
+    }
 
 
 def _along_x(patch, pressure: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -83,20 +99,33 @@ def _along_x(patch, pressure: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _depths(reduced) -> dict:
-    """Force (gf, N) at the printed depths on a rigid flat, with the offset and without."""
+    """Force (gf, N) at the printed depths on a rigid flat, with the offset and without, and with the offset that the
+    other two points alone would give."""
     values: dict[str, float] = {}
-    for depth in (0.20, 0.80, 1.00):
-        force = [fem.press(reduced, HalfSpace(RIGID_MPA), indentation=d).force for d in (depth - OFFSET_MM, depth)]
-        shown = [float(newton_to_gf(one)) for one in force] if depth < 1 else force
-        values |= {f"at_{round(100 * depth):03d}": shown[0], f"raw_{round(100 * depth):03d}": shown[1]}
+
+    def force(depth: float) -> float:
+        return float(fem.press(reduced, HalfSpace(RIGID_MPA), indentation=max(depth, 1e-3)).force)
+
+    for depth in PRINTED_N:
+        others = [(d, np.log(p)) for d, p in PRINTED_N.items() if d != depth]
+        alone = minimize_scalar(
+            lambda offset, others=others: sum((np.log(force(d - offset)) - p) ** 2 for d, p in others),
+            bounds=(0.0, 0.19), method="bounded", options={"xatol": 1e-3},
+        ).x  # fmt: skip
+        shown = [force(depth - offset) * (newton_to_gf(1.0) if depth < 1 else 1.0) for offset in (OFFSET_MM, 0, alone)]
+        values |= {
+            f"{name}_{round(100 * depth):03d}": float(one)
+            for name, one in zip(("at", "raw", "alone"), shown, strict=True)
+        }
     return values
 
 
-def _equations(reduced) -> dict:
+def _equations(reduced, cause: bool) -> dict:
     """Equations (6)-(8) against Hertz and against finite elements."""
     exact = shared_approach(0.3, 25.0, 0.1, 0.3)
     moduli = (0.2, 2.0)
-    presses = [fem.press(reduced, HalfSpace(E), force=0.1, fidelity="contact") for E in moduli]
+    bodies = [HalfSpace(E) if cause else Block(E, 2.0) for E in moduli]
+    presses = [fem.press(reduced, body, force=0.1, fidelity="contact") for body in bodies]
     gives = [one.specimen_indentation * E / one.finger_indentation for one, E in zip(presses, moduli, strict=True)]
     soft, middle, hard = (1 / (1 + 0.1 / E) for E in (0.2, 0.5, 0.8))
     bends = soft - 2 * middle + hard
@@ -115,7 +144,7 @@ def _second_design() -> dict:
     return {"one_gauge": float(len(design.gauges)), "slab": design.name}
 
 
-def _field(finger: Finger, reduced) -> dict:
+def _field(finger: Finger, reduced, cause: bool) -> dict:
     """Stress on the axis at 1 mm, and strains at 2.5 mm, with layers and in a homogeneous finger."""
     modulus = 0.5 * (finger.outer.modulus + finger.inner.modulus)
     plain = dataclasses.replace(
@@ -125,9 +154,11 @@ def _field(finger: Finger, reduced) -> dict:
         inner=dataclasses.replace(finger.inner, modulus=modulus),
     )
     built = mesh.build(finger)
-    found: dict[str, float] = {}
+    counts = np.bincount(built.layer)
+    found: dict = {"layers": float((counts > 0).sum()), "tets": int(counts.sum())}
+    found["by_layer"] = " and ".join(str(count) for count in counts if count)
     axes = {}
-    for name, design in (("layers", finger), ("plain", plain)):
+    for name, design in (("layers", finger if cause else plain), ("plain", plain)):
         model = fem.FingerModel(design, built)
         own = reduced if design is finger else model.reduce()
         moduli = np.where(built.layer == built.layer.max(), design.inner.modulus, design.outer.modulus)

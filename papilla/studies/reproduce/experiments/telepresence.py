@@ -4,82 +4,132 @@ import math
 
 import numpy as np
 
-from papilla.studies.reproduce.claim import Found, Series
+from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.telepresence.delays import beside_each_other
-from papilla.studies.telepresence.pairwise import pairwise_2007
-from papilla.studies.telepresence.roughness import DELAY, TESTS_MM, Experiments, experiments_2011
+from papilla.studies.telepresence.roughness import DELAY, NOTICED_MS, TESTS_MM, experiments_2011
 from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
 from papilla.telepresence.actuator import PIEZO
-from papilla.telepresence.amplitude import Measured
+from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, Measured, PowerCurve
 from papilla.telepresence.loop import run as run_loop
 from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import HAND_HZ, RATE_HZ
+from papilla.telepresence.record import Record
 from papilla.telepresence.texture import GratingTexture
 
-SIMULATED = "simulated hand, link, actuator and sensor; observers with one noise figure a cue stand for people"
+CROSSED_AT = (80.0, 82.0, 84.0, 86.0, 88.0)
+"""Speeds in mm/s at which a border is crossed, a seed each."""
+SIMULATED = "simulated hand, link, actuator and sensor"
+SCENE = (
+    "the texture (fainter than the noise), the delay (or a delay where there is none), the local model (direct feedback"
+    " in its place), the right texture beside it, the dependence of the signal on the wavelength",
+    "white, 1 to 3.5 microstrain beside 50",
+    len(TESTS_MM),
+)
 TRIP_MS = 120.0
+FAINT_MICROSTRAIN = 1e-3
+SAME_MM = 0.1
+"""Half of what parts comparison scales."""
 
 
-def run(tell) -> Found:
-    """Roughness at a distance: a local model against direct feedback, over delayed links, with simulated observers.
+def run(tell, cause: bool = True) -> Found:
+    """Roughness at a distance: a local model against direct feedback, over delayed links.
 
     The loop of hand, uplink, sensor, downlink and display runs over a grating of 1.2 mm, with 60 ms each way, with one
-    way alone, and with half of all datagrams lost. Two gratings side by side are crossed nine times. The pairwise test
-    of 2007 and the four conditions of 2011 are answered by observers whose noise is stated.
+    way alone, and with half of all datagrams lost. Two gratings side by side are crossed five times. What the four
+    conditions of 2011 displayed is compared: wavelength over the hand's own path, lag, amplitude.
     """
     tell("the loop")
+    delayed = _loop(cause, seconds=5.0, both_ways=True)
+    values = gathered(lambda: _machines(delayed, cause), _display, _links, _amplitudes)
+    tell("side by side")
+    values |= gathered(lambda: _borders(cause))
+    tell("experiments of 2011")
+    values |= gathered(lambda: _displayed(tell, cause))
+    rows = slice(2000, 2250)
+    series = tuple(
+        Series(name, delayed.time_s[rows], shown[rows] / max(np.abs(shown).max(), 1e-9))
+        for name, shown in (("local model", delayed.local_um), ("direct feedback", delayed.direct_um))
+    )
+    title = "A grating of 1.2 mm over a round trip of 120 ms: the local model follows the hand of now"
+    return Found(values, title, "time, s", "displacement over its greatest", series)
+
+
+def _loop(heard: bool = True, *, seconds: float = 4.0, both_ways: bool = False, **links) -> Record:
+    """The loop over a grating of 1.2 mm, that is heard or not; `both_ways` with half of the round trip each way."""
     way = LinkModel(one_way_ms=TRIP_MS / 2)
-    delayed = run_loop(Set(GratingTexture(1.2), seconds=5.0, uplink=way, downlink=way))
-    up = run_loop(Set(GratingTexture(1.2), seconds=4.0, uplink=way))
-    lossy = run_loop(Set(GratingTexture(1.2), seconds=5.0, downlink=LinkModel(loss=0.5)))
-    near_by = run_loop(Set(GratingTexture(1.2), seconds=4.0))
+    links = {"uplink": way, "downlink": way} if both_ways else links
+    return run_loop(Set(GratingTexture(1.2, 50.0 if heard else FAINT_MICROSTRAIN), seconds=seconds, **links))
+
+
+def _machines(delayed: Record, cause: bool) -> dict:
+    """What the loop displays and sends, and how late."""
+    way = LinkModel(one_way_ms=TRIP_MS / 2)
+    up = _loop(uplink=way if cause else LinkModel())
+    lossy = _loop(cause, seconds=5.0, downlink=LinkModel(loss=0.5))
+    near_by = _loop(uplink=LinkModel() if cause else way)
     felt, uncertain = delayed.felt("local"), lossy.felt("local")
+    sent = delayed.wavelength_mm[delayed.judged]
+    sent = sent[np.isfinite(sent)]
     fields = {"modulus", "mu_kinetic", "area"} & set(Parameters.__struct_fields__)
-    values = {
+    return {
         "parts": float(np.isfinite([felt.error, delayed.lag_ms("local"), delayed.lag_ms("direct")]).sum()),
         "local_error": felt.error,
         "lossy_error": uncertain.error,
         "lossy_alive": 1 - uncertain.silent,
-        "local_lag": abs(delayed.lag_ms("local")),
-        "direct_lag": delayed.lag_ms("direct"),
+        "local_lag": abs(delayed.lag_ms("local") if cause else _loop(both_ways=True).lag_ms("direct")),
+        "direct_lag": (delayed if cause else _loop()).lag_ms("direct"),
         "one_way": up.lag_ms("direct"),
         "slave_ms": near_by.late_ms,
         "trip": delayed.late_ms,
-        "sent_mm": float(np.nanmedian(delayed.wavelength_mm[delayed.judged])),
+        "sent_mm": float(np.median(sent)) if sent.size else math.nan,
         "bytes_ratio": delayed.bytes_per_s["direct"] / delayed.bytes_per_s["local"],
         "bytes_words": ", ".join(f"{name} {value:.0f} bytes a second" for name, value in delayed.bytes_per_s.items()),
         "area": float("area" in fields),
         "fields": float(len(fields)),
-        **_display(),
-        **_links(),
-        **_amplitudes(),
     }
-    tell("side by side")
-    # Messages are 20 ms and looks along the path some 60 ms apart: one crossing tells the difference to 100 ms.
+
+
+def _borders(cause: bool) -> dict:
+    """Two gratings side by side. Messages are 20 ms and looks along the path some 60 ms apart: one crossing tells the
+    difference to 100 ms."""
     borders = [
-        beside_each_other(round_trip_ms=TRIP_MS, speed_mm_s=speed, seed=seed)
-        for seed in range(3)
-        for speed in (81.0, 84.0, 87.0)
+        beside_each_other(round_trip_ms=TRIP_MS * cause, speed_mm_s=speed, seed=seed)
+        for seed, speed in enumerate(CROSSED_AT)
     ]
-    border = borders[-1]
-    values |= {
-        "change_local": border.change_ms["local"],
-        "change_direct": border.change_ms["direct"],
-        "change_here": border.without_link_ms,
+    return {
+        "change_local": borders[-1].change_ms["local"],
+        "change_direct": borders[-1].change_ms["direct"],
+        "change_here": float(np.median([own.without_link_ms for own in borders])),
         "change_late": float(np.median([own.change_ms["local"] - own.without_link_ms for own in borders])),
     }
-    tell("pairs of 2007")
-    values |= _pairs()
-    tell("experiments of 2011")
-    found = experiments_2011(progress=lambda done, total: tell(f"experiments of 2011, {done} of {total}"))
-    values |= _people(found)
-    rows = slice(2000, 2250)
-    series = (
-        Series("local model", delayed.time_s[rows], delayed.local_um[rows] / np.abs(delayed.local_um).max()),
-        Series("direct feedback", delayed.time_s[rows], delayed.direct_um[rows] / np.abs(delayed.direct_um).max()),
+
+
+def _displayed(tell, cause: bool) -> dict:
+    """The four conditions of 2011: are two displays of one texture alike, who is late, and where is the amplitude
+    greatest?"""
+    curve = read_curve()
+    if not cause:
+        curve = PowerCurve(curve.wavelength_mm, tuple(1.0 for _ in curve.power))
+    found = experiments_2011(
+        curve=curve,
+        seconds=2.5,
+        progress=lambda done, total: tell(f"experiments of 2011, {done} of {total}"),
     )
-    title = "A grating of 1.2 mm over a round trip of 120 ms: the local model follows the hand of now"
-    return Found(values, title, "time, s", "displacement over its greatest", series)
+    direct, local = found[1], found[2]
+    alike = np.abs(np.roll(direct.felt_mm, 0 if cause else 1) - local.felt_mm) <= SAME_MM
+    late = [(found[3] if cause else direct).lag_ms > NOTICED_MS, np.abs(found[4].lag_ms) < NOTICED_MS]
+    shown = local.amplitude_um
+    inside = [k for k in range(1, len(shown) - 1) if shown[k] > max(shown[k - 1], shown[k + 1]) * 1.05]
+    return {
+        "alike": float(np.mean(alike)),
+        "felt_mm": ", ".join(
+            f"{one:.2f} and {other:.2f}" for one, other in zip(direct.felt_mm, local.felt_mm, strict=True)
+        ),
+        "late": float(np.mean(late)),
+        "lags_ms": f"{np.median(found[3].lag_ms):.0f} and {np.median(np.abs(found[4].lag_ms)):.1f}",
+        "peak_mm": TESTS_MM[max(inside, key=lambda k: shown[k])] if inside else math.nan,
+        "shown_um": ", ".join(f"{one:.1f}" for one in shown),
+    }
 
 
 def _explained(signal: np.ndarray, columns: list[np.ndarray]) -> float:
@@ -153,8 +203,6 @@ def _links() -> dict:
 
 def _amplitudes() -> dict:
     """Equations (9) and (11)."""
-    from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN
-
     curve = read_curve()
     places = np.linspace(*curve.fit.wavelength_mm, 201)
     printed = FromWavelength(curve, 55.0, as_printed=True)
@@ -167,40 +215,4 @@ def _amplitudes() -> dict:
         "a_over_B": largest / 55.0,
         "B_peak": 2 * largest,
         "exponent": math.log(printed(other) / printed(one)) / amplitude,
-    }
-
-
-def _pairs() -> dict:
-    found = pairwise_2007()
-    return {
-        "pairs_above": float(found.above_nine_tenths),
-        "least": float(found.least),
-        "rates": " ".join(f"{rate:.2f}" for rate in np.sort(found.rates)),
-        "observer_sd": found.observer_sd,
-        "observer_low": found.interval[0],
-        "observer_high": found.interval[1],
-        "system_sd": found.system_sd,
-    }
-
-
-def _people(found: Experiments) -> dict:
-    """The four conditions of 2011."""
-    conditions = found.conditions
-    (t_12, p_12), (t_34, p_34) = found.welch(1, 2), found.welch(3, 4)
-    means = conditions[2].means_mm
-    inside = [k for k in range(1, len(means) - 1) if means[k] > means[k - 1] and means[k] > means[k + 1]]
-    return {
-        "answers": float(sum(one.answers_mm.size for one in conditions.values())),
-        "t_12": t_12,
-        "p_12": p_12,
-        "t_34": t_34,
-        "p_34": p_34,
-        "differs_12": found.significant(1, 2),
-        "differs_34": found.significant(3, 4),
-        "least_12": found.detectable_mm(1, 2),
-        "noticed_direct": conditions[3].noticed,
-        "noticed_local": conditions[4].noticed,
-        "noticed": float(conditions[3].noticed - conditions[4].noticed),
-        "answers_mm": ", ".join(f"{mean:.2f}" for mean in means),
-        "answer_peak": TESTS_MM[max(inside, key=lambda k: means[k])] if inside else math.nan,
     }

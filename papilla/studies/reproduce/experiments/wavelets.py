@@ -92,7 +92,8 @@ def _passive(period: float, rng, cause: bool = True, grating: bool = True) -> Cr
     speed = _passive_speed(time) * (1.0 if cause else 0.8 + 0.15 * time)
     place = np.cumsum(speed) / RATE_Hz + rng.uniform(0, 10)
     felt = grating * (speed > 0)
-    return cross_wavelet(*channels(place, period + 0.04 * (not cause), rng, felt=felt), RATE_Hz, octaves(5, 140))
+    first, second = channels(place, period + 0.04 * (not cause), rng, felt=felt)
+    return cross_wavelet(first, second, RATE_Hz, octaves(5, 140))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,8 @@ def active_records(period: float, rng, spread: float = 0.0, cause: bool = True) 
 def active_run(period: float, rng, spread: float = 0.0, cause: bool = True) -> ActiveRun:
     """A run through the whole chain."""
     _, (first, second, fourth) = active_records(period, rng, spread, cause)
-    ridges = [cross_wavelet(*pair, RATE_Hz, octaves(20, 140)).ridge for pair in ((fourth, first), (first, second))]
+    pairs = (fourth, first), (first, second)
+    ridges = [cross_wavelet(one, other, RATE_Hz, octaves(20, 140)).ridge for one, other in pairs]
     windows = [ridge.around_strongest() for ridge in ridges]
     frequency = [ridge.frequency_Hz[own.first : own.last + 1] for ridge, own in zip(ridges, windows, strict=True)]
     return ActiveRun(period, (frequency[0], frequency[1]), (windows[0], windows[1]))
@@ -250,8 +252,8 @@ def _phases(cause: bool) -> dict:
         both = []
         for factor in (1.0, 0.7):
             place = np.cumsum(factor * (22 + 4.5 * time)) / RATE_Hz + rng.uniform(0, 10)
-            pair = channels(place, period, rng, (0.0, distance))
-            ridge = cross_wavelet(*pair, RATE_Hz, octaves(20, 140)).ridge
+            first, second = channels(place, period, rng, (0.0, distance))
+            ridge = cross_wavelet(first, second, RATE_Hz, octaves(20, 140)).ridge
             both.append(np.angle(np.mean(np.exp(1j * ridge.phase[100:500]))))
         found.append(np.degrees(both))
     off = np.angle(np.exp(1j * np.radians(np.array(found) - np.array(expected)[:, None])))
