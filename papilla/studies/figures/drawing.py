@@ -47,7 +47,7 @@ def _panel(figure: Figure, axes: Axes, panel: Panel) -> None:
     colors, bars = count(), [one for one in panel.curves if one.look == "bars"]
     for one in panel.curves:
         own = (next(colors) if one.origin == "papilla" else None) if one.color is None else one.color
-        color = INK if own is None else ACCENTS[own % len(ACCENTS)]
+        color = INK if own is None or own < 0 else ACCENTS[own % len(ACCENTS)]
         if one.look == "bars":
             width = 0.8 / len(bars)
             axes.bar(one.x + (bars.index(one) - (len(bars) - 1) / 2) * width, one.y, width, color=color,

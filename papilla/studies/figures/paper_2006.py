@@ -9,12 +9,12 @@ from papilla.estimators.published.roughness import ImpulseDensity, ImpulseInterv
 from papilla.estimators.published.roughness.impulses import Corpuscle
 from papilla.finger import Finger
 from papilla.specimen import Grating, HalfSpace
-from papilla.studies.estimator_bench.scenes import Scene, scene
+from papilla.studies.estimator_bench.scenes import Scene
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.gratings import FRICTION, LENGTH_MM
 from papilla.studies.reproduce.experiments.presses import OFFSET_MM, RIGID_MPA
-from papilla.studies.reproduce.signals import FIVE_MM, USUAL_DB, answers_to, correlation, lag_ms
+from papilla.studies.reproduce.signals import FIVE_MM, answers_to, correlation, heard, lag_ms
 from papilla.textures import MeasuredProfile
 from papilla.units import newton_to_gf
 
@@ -32,7 +32,7 @@ WAYS = {"const": "const", "strokes": "act1"}
 
 def _scene(way: str, kind: str, wavelength_mm: float, seconds: float) -> Scene:
     name = WAYS[way] if kind == "synthetic" else BOTH[kind].format(way)
-    return scene(name, wavelength_mm, snr_dB=USUAL_DB, seed=3, seconds=seconds)
+    return heard(name, wavelength_mm, "2006", 3, seconds=seconds)
 
 
 def two_grooves() -> Picture:
@@ -84,7 +84,7 @@ def two_grooves() -> Picture:
 def five_gratings() -> Picture:
     """Wavelengths of five gratings at 100 mm/s, told by the density of impulses.
 
-    Gratings of 3.0 to 0.6 mm, groove = ridge, slide at 100 mm/s (within 3 %), white noise at 20 dB. Left: a synthetic
+    Gratings of 3.0 to 0.6 mm, groove = ridge, slide at 100 mm/s (within 3 %), white noise at 40 dB. Left: a synthetic
     gauge that feels the grating's profile. Right: the middle gauge of the default finger by finite elements, 0.3 N.
     The method is as printed, with a threshold of 1.5 and a window of 200 ms. Dashed: the true wavelengths.
     """
@@ -175,7 +175,7 @@ WINDOW = (1.0, 3.0)
 def natural_touch() -> Picture:
     """Natural touch: the frequency follows about 100 ms late, the wavelength is best when fast.
 
-    A grating of 1.8 mm under strokes of 1 Hz and 100 mm/s at 20 dB, as a synthetic gauge feels it and as the middle
+    A grating of 1.8 mm under strokes of 1 Hz and 100 mm/s at 40 dB, as a synthetic gauge feels it and as the middle
     gauge of the default finger by finite elements does (0.3 N). (a) speed, (b) frequency by the density of impulses as
     printed, (c) |v| / f. Dashed: what is true, which the paper draws, too.
     """

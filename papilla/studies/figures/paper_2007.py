@@ -8,11 +8,10 @@ from papilla.estimators.published.roughness import ZeroCrossing
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.finger import Finger
 from papilla.specimen import Grating
-from papilla.studies.estimator_bench.scenes import scene
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.gratings import FRICTION, LENGTH_MM
-from papilla.studies.reproduce.signals import USUAL_DB, answers_to
+from papilla.studies.reproduce.signals import answers_to, heard
 from papilla.textures import MeasuredProfile
 
 CUTOFF_HZ, SPEED_MM_S = 10.0, 100.0
@@ -67,7 +66,7 @@ def side_by_side() -> Picture:
     output = _slid(profile, 2.0)
     time = np.arange(len(output)) / 1000
     felt = np.asarray(ZeroCrossing().process(np.column_stack([output, np.full(len(output), SPEED_MM_S)])).wavelength_mm)
-    seen = scene("const", 1.0, snr_dB=USUAL_DB, seed=2, seconds=2.0, step_to_mm=4.0, step_at_s=BORDER_S)
+    seen = heard("const", 1.0, "2007", 2, seconds=2.0, step_to_mm=4.0, step_at_s=BORDER_S)
     told = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)
     window, at = (0.5, 2.0), np.full(2, BORDER_S)
     curves = (

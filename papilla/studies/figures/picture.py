@@ -19,7 +19,7 @@ class Curve:
 
     look : "line", "dashed", "points", "bars" (x are places of the panel's `names`) or "impulses" (lines from zero).
     origin : "papilla" computed it, "printed" in the paper, or "true" in the scene. color : its number in the style's
-    colours, None for the next.
+    colours, -1 for black, None for the next.
     """
 
     label: str

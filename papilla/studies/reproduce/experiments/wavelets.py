@@ -61,7 +61,7 @@ def run(tell, cause: bool = True) -> Found:
     time = np.arange(len(ridge.frequency_Hz)) / RATE_Hz
     series = (
         Series("f_MP of two channels", time, ridge.frequency_Hz),
-        Series("expected, v over p", time, _passive_speed(time) / PERIODS_MM[0]),
+        Series("expected, v over p", time, passive_speed(time) / PERIODS_MM[0]),
     )
     title = "A grating of 0.40 mm slides at 6.7, then at 10 mm/s: the cross-wavelet's ridge"
     return Found(values, title, "time, s", "frequency, Hz", series)
@@ -80,7 +80,7 @@ def channels(place: np.ndarray, period: float, rng, places_mm=(0.0, 0.0), felt=1
     return [own * wave + noise * rng.standard_normal(len(place)) for own, wave in zip(felt, waves, strict=True)]
 
 
-def _passive_speed(time: np.ndarray) -> np.ndarray:
+def passive_speed(time: np.ndarray) -> np.ndarray:
     """The speed (n,) of the plate in mm/s."""
     edges = np.cumsum([REST_S, FIRST_S, SECOND_S])
     return np.select([time < edges[0], time < edges[1], time < edges[2]], [0.0, *SPEEDS_MM_S], 0.0)
@@ -89,7 +89,7 @@ def _passive_speed(time: np.ndarray) -> np.ndarray:
 def _passive(period: float, rng, cause: bool = True, grating: bool = True) -> CrossWavelet:
     """A passive run of a pair side by side; without its cause the period is the next one's, and the speed drifts."""
     time = np.arange(round((2 * REST_S + FIRST_S + SECOND_S) * RATE_Hz)) / RATE_Hz
-    speed = _passive_speed(time) * (1.0 if cause else 0.8 + 0.15 * time)
+    speed = passive_speed(time) * (1.0 if cause else 0.8 + 0.15 * time)
     place = np.cumsum(speed) / RATE_Hz + rng.uniform(0, 10)
     felt = grating * (speed > 0)
     first, second = channels(place, period + 0.04 * (not cause), rng, felt=felt)
@@ -204,7 +204,7 @@ def _contours(rng, cause: bool) -> dict:
     for period in PERIODS_MM:
         ridge = _passive(period, rng, grating=cause).ridge
         time = np.arange(len(ridge.frequency_Hz)) / RATE_Hz
-        sliding, edge = _passive_speed(time) > 0, 0.15  # A wavelet of 14 Hz blurs an end over this time
+        sliding, edge = passive_speed(time) > 0, 0.15  # A wavelet of 14 Hz blurs an end over this time
         clear = np.all([np.abs(time - end) > edge for end in (REST_S, REST_S + FIRST_S + SECOND_S)], axis=0)
         agree.append(np.mean((ridge.significant & ridge.inside)[clear] == sliding[clear]))
     return {"contour": float(np.mean(agree))}
