@@ -1,8 +1,8 @@
 """Rows a second and peak memory of `papilla estimate` on one core: five gauges with a velocity at 1 kHz.
 
-Run with `python benchmarks/log_throughput.py [--rows 200000]`. Two logs: one has a strong line, the other a weak one
-that is searched for all the time. The whole command is counted, imports included; the stages are run again alone, in
-processor time.
+Run with `python benchmarks/log_throughput.py [--rows 200000]`. Two logs: one with a strong line, one whose line is
+weak, so that it is searched for all the time. The whole command is counted, imports included; the stages are run again
+alone, in processor time.
 """
 
 import argparse

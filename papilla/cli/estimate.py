@@ -78,8 +78,10 @@ class EstimatorOptions:
 
 def estimate(
     estimators: EstimatorOptions,
-    log: Path = argument(..., "Time log (CSV): t_s, g1, ..., force_N, ...; - for standard input.", metavar="LOG.csv"),
-    out: Path = option(..., "Table of estimates to write (CSV); - for standard output."),
+    log: Path = argument(
+        ..., "Time log (CSV, TSV, .gz, Parquet, ROS bag, MCAP); - for standard input.", metavar="LOG.csv"
+    ),
+    out: Path = option(..., "Table of estimates to write (CSV or Parquet); - for standard output."),
     calibration: Path | None = option(None, "Calibration file (JSON); without it no modulus."),
     lever_mm: float | None = option(None, "Of a column torque_Nmm: from the torque's axis to the skin, mm."),
     log_map: MapOption = None,
@@ -92,7 +94,7 @@ def estimate(
     from papilla.cli.estimate_summary import show, write_pictures
     from papilla.estimators.pipeline import PipelineEstimate
     from papilla.files import check_writable
-    from papilla.tables import table_writer
+    from papilla.logs.frames import estimates_writer
 
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
@@ -104,7 +106,7 @@ def estimate(
         picture = _picture(recorded, pipeline, plot, html)
         if beside:
             check_writable(out.parent)
-        with table_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
+        with estimates_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
             bar.line("estimating")
             for block in recorded.blocks():
                 block[:, 1 : 1 + len(zeros)] -= zeros

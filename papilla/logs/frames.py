@@ -5,14 +5,15 @@ A frame is any object that lists its columns (`columns`, `keys()`, or the names 
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import reason
-from papilla.tables import BLOCK, Table
+from papilla.files import reason, replacing
+from papilla.tables import BLOCK, Table, table_writer
 
 PARQUET = (".parquet", ".pq")
 """Suffixes of Parquet files."""
@@ -89,6 +90,29 @@ def parquet(path: Path, wanted: Callable[[str], bool], words: tuple[str, ...] = 
     except pyarrow.ArrowException as error:
         raise FileFormatError(f"{path} is no Parquet file ({str(error).splitlines()[0][:200]})") from error
     return FrameReader(_Columns(table), wanted, words, path)
+
+
+@contextmanager
+def estimates_writer(path: Path, names: Sequence[str]) -> Iterator[Callable[[Sequence[Any]], None]]:
+    """`table_writer`, or the same for a Parquet file, where a cell without a number is null.
+
+    Raises `FileAccessError`, or `InputError` if the extra `tables` is missing.
+    """
+    if path.suffix not in PARQUET:
+        with table_writer(path, names) as write:
+            yield write
+        return
+    try:
+        import pyarrow
+        from pyarrow.parquet import ParquetWriter
+    except ImportError:
+        raise InputError(f"{path}: Parquet files need pyarrow: pip install papilla[tables]") from None
+    texts = [name for name in names if name.endswith("status")]
+    schema = pyarrow.schema([(name, pyarrow.string() if name in texts else pyarrow.float64()) for name in names])
+    with replacing(path) as temporary, ParquetWriter(temporary, schema) as stream:
+        yield lambda columns: stream.write_batch(
+            pyarrow.record_batch([pyarrow.array(own, from_pandas=True) for own in columns], schema=schema)
+        )
 
 
 class _Columns:

@@ -10,6 +10,7 @@ t_s = { column = "time", unit = "ms" }
 force_N = { column = "Fz", unit = "gf" }
 g1 = { column = "ch1", unit = "mV/V", gauge_factor = 2.1, active_arms = 1 }
 g2 = { column = "ch2", unit = "counts", bits = 16, span_V = 5.0, amplification = 500.0, excitation_V = 2.5, gauge_factor = 2.1 }
+g3 = { topic = "/gauges", column = "data[2]", unit = "microstrain" }     # of a bag: topic and field
 ```
 
 The keys of `[columns]` are papilla's columns. The output of an amplifier becomes strain by the equation of a Wheatstone
@@ -43,7 +44,8 @@ class Column:
 
     unit : one of the quantity's units in `papilla.logs.quantities`. gauge_factor, active_arms : of the bridge (1
     quarter, 2 half, 4 full). amplification, excitation_V : for voltages and counts. bits, span_V : of the converter,
-    one count is `span_V / 2**bits` V. Raises `InputError` for a number that is not positive.
+    one count is `span_V / 2**bits` V. topic : of a bag, where `column` is a field of its messages. Raises `InputError`
+    for a number that is not positive.
     """
 
     column: str
@@ -54,6 +56,12 @@ class Column:
     excitation_V: float | None = None
     bits: int | None = None
     span_V: float | None = None
+    topic: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The column as the reader calls it."""
+        return f"{self.topic}:{self.column}" if self.topic else self.column
 
     def __post_init__(self) -> None:
         for name in ("gauge_factor", "active_arms", "amplification", "excitation_V", "bits", "span_V"):

@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from papilla.errors import FileFormatError
+from papilla.logs.bags import BagReader, is_bag
 from papilla.logs.frames import PARQUET, FrameReader, parquet
 from papilla.logs.log_map import GAUGE_COLUMN, Column, LogMap
 from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
@@ -46,7 +47,7 @@ class MappedReader:
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows in blocks; raises what `TableReader.blocks` raises."""
-        called = {name: column.column for name, column in self._columns.items()}
+        called = {name: column.name for name, column in self._columns.items()}
         for block in self._reader.blocks(size):
             table = Table(block.path, block.columns, block.lines, called)
             columns = {name: self._values(table, name) for name in self._columns}
@@ -61,7 +62,7 @@ class MappedReader:
 
     def _values(self, block: Table, name: str) -> np.ndarray:
         column = self._columns[name]
-        found = block.columns[column.column]
+        found = block.columns[column.name]
         if found.dtype.kind != "U":
             return found * self._factors[name] - self._zeros[name]
         return found if column.unit != ISO else (_instants(block, name, found) - self._start) / np.timedelta64(1, "s")
@@ -72,8 +73,8 @@ class MappedReader:
         if column is None or column.unit != ISO:
             return np.datetime64(0, "ns")
         block = next(self._reader.blocks(1))
-        table = Table(block.path, block.columns, block.lines, {"t_s": column.column})
-        return _instants(table, "t_s", block.columns[column.column])[0]
+        table = Table(block.path, block.columns, block.lines, {"t_s": column.name})
+        return _instants(table, "t_s", block.columns[column.name])[0]
 
     def _in_air(self, first: float, last: float) -> dict[str, float]:
         """Mean of gauges and force between two times (s) of the log."""
@@ -91,9 +92,9 @@ class MappedReader:
     def _told(self) -> Iterator[str]:
         where = f"by {self._map.path.name}" if self._map.path else "by its name"
         read = [
-            f"{column.column} is {name}" + (f" in {column.unit}" if column.factor(name) != 1 else "")
+            f"{column.name} is {name}" + (f" in {column.unit}" if column.factor(name) != 1 else "")
             for name, column in self._columns.items()
-            if column.column != name or self._factors[name] != 1
+            if column.name != name or self._factors[name] != 1
         ]
         if read:
             yield f"columns {where}: {', '.join(read)}"
@@ -113,24 +114,37 @@ def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], l
         reader = FrameReader(source, wanted, words)
     elif source.suffix in PARQUET:
         reader = parquet(source, wanted, words)
+    elif is_bag(source):
+        reader = BagReader(source, wanted)
     else:
         reader = TableReader(source, wanted, words, delimiter=dialect[0], decimal=dialect[1], header_line=dialect[2])
     path = reader.path
     try:
         chosen = replace(given, columns=by_name(path, reader.header, wanted) | dict(given.columns))
-        absent = next((column for column in chosen.columns.values() if column.column not in reader.header), None)
+        absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
         if absent is not None:
-            meant = closest(absent.column, reader.header)
-            hint = f"; did you mean {meant}?" if meant else f" (found {', '.join(reader.header)[:400]})"
-            raise FileFormatError(f"{given.path}: the log {path} has no column {absent.column!r}{hint}")
-        if log_map is None and all(name == column.column for name, column in chosen.columns.items()):
+            raise FileFormatError(f"{given.path}: the log {path} has no {_lacking(absent, reader.header)}")
+        if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
             return reader
-        text = [column.column for name, column in chosen.columns.items() if name in words or column.unit == ISO]
-        reader.want({column.column for column in chosen.columns.values()}.__contains__, tuple(text))
+        text = [column.name for name, column in chosen.columns.items() if name in words or column.unit == ISO]
+        reader.want({column.name for column in chosen.columns.values()}.__contains__, tuple(text))
         return MappedReader(reader, chosen, wanted)
     except BaseException:
         reader.__exit__()
         raise
+
+
+def _lacking(column: Column, header: Sequence[str]) -> str:
+    """What a log lacks, with the nearest name that it has: a column, a topic of a bag, or a field of the topic."""
+    kind, name, known = "column", column.column, [*header]
+    if column.topic is not None:
+        topics = list(dict.fromkeys(own.split(":")[0] for own in header if ":" in own))
+        kind, name, known = "topic", column.topic, topics
+        if column.topic in topics:
+            kind, name = f"field of {column.topic}", column.column
+            known = [own.split(":", 1)[1] for own in header if own.startswith(f"{column.topic}:")]
+    meant = closest(name, known)
+    return f"{kind} {name!r}" + (f"; did you mean {meant}?" if meant else f" (found {', '.join(known)[:400]})")
 
 
 def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) -> dict[str, Column]:

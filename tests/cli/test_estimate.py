@@ -393,3 +393,18 @@ def test_a_picture_and_a_page_of_log_and_estimates(papilla, refused, tmp_path, s
     (tmp_path / "est.csv").unlink()
     assert "pictures are written as .png" in refused("estimate", sliding, "--out", "x.csv", "--plot", "p.jpg")
     assert "is given for two outputs" in refused("estimate", sliding, "--out", "x.csv", "--plot", "x.csv")
+
+
+@pytest.mark.parametrize("status", ["modulus_status", "status"])
+def test_estimates_as_parquet_are_those_of_the_csv(papilla, tmp_path, status):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    rng = np.random.default_rng(3)
+    write_table(tmp_path / "log.csv", {"t_s": np.arange(400) / 1000, "g1": rng.normal(size=400)})
+    for name in ("est.csv", "est.parquet"):
+        assert papilla("estimate", "log.csv", "--out", name).code == 0
+    table, rows = parquet.read_table(tmp_path / "est.parquet"), rows_of(tmp_path / "est.csv")
+    assert table.column_names == COLUMNS.split() and table.num_rows == 400
+    assert table.column(status).to_pylist() == [row[status] for row in rows]
+    for name in COLUMNS.split()[:10]:
+        assert table.column(name).to_pylist() == [float(row[name]) if row[name] else None for row in rows]
+    assert (tmp_path / "est.parquet.summary.json").exists()
