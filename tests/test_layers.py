@@ -26,7 +26,8 @@ MAY_IMPORT = {
     "telepresence": L0 | {"estimators", "telepresence"},
 }
 MAY_IMPORT["studies"] = frozenset().union(*MAY_IMPORT.values()) | {"studies"}
-MAY_IMPORT["cli"] = MAY_IMPORT["studies"] | {"cli"}
+MAY_IMPORT["design"] = MAY_IMPORT["calibrate"] | {"estimators", "design"}
+MAY_IMPORT["cli"] = MAY_IMPORT["studies"] | {"design", "cli"}
 MAX_LINES, MAX_FUNCTION_LINES = 450, 75
 """As CONTRIBUTING.md says."""
 HEAVY = ("numpy", "scipy", "skfem", "pyvista", "vtk", "matplotlib", "pydantic", "meshio", "pytetwild", "rslab")

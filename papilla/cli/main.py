@@ -14,6 +14,7 @@ import typer
 
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
+from papilla.cli.design import design
 from papilla.cli.doctor import doctor
 from papilla.cli.estimate import estimate
 from papilla.cli.export_c import export_c
@@ -47,7 +48,22 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
-    "": (calibrate, identify, new, press, slide, estimate, view, export_c, doctor, verify, bench, reproduce, figures),
+    "": (
+        calibrate,
+        identify,
+        new,
+        press,
+        slide,
+        estimate,
+        view,
+        export_c,
+        design,
+        doctor,
+        verify,
+        bench,
+        reproduce,
+        figures,
+    ),
     "log": (map_log,),
     "texture": (train, classify),
     "telepresence": (simulate, sensor, display, timing),

@@ -1,0 +1,81 @@
+"""`papilla design`: studies of designs, and where gauges should sit."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from papilla.cli.options import PROCESSES, JsonOption, argument, keep_inputs, option
+from papilla.cli.output import Stopwatch, print_json, progress, say, show_rows, tell
+from papilla.errors import InputError
+
+if TYPE_CHECKING:
+    from papilla.design.study import Study
+
+CHECK_FAILED = 1
+
+
+def design(
+    study: Path = argument(..., "Study file (TOML).", metavar="STUDY.toml"),
+    out: Path = option(Path("study"), "Folder for the results."),
+    resume: bool = option(False, "Go on with the designs that the folder holds of this study.", "--resume"),
+    explain: bool = option(False, "Say what the study will cost, measured here, and run nothing.", "--explain"),
+    scheduler: str | None = option(None, "Dask scheduler whose workers to use, such as tcp://host:8786."),
+    workers: int | None = option(None, f"Worker processes on this machine.  [default: {PROCESSES}]"),
+    as_json: JsonOption = False,
+) -> None:
+    """Run a study: which finger tells what is asked for.
+
+    Writes designs.csv, study.html and the design files of the three best. A study is a TOML file: what is free, fixed
+    and coupled, the scene, objectives, constraints, a sampler; docs/design_studies.md explains it.
+    """
+    watch = Stopwatch()
+    if workers is not None and not 1 <= workers <= 4 * (os.cpu_count() or 1):
+        raise InputError(f"--workers must be from 1 to {4 * (os.cpu_count() or 1)}, got {workers}")
+    if workers is not None and scheduler is not None:
+        raise InputError("give --workers (processes on this machine) or --scheduler, not both")
+    from papilla.design.study import read_study
+
+    read = read_study(study)
+    keep_inputs([study], [out / "designs.csv", out / "study.html"])
+    count = workers or PROCESSES
+    if explain:
+        return _explain(read, count, as_json)
+    from papilla.design.job import first_words, run_study, summary
+
+    with progress() as shown:
+        found = run_study(
+            read, out, resume=resume, workers=count, scheduler=scheduler, say=shown.line, stage=shown.stage
+        )
+    result = summary(found) | {"seconds": watch.seconds}
+    if as_json:
+        return print_json(result)
+    for line in first_words(found):
+        tell(line)
+    for one in found.confirmed:
+        tell(one.sentence)
+    heads = ["", *(one.name for one in read.free), *(one.name for one in read.objectives)]
+    rows = [
+        [f"finger_{k}.toml", *(f"{value:.4g}" for value in one["free"].values())]
+        + [f"{one['objectives'][goal.name]:.4g}" for goal in read.objectives]
+        for k, one in enumerate(result["best"], start=1)
+    ]
+    if rows:
+        show_rows(heads, rows)
+    tell(f"{result['designs']} designs in {watch.seconds:.0f} s: {found.written['page'][0]}")
+
+
+def _explain(study: "Study", workers: int, as_json: bool) -> None:
+    from papilla.design.explaining import price
+
+    with progress() as shown:
+        found = price(study, shown.line)
+    seconds = found.seconds(workers)
+    if as_json:
+        return print_json(vars(found) | {"workers": workers, "seconds": seconds})
+    at_most = "at most " if study.sampler.kind == "optimise" else ""
+    tell(f"{at_most}{found.designs} designs of {found.geometries} geometries, gauges at {found.sites} places")
+    geometry = "from the cache" if found.cached else f"{found.per_geometry:.0f} s"
+    tell(f"a geometry: {geometry}; a design: {1000 * found.per_design:.0f} ms")
+    tell(f"about {seconds:.0f} s with {workers} workers, and {study.confirm} calibrations at the end")
+    if found.cached and found.geometries > 1:
+        say("the other geometries may not be in the cache: half a minute each on an idle core")

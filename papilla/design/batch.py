@@ -1,0 +1,85 @@
+"""What a worker does: a batch of designs of one geometry, each a record of its objectives or of why it failed."""
+
+import resource
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache as once
+from time import perf_counter
+
+from papilla import __version__, cache
+from papilla.design.geometry import geometry_map, with_sites
+from papilla.design.look import Look
+from papilla.design.objectives import OBJECTIVES
+from papilla.design.places import Places
+from papilla.design.scene import Scene
+from papilla.errors import PapillaError
+from papilla.finger import Finger
+
+OK = "ok"
+
+
+@dataclass(frozen=True)
+class Record:
+    """What became of a design: objective -> value, and "ok" or why it failed."""
+
+    found: dict[str, float]
+    status: str
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Fingers of one geometry, in a scene. base : the finger whose large strain all geometries take."""
+
+    fingers: tuple[Finger, ...]
+    base: Finger
+    places: Places
+    scene: Scene
+    asked: tuple[str, ...]
+    version: str
+
+
+@dataclass(frozen=True)
+class Done:
+    """Records of a batch; the version that made them, seconds of the geometry and of the designs, and the largest
+    memory of the worker (MB) so far."""
+
+    records: tuple[Record, ...]
+    version: str
+    seconds_geometry: float
+    seconds_designs: float
+    memory_MB: float
+
+
+@once
+def version() -> str:
+    """The version of papilla and of all code that decides a record."""
+    return f"{__version__} ({cache.key(__name__)[:12]})"
+
+
+def evaluate(batch: Batch) -> Done:
+    """The records of a batch; those of another version are left to a worker that has it: none are returned."""
+    if batch.version != version():
+        return Done((), version(), 0.0, 0.0, 0.0)
+    began = perf_counter()
+    try:
+        first, base = with_sites(batch.fingers[0], batch.places), with_sites(batch.base, batch.places)
+        known = geometry_map(first, batch.places, base)
+    except PapillaError as error:
+        seconds = perf_counter() - began
+        return Done((Record({}, str(error)),) * len(batch.fingers), version(), seconds, 0.0, _memory_MB())
+    ready = perf_counter()
+    borrowed = first.strain_sha256 != base.strain_sha256
+    records = [look_at(Look(finger, known, batch.scene, borrowed), batch.asked) for finger in batch.fingers]
+    return Done(tuple(records), version(), ready - began, perf_counter() - ready, _memory_MB())
+
+
+def look_at(look: Look, asked: Sequence[str]) -> Record:
+    """The objectives of a design, or why it has none."""
+    try:
+        return Record({name: OBJECTIVES[name].of(look) for name in asked}, OK)
+    except PapillaError as error:
+        return Record({}, str(error))
+
+
+def _memory_MB() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -1,0 +1,57 @@
+"""Couplings of a study: parameters computed from others by a formula, read by simpleeval; never by `eval`."""
+
+import ast
+from collections.abc import Iterable, Mapping
+
+from simpleeval import DEFAULT_FUNCTIONS, InvalidExpression, SimpleEval
+
+from papilla.design.parameters import refuse_unknown
+from papilla.errors import InputError
+
+FUNCTIONS = {"sqrt": lambda value: value**0.5, "min": min, "max": max, "abs": abs, "round": round}
+
+
+def check(couplings: Mapping[str, str], known: Iterable[str]) -> None:
+    """Raise `InputError` for a formula that cannot be read, or one with a name that is no parameter."""
+    for name, formula in couplings.items():
+        where = f'couplings."{name}"'
+        for used in names_of(formula, where):
+            refuse_unknown(used, known, where)
+
+
+def names_of(formula: str, where: str) -> list[str]:
+    """The parameters that a formula names, such as "outer.modulus_MPa"."""
+    try:
+        tree = ast.parse(formula.strip(), mode="eval")
+    except (SyntaxError, ValueError) as error:
+        raise InputError(f"{where}: {formula!r} is no formula ({error})") from error
+    inner = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    inner |= {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    outermost = (
+        node for node in ast.walk(tree) if isinstance(node, ast.Attribute | ast.Name) and id(node) not in inner
+    )
+    return [ast.unparse(node) for node in outermost]
+
+
+def coupled(values: Mapping[str, float], couplings: Mapping[str, str]) -> dict[str, float]:
+    """The values with those of all couplings, in their order; raises `InputError` for a formula without a number."""
+    found = dict(values)
+    for name, formula in couplings.items():
+        evaluator = SimpleEval(functions={**DEFAULT_FUNCTIONS, **FUNCTIONS}, names=_nested(found))
+        try:
+            found[name] = float(evaluator.eval(formula))
+        except (InvalidExpression, ArithmeticError, TypeError, ValueError, KeyError) as error:
+            raise InputError(f'couplings."{name}" = {formula!r}: {error}') from error
+    return found
+
+
+def _nested(values: Mapping[str, float]) -> dict:
+    """Values by dotted names as tables in tables."""
+    tables: dict = {}
+    for name, value in values.items():
+        *folders, last = name.split(".")
+        table = tables
+        for folder in folders:
+            table = table.setdefault(folder, {})
+        table[last] = value
+    return tables

@@ -1,0 +1,52 @@
+"""What a study will cost, measured on its own geometry before it runs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+from papilla.design import sampling
+from papilla.design.batch import look_at
+from papilla.design.geometry import geometry_map, measure_base, with_sites
+from papilla.design.look import Look
+from papilla.design.study import Study, probes
+
+TRIED = 5
+"""Designs whose price is measured."""
+
+
+@dataclass(frozen=True)
+class Price:
+    """Designs and geometries of a study; seconds of a design and of a geometry, measured here; None where a geometry
+    came from the cache and nothing was measured."""
+
+    designs: int
+    geometries: int
+    sites: int
+    per_design: float
+    per_geometry: float
+    cached: bool
+
+    def seconds(self, workers: int) -> float:
+        """About how long the study takes: geometries that are known cost next to nothing."""
+        fresh = self.geometries - 1 if self.geometries > 1 or self.cached else 0
+        return (fresh * self.per_geometry + self.designs * self.per_design) / workers
+
+
+def price(study: Study, say: Callable[[str], None]) -> Price:
+    """Measure the middle geometry and a few designs of it; what was measured stays in the cache."""
+    places = study.places
+    designs, geometries = sampling.count(study)
+    base = with_sites(study.finger, places)
+    measure_base(base, 1, say)
+    say("reducing one geometry")
+    began = perf_counter()
+    tried = [study.finger_of(free) for _, free in zip(range(TRIED), probes(study), strict=False)]
+    first = with_sites(tried[0], places)
+    known = geometry_map(first, places, base)
+    took = perf_counter() - began
+    cached = took < 1.0
+    began = perf_counter()
+    for finger in tried:
+        look_at(Look(finger, known, study.scene), study.asked)
+    each = (perf_counter() - began) / len(tried)
+    return Price(designs, geometries, len(first.gauges), each, took, cached)

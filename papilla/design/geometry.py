@@ -1,0 +1,119 @@
+"""`GeometryMap`: all that a geometry answers for every pair of moduli and every place of a gauge.
+
+A geometry is a mesh that was moved (`papilla.mesh`) and its reductions over the ratio of moduli
+(`papilla.fem.reduction.family`), with gauges at all `Places`. Presses on blocks depend on F / E_inner, E / E_inner and
+the ratio alone; `papilla.fem.pressing.response` lays a polynomial through 2240 of them, one without friction and one
+stuck. What large strain changes is measured once, on the study's own finger; other geometries take it from there, as
+their neighbour: force over E_inner goes with the square of the size, strains are the same.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from papilla.design.places import Places
+from papilla.errors import InputError
+from papilla.fem.finite.strain_tables import SIZE, SPANNING, begin_large_strain
+from papilla.fem.pressing.large_strain import LargeStrain, keep, known
+from papilla.fem.pressing.response import Response, response
+from papilla.fem.reduction.family import RATIOS, family
+from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.finger import Finger, Gauge, Layer
+from papilla.mesh import build
+from papilla.mesh.body import narrowest_mm
+from papilla.specimen import STICK
+from papilla.workers import workers
+
+Say = Callable[[str], None]
+KEPT = 4
+"""Geometries that a process keeps: 1 MB each for a row of places, 12 MB for all places."""
+MESHED_DEG = (-40.0, -20.0, 0.0, 20.0, 40.0)
+"""Places around which the mesh is fine: those of the default finger."""
+ENDS = (0.0, STICK)
+"""Frictions of the two responses."""
+
+
+@dataclass(frozen=True, eq=False)
+class GeometryMap:
+    """The responses without friction and stuck of one geometry, with gauges at all `places`."""
+
+    finger: Finger
+    places: Places
+    ends: tuple[Response, Response]
+
+    def of(self, finger: Finger) -> tuple[Response, Response]:
+        """The responses of the gauges of a finger of this geometry; raises `InputError` for moduli out of reach."""
+        ratio = finger.outer.modulus / finger.inner.modulus
+        if not RATIOS[0] * (1 - 1e-9) <= ratio <= RATIOS[1] * (1 + 1e-9):
+            raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {RATIOS[0]:g} to {RATIOS[1]:g}")
+        weights = self.places.weights(finger.gauges, finger.shape)
+        free, stuck = (_summed(one, weights) for one in self.ends)
+        return free, stuck
+
+
+def _summed(found: Response, weights: np.ndarray) -> Response:
+    """A response with its sites (s) summed to gauges (g) by weights (s, g)."""
+    first, sites = found.coefficients[:, :1], found.coefficients[:, 1:].reshape(-1, len(QUANTITIES), len(weights))
+    felt = (sites @ weights).reshape(len(first), -1)
+    error = np.sqrt((found.error[1:].reshape(len(QUANTITIES), -1) ** 2) @ weights**2).ravel()
+    return replace(
+        found,
+        coefficients=np.hstack([first, felt]),
+        gauge_count=weights.shape[1],
+        error=np.append(found.error[0], error),
+    )
+
+
+def with_sites(finger: Finger, places: Places) -> Finger:
+    """The geometry of a finger with a gauge at every place: moduli, gains, the bench's friction are no part of it."""
+    unit = (Layer(1.0, layer.nu) for layer in (finger.outer, finger.inner))
+    outer, inner = unit
+    bench = replace(finger.bench, friction=None, touch_down=0.0)
+    gauges = places.gauges(finger.shape)
+    return replace(
+        finger, name="geometry", outer=outer, inner=inner, gauges=gauges, ridges=None, bench=bench, identified=None
+    )
+
+
+@lru_cache(maxsize=KEPT)
+def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> GeometryMap:
+    """The map of a design's geometry; from the cache the second time.
+
+    design : as `with_sites` makes it. base : the neighbour, made so too, whose large strain is known; None leaves large
+    strain out. Raises what meshing, reducing and `response` raise.
+    """
+    if base is not None:
+        measure_base(base, 1, lambda line: None)  # Nothing to do where the client shares this cache
+        borrow(design, base)
+    size = SIZE * narrowest_mm(design)
+    # Cells are small where gauges lie: those of a real finger, not all places
+    few = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
+    relatives = family(design, size_mm=size, mesh=build(replace(design, gauges=few), size_mm=size))
+    block = design.bench.specimen(1.0)
+    free, stuck = (response(relatives, block, friction=friction) for friction in ENDS)
+    return GeometryMap(design, places, (free, stuck))
+
+
+def measure_base(base: Finger, processes: int, say: Say) -> str:
+    """Measure the large strain of a base, as `with_sites` makes it, where it is not known; what to note where it has to
+    do without, else nothing."""
+    with workers(processes, say) as start:
+        return begin_large_strain(base, (False, True), start, ratios=SPANNING, progress=say)()
+
+
+def borrow(design: Finger, base: Finger) -> None:
+    """Keep the neighbour's tables of large strain as those of a design with the same places, scaled to its size."""
+    tables = known(base.strain_sha256)
+    if tables is None or known(design.strain_sha256) is not None:
+        return
+    size = narrowest_mm(design) / narrowest_mm(base)
+    keep(design.strain_sha256, [_resized(table, size) for table in tables.tables])
+
+
+def _resized(table: LargeStrain, size: float) -> LargeStrain:
+    """A table of a finger that is `size` times as large: lengths and curvatures change, strains and stresses do not."""
+    sites = (table.linear.shape[1] - 3) // len(QUANTITIES)
+    scale = np.concatenate([[size, size**2, 1.0], np.ones(sites), np.full(sites, 1 / size)])
+    return replace(table, force=table.force * size**2, linear=table.linear * scale, finite=table.finite * scale)

@@ -1,0 +1,123 @@
+"""`Look`: one design in one scene, and what objectives ask of it, computed when it is asked for."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import SimpleNamespace
+
+import numpy as np
+
+from papilla.calibrate.surface_fit import usable_part
+from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
+from papilla.design.geometry import GeometryMap
+from papilla.design.scene import Scene
+from papilla.design.touch import sigma_from_depth, sigma_from_gauges, sigma_from_sd
+from papilla.errors import InputError
+from papilla.fem.pressing.response import Response
+from papilla.finger import Finger
+from papilla.units import to_microstrain
+
+SD_ERROR, GAUGE_ERROR, DEPTH_ERROR = 0.003, 0.004, 0.005
+"""Relative one sigma of a calibration that is still to be made, friction apart: mesh scatter, fit and large strain of
+the default finger's are 0.2 to 0.33 % of S_d and 0.3 to 0.4 % of a gauge, 0.2 to 0.98 N."""
+NEIGHBOUR = 0.005
+"""Relative one sigma of S_d and of gauges where large strain is that of a neighbour."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A design in a scene. geometry : the map of its geometry; borrowed : whether its large strain is a neighbour's."""
+
+    finger: Finger
+    geometry: GeometryMap
+    scene: Scene
+    borrowed: bool = False
+
+    @cached_property
+    def ends(self) -> tuple[Response, Response]:
+        """The responses of its gauges without friction and stuck; raises `InputError` where they do not cover the
+        scene."""
+        found, (outer, inner) = self.geometry.of(self.finger), self._moduli
+        force, modulus = self.scene.grid
+        for one in found:
+            inside = one.inside(force, modulus, outer, inner)
+            if not inside.all():
+                k = int(inside.argmin())
+                at = f"{force[k]:.3g} N on {modulus[k]:.3g} MPa"
+                raise InputError(f"a press leaves what the model covers (contact patch or table): {at}")
+        return found
+
+    @cached_property
+    def readings(self) -> np.ndarray:
+        """(2, n, g) readings in microstrain of the presses of the scene's grid, without friction and stuck."""
+        weights = np.array([[g.membrane_gain for g in self.finger.gauges], [g.lever_mm for g in self.finger.gauges]])
+        return np.array([to_microstrain((one.values * weights).sum(axis=1)) for one in self._felt])
+
+    @cached_property
+    def depths(self) -> np.ndarray:
+        """(2, n) indentations in mm of the same presses."""
+        return np.array([one.indentation for one in self._felt])
+
+    @cached_property
+    def sd(self) -> np.ndarray:
+        """(2, n) S_d in microstrain of the same presses."""
+        return self.readings.std(axis=2)
+
+    @cached_property
+    def sigma_sd(self) -> np.ndarray:
+        """(f, m) expected sigma of ln E from S_d and force over the scene."""
+        return sigma_from_sd(self.surfaces, self.scene)
+
+    @cached_property
+    def sigma_gauges(self) -> np.ndarray:
+        """(f, m) the same from all gauges and force."""
+        return sigma_from_gauges(self.surfaces, self.scene)
+
+    @cached_property
+    def sigma_depth(self) -> np.ndarray:
+        """(f, m) the same from force and depth."""
+        values = 1000 * self.depths
+        return sigma_from_depth(SimpleNamespace(gauges=[self._channel("depth", values, DEPTH_ERROR)]), self.scene)
+
+    @cached_property
+    def surfaces(self) -> SimpleNamespace:
+        """What estimators read of a calibration: `gauges`, and `surface` of S_d where gauges differ."""
+        gauges = [
+            self._channel(gauge.name, self.readings[:, :, k], GAUGE_ERROR) for k, gauge in enumerate(self.finger.gauges)
+        ]
+        if len(gauges) < 2 or not (self.sd > 0).all():
+            raise InputError("S_d needs at least two gauges whose readings differ")
+        value, change = self._ends(np.log(self.sd))
+        fitted = self.scene.solver.surface(value)
+        doubt = self._uncertainty(SD_ERROR, change)
+        return SimpleNamespace(gauges=gauges, surface=SdSurface(fitted.surface, *usable_part(fitted.surface), doubt))
+
+    @property
+    def _moduli(self) -> tuple[float, float]:
+        return self.finger.outer.modulus, self.finger.inner.modulus
+
+    @cached_property
+    def _felt(self) -> list:
+        force, modulus = self.scene.grid
+        return [one.felt(force, modulus, *self._moduli) for one in self.ends]
+
+    def _channel(self, name: str, values: np.ndarray, error: float) -> GaugeSurface:
+        """The surface over force of a channel's values (2, n) without friction and stuck."""
+        value, change = self._ends(values / self.scene.grid[0])
+        size = float(np.sqrt(np.mean(value**2)))
+        fitted = self.scene.solver.surface(value)
+        return GaugeSurface(name, fitted.surface, self._uncertainty(error * size, change, size))
+
+    def _ends(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Of values (2, n) those (n,) that a calibration takes, and what they change without friction if it is not
+        known."""
+        free, stuck = values
+        if self.scene.unknown.friction == "unknown":
+            return stuck, free - stuck
+        return (stuck if self.scene.unknown.friction == "stick" else free), None
+
+    def _uncertainty(self, error: float, change: np.ndarray | None, unit: float = 1.0) -> Uncertainty:
+        """That of a surface with a constant error; the change without friction is fitted as the value is."""
+        error = math.hypot(error, NEIGHBOUR * unit) if self.borrowed else error
+        none = Uncertainty(0.0, 0.0, 0.0, np.array(self.scene.force_N), np.zeros(2), 0.0, 0, strain=error)
+        return none if change is None else replace(none, friction=self.scene.solver.surface(change).surface)

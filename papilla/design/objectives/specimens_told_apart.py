@@ -1,0 +1,14 @@
+"""How many specimens of the scene's range can be told apart."""
+
+import numpy as np
+
+from papilla.calibration import NORMAL_FACTOR
+from papilla.design.look import Look
+from papilla.design.objectives.registry import objective
+
+
+@objective("specimens_told_apart", "more", "1", "specimens whose 95 % intervals (all gauges) do not overlap", gauges=2)
+def specimens_told_apart(look: Look) -> float:
+    """One, and the range of ln E over the mean width of an interval; sigma as rms over the forces of the scene."""
+    sigma = np.sqrt(np.mean(look.sigma_gauges**2, axis=0))
+    return 1.0 + float(np.trapezoid(1 / (2 * NORMAL_FACTOR * sigma), np.log(look.scene.points[1])))

@@ -1,0 +1,57 @@
+"""Sigma of ln E of what is built, not of what is drawn: the worst over tolerances."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from papilla.design.geometry import geometry_map
+from papilla.design.look import Look
+from papilla.design.objectives.registry import objective
+from papilla.design.parameters import made
+from papilla.design.places import moved
+from papilla.design.scene import rms_or_worst
+from papilla.finger import Finger
+
+
+@objective("worst_over_tolerances", "less", "1", "sigma_gauges, the worst over the scene's tolerances", gauges=2)
+def worst_over_tolerances(look: Look) -> float:
+    """Of the design and of its neighbours with one tolerance each at its end.
+
+    Gauges are shifted and turned with alternating signs, since a common shift is like a touch elsewhere.
+    """
+    found = [rms_or_worst(look.scene, one.sigma_gauges) for one in (look, *_neighbours(look))]
+    return max(found)
+
+
+def _neighbours(look: Look) -> Iterator[Look]:
+    limits, finger = look.scene.tolerances, look.finger
+    signs = np.where(np.arange(len(finger.gauges)) % 2, -1.0, 1.0)
+    for side in (1.0, -1.0):
+        for along, turn in ((limits.gauge_mm, 0.0), (0.0, limits.gauge_deg)):
+            if along or (turn and look.geometry.places.turned):
+                gauges = [
+                    moved(gauge, finger.shape, side * sign * along, side * sign * turn)
+                    for gauge, sign in zip(finger.gauges, signs, strict=True)
+                ]
+                yield replace(look, finger=replace(finger, gauges=tuple(gauges)))
+        factor = (1 + limits.moduli) ** side
+        if limits.moduli:
+            for layer in ("outer", "inner"):
+                yield replace(look, finger=_softer(finger, layer, factor))
+    if limits.thickness_mm:
+        yield from _thicker(look, limits.thickness_mm)
+
+
+def _softer(finger: Finger, layer: str, factor: float) -> Finger:
+    own = getattr(finger, layer)
+    return replace(finger, **{layer: replace(own, modulus=factor * own.modulus)})
+
+
+def _thicker(look: Look, change: float) -> Iterator[Look]:
+    """Looks at neighbours whose skin is thicker and thinner: other geometries."""
+    for side in (change, -change):
+        thickness = float(look.finger.shape.outer[-1]) - float(look.finger.shape.interface[-1]) + side
+        skin = {"shape.skin_mm": thickness}
+        other = geometry_map(made(look.geometry.finger, skin), look.geometry.places, look.geometry.finger)
+        yield replace(look, finger=made(look.finger, skin), geometry=other, borrowed=True)

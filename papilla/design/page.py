@@ -1,0 +1,88 @@
+"""study.html: what a study found, in one self-contained page."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from os import PathLike
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from papilla import fem, view
+from papilla.design.figures import front_figure, sigma_figure
+from papilla.design.look import Look
+from papilla.design.results import Effect
+from papilla.errors import InputError, PapillaError
+from papilla.files import write_text
+from papilla.finger import Finger
+from papilla.view.page import data_uri, environment, number
+
+if TYPE_CHECKING:
+    from papilla.design.job import Outcome
+
+MAP = (7, 9)
+"""Forces and moduli of a map of sigma."""
+MOST_ROWS = 12
+"""Designs of the front in the page's table; the CSV has all."""
+
+
+def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], None] = lambda line: None) -> None:
+    """Write the page of a study; raises `FileAccessError`."""
+    from papilla.design.job import first_words, look_at
+
+    study, results = outcome.study, outcome.results
+    say("pictures of the page")
+    designs = [(f"finger_{k}.toml", results.finger(row)) for k, row in enumerate(results.chosen, start=1)]
+    shown = [*designs[:1], (study.finger.name, study.finger)]
+    figures = {"front": front_figure(results, outcome.base)}
+    if study.finger.gauges[1:]:
+        dense = replace(study.scene, forces=MAP[0], moduli=MAP[1])
+        looks = [Look(one.finger, one.geometry, dense, one.borrowed) for one in (look_at(study, f) for _, f in shown)]
+        try:
+            sigmas = [look.sigma_gauges for look in looks]
+            figures["sigma"] = sigma_figure(*dense.points, sigmas, [name for name, _ in shown])
+        except InputError:
+            pass  # The study's own finger may not cover its scene
+    rows = np.flatnonzero(results.front)
+    rows = rows[np.argsort(results.costs[rows, 0], kind="stable")]
+    text = (
+        environment("papilla.design")
+        .get_template("study.html")
+        .render(
+            outcome=outcome,
+            study=study,
+            results=results,
+            tally=outcome.tally,
+            said=first_words(outcome),
+            designs=designs,
+            chosen=[(row, int(results.numbers[row])) for row in results.chosen],
+            front=rows[:MOST_ROWS].tolist(),
+            on_front=len(rows),
+            effects=[words for one in results.effects if (words := in_words(one))],
+            figures={name: data_uri(view.svg(figure), "svg+xml") for name, figure in figures.items()},
+            strains=[(name, picture) for name, finger in shown if (picture := _strain(finger, outcome, say))],
+        )
+    )
+    write_text(path, text)
+
+
+def in_words(one: Effect) -> str:
+    """An effect as a sentence; nothing where its interval leaves open which way it goes."""
+    if not one.sure:
+        return ""
+    low, high = (number(value) for value in one.interval)
+    what = f"{one.parameter} from {number(one.low)} to {number(one.high)}"
+    if one.factor:
+        return f"{what} multiplies {one.objective} by {number(one.change)} ({low} to {high})"
+    return f"{what} changes {one.objective} by {number(one.change)} ({low} to {high})"
+
+
+def _strain(finger: Finger, outcome: "Outcome", say: Callable[[str], None]) -> str | None:
+    """The picture of the strain field by the largest force of the scene on its hardest specimen."""
+    scene = outcome.study.scene
+    specimen = finger.bench.specimen(scene.modulus_MPa[1])
+    try:
+        reduced = fem.prepare(finger, progress=say)
+        press = view.shown(reduced, specimen, force=scene.force_N[1], friction=0.0)
+        return data_uri(view.strain_picture(finger, reduced, press, specimen, progress=say), "png")
+    except PapillaError:
+        return None

@@ -1,0 +1,145 @@
+"""Places of gauges on the interface: a grid of sites that are reduced together, and any gauge as a sum of them.
+
+What gauges at the sites feel of a press at the apex is known after one solve. Between sites it is a cubic spline over
+the angle and over y. In-plane strain and curvature are tensors: those along 0, 45 and 90 degrees tell every direction.
+A dome and a slab have two mirror planes, so a quarter of the interface is enough: what is felt along 0 and 90 degrees
+is even in both coordinates, the shear (v_45 - (v_0 + v_90) / 2) odd in both.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from papilla.errors import InputError
+from papilla.finger import Dome, Finger, Gauge, Shape, Slab
+
+ANGLE_STEP_DEG, FARTHEST_DEG = 4.0, 64.0
+"""1.5 mm on the interface of the default finger, whose strain has its extremes 4 mm apart; and the farthest angle."""
+SHARE_STEP, FARTHEST_SHARE = 0.075, 0.6
+"""The same for y over the half length of the interface."""
+DIRECTIONS_DEG = (0.0, 45.0, 90.0)
+FOIL = ("length_mm", "width_mm", "backing_mm")
+
+
+@dataclass(frozen=True)
+class Places:
+    """Sites at angles (degrees, from 0) and y over the half length (from 0), along x alone or in three directions; the
+    foil of all gauges as in `Gauge`.
+
+    own : (angle, share, direction) of the gauges themselves, where a study leaves them where they are: no grid then.
+    """
+
+    angles: tuple[float, ...]
+    shares: tuple[float, ...]
+    turned: bool
+    foil: tuple
+    own: tuple[tuple[float, float, float], ...] = ()
+
+    @classmethod
+    def whole(cls, foil: tuple) -> "Places":
+        """All places where a gauge may be put."""
+        return cls(_nodes(FARTHEST_DEG, ANGLE_STEP_DEG), _nodes(FARTHEST_SHARE, SHARE_STEP), True, foil)
+
+    @classmethod
+    def row(cls, foil: tuple) -> "Places":
+        """The places of gauges at y = 0 along x."""
+        return cls(_nodes(FARTHEST_DEG, ANGLE_STEP_DEG), (0.0,), False, foil)
+
+    @classmethod
+    def of(cls, finger: Finger) -> "Places":
+        """The gauges of a finger, where they are."""
+        shape = finger.shape
+        own = ((angle_of(g, shape), g.y_mm / half_length(shape), g.direction_deg) for g in finger.gauges)
+        return cls((), (), True, foil_of(finger.gauges), tuple(own))
+
+    @property
+    def directions(self) -> tuple[float, ...]:
+        """Directions of the gauges at a site, degrees."""
+        return DIRECTIONS_DEG if self.turned else DIRECTIONS_DEG[:1]
+
+    def gauges(self, shape: Shape) -> tuple[Gauge, ...]:
+        """A gauge for each site and direction: angle by angle, then y, then direction."""
+        sizes = dict(zip(FOIL, self.foil, strict=True))
+        sites = self.own or [(a, s, d) for a in self.angles for s in self.shares for d in self.directions]
+        return tuple(
+            Gauge(f"s{k}", angle_deg=a, y_mm=s * half_length(shape), direction_deg=d, **sizes)
+            for k, (a, s, d) in enumerate(sites)
+        )
+
+    def weights(self, gauges: Sequence[Gauge], shape: Shape) -> np.ndarray:
+        """(sites, g) by which what the sites feel is summed to what these gauges feel; raises `InputError` for a gauge
+        beyond the farthest site."""
+        if self.own:
+            return np.eye(len(self.own))
+        found = np.zeros((len(self.angles), len(self.shares), len(self.directions), len(gauges)))
+        for k, gauge in enumerate(gauges):
+            angle, share = angle_of(gauge, shape), gauge.y_mm / half_length(shape)
+            if abs(angle) > self.angles[-1] or abs(share) > self.shares[-1] + 1e-9:
+                limits = f"{self.angles[-1]:g} degrees and {self.shares[-1] * half_length(shape):.3g} mm of y"
+                raise InputError(f"gauge {gauge.name} lies outside the places that a study covers, {limits}")
+            turn = math.radians(gauge.direction_deg)
+            c, s = math.cos(turn), math.sin(turn)
+            if not self.turned and abs(s) > 1e-12:
+                raise InputError(f"gauge {gauge.name} is turned, but its study covers gauges along x alone")
+            (even, odd), (wide, across) = (
+                _cardinal(nodes, at) for nodes, at in ((self.angles, angle), (self.shares, share))
+            )
+            whole, shear = np.outer(even, wide), 2 * s * c * np.outer(odd, across)
+            found[:, :, 0, k] = c * c * whole - (shear / 2 if self.turned else 0.0)
+            if self.turned:
+                found[:, :, 1, k], found[:, :, 2, k] = shear, s * s * whole - shear / 2
+        return found.reshape(-1, len(gauges))
+
+
+def half_length(shape: Shape) -> float:
+    """Half the length (mm) of the interface along y."""
+    assert isinstance(shape, Dome | Slab)
+    return shape.depth / 2 if isinstance(shape, Slab) else shape.interface[1]
+
+
+def angle_of(gauge: Gauge, shape: Shape) -> float:
+    """A gauge's ellipse parameter (degrees), also where its x is given."""
+    if gauge.angle_deg is not None:
+        return gauge.angle_deg
+    assert isinstance(shape, Dome | Slab) and gauge.x_mm is not None
+    width = shape.interface[0] * (
+        math.sqrt(1 - (gauge.y_mm / half_length(shape)) ** 2) if isinstance(shape, Dome) else 1.0
+    )
+    return math.degrees(math.asin(gauge.x_mm / width))
+
+
+def foil_of(gauges: Iterable[Gauge]) -> tuple:
+    """Grid length, width and backing, which all gauges share; raises `InputError` where they differ or were moved."""
+    foils = {tuple(getattr(gauge, name) for name in FOIL) for gauge in gauges}
+    if len(foils) != 1:
+        raise InputError("the gauges of a study's finger must have one length_mm, width_mm and backing_mm")
+    if any(any(gauge.moved_mm) for gauge in gauges):
+        raise InputError("the gauges of a study's finger must not be moved (moved_mm)")
+    return foils.pop()
+
+
+def moved(gauge: Gauge, shape: Shape, along_mm: float, turn_deg: float = 0.0) -> Gauge:
+    """A gauge further along the interface and turned; the length of a degree is that of the ellipse there."""
+    assert isinstance(shape, Dome | Slab)
+    angle = math.radians(angle_of(gauge, shape))
+    a, c = shape.interface[0], shape.interface[-1]
+    degree = math.radians(1.0) * math.hypot(a * math.cos(angle), c * math.sin(angle))
+    angle_deg = math.degrees(angle) + along_mm / degree
+    return replace(gauge, angle_deg=angle_deg, x_mm=None, direction_deg=gauge.direction_deg + turn_deg)
+
+
+def _nodes(most: float, step: float) -> tuple[float, ...]:
+    return tuple((step * np.arange(round(most / step) + 1)).tolist())
+
+
+def _cardinal(nodes: tuple[float, ...], at: float) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (k,) of values at nodes from 0 on, for even and for odd functions."""
+    if len(nodes) == 1:
+        return np.ones(1), np.ones(1)
+    both = np.concatenate([-np.array(nodes[:0:-1]), nodes])
+    weights = CubicSpline(both, np.eye(len(both)))(at)
+    right, left = weights[len(nodes) - 1 :], np.append(0.0, weights[: len(nodes) - 1][::-1])
+    return right + left, right - left

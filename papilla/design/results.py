@@ -1,0 +1,183 @@
+"""What a study found: the table, the Pareto front, main effects with intervals, and the designs that are chosen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy.special import stdtrit
+
+from papilla.calibration import LEVEL
+from papilla.design.batch import OK
+from papilla.design.store import Store
+from papilla.design.study import Study
+from papilla.errors import InputError
+from papilla.files import replacing
+from papilla.finger import Finger
+from papilla.tables import table_writer
+
+CHOSEN = 3
+"""Designs of which a file is written: the best in the first objective."""
+SAME = 0.05
+"""Share of each range by which two chosen designs differ in one parameter at least."""
+BLOCK = 2000
+"""Rows that are written at once."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a parameter does to an objective from the low to the high end of its range, the others being what they are:
+    a factor, or a difference where the objective is not above 0 everywhere; with a 95 % interval."""
+
+    parameter: str
+    objective: str
+    low: float
+    high: float
+    change: float
+    interval: tuple[float, float]
+    factor: bool
+
+    @property
+    def sure(self) -> bool:
+        """Whether the interval leaves out "no effect"."""
+        nothing = 1.0 if self.factor else 0.0
+        return not self.interval[0] <= nothing <= self.interval[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """Designs of a study; n of them went well. numbers (n,); free (n, p); found (n, a) by `study.asked`; feasible (n,);
+    failures : number -> why."""
+
+    study: Study
+    numbers: np.ndarray
+    free: np.ndarray
+    found: np.ndarray
+    feasible: np.ndarray
+    failures: dict[int, str]
+
+    @classmethod
+    def of(cls, study: Study, store: Store) -> "Results":
+        """Those in a store; raises `InputError` where no design went well."""
+        failures: dict[int, str] = {}
+        rows = []
+        for number, free, record in store.rows(study.sha256):
+            if record.status != OK:
+                failures[number] = record.status
+                continue
+            asked = [record.found[name] for name in study.asked]
+            rows.append((number, [free[one.name] for one in study.free], asked, study.feasible(record.found)))
+        if not rows:
+            first = next(iter(failures.values()), "nothing was run")
+            raise InputError(f"none of the {len(failures)} designs of the study has an answer; the first says: {first}")
+        numbers, values, found, feasible = (np.array(column) for column in zip(*rows, strict=True))
+        return cls(study, numbers, values, found, feasible, failures)
+
+    def values(self, objective: str) -> np.ndarray:
+        """(n,) values of an objective."""
+        return self.found[:, self.study.asked.index(objective)]
+
+    @cached_property
+    def costs(self) -> np.ndarray:
+        """(n, o) values of the study's objectives, with the sign that makes less better."""
+        return np.column_stack([one.sign * self.values(one.name) for one in self.study.objectives])
+
+    @cached_property
+    def front(self) -> np.ndarray:
+        """(n,) whether a design keeps all limits and none that does is better in one objective and as good in all."""
+        found = np.zeros(len(self.numbers), bool)
+        rows = np.flatnonzero(self.feasible)
+        kept = np.zeros((0, self.costs.shape[1]))
+        for row in rows[np.lexsort(self.costs[rows].T[::-1])]:
+            cost = self.costs[row]
+            if not ((kept <= cost).all(axis=1) & (kept < cost).any(axis=1)).any():
+                found[row] = True
+                kept = np.vstack([kept, cost])
+        return found
+
+    @cached_property
+    def chosen(self) -> list[int]:
+        """Rows of the best designs in the first objective among those that keep all limits, each unlike the others."""
+        rows = np.flatnonzero(self.feasible)
+        shares = np.array([[one.share(v) for one, v in zip(self.study.free, row, strict=True)] for row in self.free])
+        found: list[int] = []
+        for row in rows[np.argsort(self.costs[rows, 0], kind="stable")].tolist():
+            if all(np.abs(shares[row] - shares[other]).max() > SAME for other in found):
+                found.append(row)
+            if len(found) == CHOSEN:
+                break
+        return found
+
+    def finger(self, row: int) -> Finger:
+        """The finger of a row."""
+        return self.study.finger_of(
+            dict(zip((one.name for one in self.study.free), self.free[row].tolist(), strict=True))
+        )
+
+    @cached_property
+    def effects(self) -> list[Effect]:
+        """Main effects of all parameters on all objectives, by least squares over all designs; none of too few."""
+        free = [one for one in self.study.free if len(set(self.free[:, self.study.free.index(one)])) > 1]
+        shares = np.array([[one.share(row[self.study.free.index(one)]) for one in free] for row in self.free])
+        freedom = len(shares) - len(free) - 1
+        if freedom < 3 or not free:
+            return []
+        terms = np.column_stack([np.ones(len(shares)), shares])
+        inverse = np.linalg.pinv(terms.T @ terms)
+        half = float(stdtrit(freedom, 0.5 + LEVEL / 2))
+        found = []
+        for goal in self.study.objectives:
+            values = self.values(goal.name)
+            factor = bool((values > 0).all())
+            y = np.log(values) if factor else values
+            slopes = inverse @ terms.T @ y
+            noise = float(np.sum((y - terms @ slopes) ** 2)) / freedom
+            for k, one in enumerate(free, start=1):
+                wide = half * float(np.sqrt(noise * inverse[k, k]))
+                ends = [float(slopes[k] + side * wide) for side in (0, -1, 1)]
+                change, low, high = np.exp(ends).tolist() if factor else ends
+                found.append(Effect(one.name, goal.name, one.low, one.high, change, (low, high), factor))
+        return found
+
+
+def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -> list[Path]:
+    """Write the table of all designs, those that failed too, as CSV, and as Parquet where pyarrow is installed.
+
+    front : numbers of the designs on it. Rows pass through in blocks. The files that were written.
+    """
+    names = ["design", *(one.name for one in study.free), *study.asked, "feasible", "front", "status"]
+    on_front = set(front)
+
+    def blocks():
+        block: list[list] = []
+        for number, free, record in store.rows(study.sha256):
+            well = record.status == OK
+            found = [record.found.get(name, float("nan")) for name in study.asked]
+            values = [free[one.name] for one in study.free]
+            feasible = int(well and study.feasible(record.found))
+            block.append([number, *values, *found, feasible, int(number in on_front), record.status])
+            if len(block) == BLOCK:
+                yield list(map(list, zip(*block, strict=True)))
+                block = []
+        if block:
+            yield list(map(list, zip(*block, strict=True)))
+
+    with table_writer(path, names) as write:
+        for columns in blocks():
+            write(columns)
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        return [path]
+    other = path.with_suffix(".parquet")
+    with replacing(other) as temporary:
+        writer = None
+        for columns in blocks():
+            table = pyarrow.table(dict(zip(names, columns, strict=True)))
+            writer = writer or pyarrow.parquet.ParquetWriter(temporary, table.schema)
+            writer.write_table(table)
+        if writer is not None:
+            writer.close()
+    return [path, other]

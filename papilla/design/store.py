@@ -1,0 +1,96 @@
+"""The store of a study: one SQLite file, written by the client alone; what is in it is never computed again.
+
+A record is found by the hash of its design, its scene, its objectives and the code that computes them, so studies on
+one store share records. Write-ahead logging lets several clients use one store; each batch is one transaction.
+"""
+
+import json
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from papilla.design.batch import Record
+from papilla.errors import FileAccessError
+from papilla.files import check_writable
+
+PATIENCE_S = 60.0
+"""How long a transaction waits for that of another client."""
+TABLES = """
+CREATE TABLE IF NOT EXISTS records (key TEXT PRIMARY KEY, found TEXT NOT NULL, status TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS designs (study TEXT, number INTEGER, free TEXT NOT NULL, key TEXT NOT NULL,
+    PRIMARY KEY (study, number)) WITHOUT ROWID;
+"""
+
+
+class Store:
+    """Records by key, and the designs of each study in their order. Raises `FileAccessError` where it cannot be read or
+    written; what was written before is safe."""
+
+    def __init__(self, path: Path):
+        self.path, self.writes = path, 0
+        check_writable(path.parent)
+        with self._faults():
+            self._connection = sqlite3.connect(path, timeout=PATIENCE_S, isolation_level=None)
+            self._connection.execute("PRAGMA journal_mode=WAL")
+            self._connection.execute("PRAGMA synchronous=NORMAL")
+            self._connection.executescript(TABLES)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    def holds(self, study: str) -> int:
+        """How many designs of a study it has."""
+        with self._faults():
+            return int(self._connection.execute("SELECT count(*) FROM designs WHERE study = ?", (study,)).fetchone()[0])
+
+    def known(self, keys: Sequence[str]) -> dict[str, Record]:
+        """Those records of some keys that it has."""
+        marks = ",".join("?" * len(keys))
+        with self._faults():
+            rows = self._connection.execute(
+                f"SELECT key, found, status FROM records WHERE key IN ({marks})", list(keys)
+            )
+            return {key: Record(json.loads(found), status) for key, found, status in rows}
+
+    def add(self, study: str, rows: Sequence[tuple[int, dict[str, float], str, Record]]) -> None:
+        """Add designs (number, values of free parameters, key, record) of a study in one transaction."""
+        with self._faults(), self._transaction():
+            self._connection.executemany(
+                "INSERT OR IGNORE INTO records VALUES (?, ?, ?)",
+                [(key, json.dumps(record.found), record.status) for _, _, key, record in rows],
+            )
+            self._connection.executemany(
+                "INSERT OR REPLACE INTO designs VALUES (?, ?, ?, ?)",
+                [(study, number, json.dumps(free), key) for number, free, key, _ in rows],
+            )
+        self.writes += 1
+
+    def rows(self, study: str) -> Iterator[tuple[int, dict[str, float], Record]]:
+        """The designs of a study in their order: number, values of free parameters, record."""
+        query = """SELECT number, free, found, status FROM designs JOIN records USING (key)
+            WHERE study = ? ORDER BY number"""
+        with self._faults():
+            for number, free, found, status in self._connection.execute(query, (study,)):
+                yield number, json.loads(free), Record(json.loads(found), status)
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._connection.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._connection.execute("COMMIT")
+        except BaseException:
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            raise
+
+    @contextmanager
+    def _faults(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise FileAccessError(
+                f"cannot use the store {self.path}: {error}; what was stored before is kept, --resume goes on from it"
+            ) from error

@@ -1,0 +1,320 @@
+"""The study file: what is varied, what is asked, how it is sampled; every fault is one line before anything runs."""
+
+import hashlib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from papilla.design import couplings as formulas
+from papilla.design.objectives import OBJECTIVES, Objective
+from papilla.design.parameters import made, of_geometry, parameters_of, refuse_unknown
+from papilla.design.places import Places, foil_of
+from papilla.design.scene import Scene, Tolerances, Unknowns
+from papilla.errors import FileFormatError, InputError
+from papilla.estimators.softness.doubts import Doubts
+from papilla.file_models import first_of, in_words
+from papilla.files import read_toml
+from papilla.finger import SHIPPED_FINGERS, Finger
+
+LEVELS = 5
+"""Values of a range in a grid, unless its table says `levels`."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter that is varied: between two values, evenly or in the logarithm, or among some (`values`)."""
+
+    name: str
+    low: float
+    high: float
+    log: bool
+    levels: int
+    values: tuple[float, ...] = ()
+
+    def at(self, share: float) -> float:
+        """Its value at a share from 0 to 1 of the range."""
+        if self.values:
+            return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+        return self.low * (self.high / self.low) ** share if self.log else self.low + share * (self.high - self.low)
+
+    def share(self, value: float) -> float:
+        """The share of the range of a value."""
+        low, high, at = (math.log(one) if self.log else one for one in (self.low, self.high, value))
+        return (at - low) / (high - low) if high > low else 0.0
+
+    @property
+    def grid(self) -> list[float]:
+        """Its values in a grid."""
+        return [*self.values] or [self.at(k / (self.levels - 1)) for k in range(self.levels)]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A constraint: an objective between `least` and `most`."""
+
+    objective: str
+    least: float = -math.inf
+    most: float = math.inf
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """How designs are drawn. kind : "grid", "sobol" (scipy.stats.qmc) or "optimise" (scipy's differential evolution).
+
+    designs : of a Sobol sample, or the most that an optimiser looks at. geometries : of a Sobol sample, where shapes
+    are free. seed : of either.
+    """
+
+    kind: Literal["grid", "sobol", "optimise"] = "sobol"
+    designs: int = 256
+    geometries: int = 8
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as its file has it. values : of the finger, by parameter; those free have a range instead."""
+
+    name: str
+    finger: Finger
+    free: tuple[Free, ...]
+    fixed: Mapping[str, float]
+    couplings: Mapping[str, str]
+    scene: Scene
+    objectives: tuple[Objective, ...]
+    limits: tuple[Limit, ...]
+    sampler: Sampler
+    confirm: int
+    store: Path | None
+    sha256: str
+
+    @property
+    def outer(self) -> list[Free]:
+        """Free parameters that make another geometry, by themselves or by a coupling."""
+        names = {one.name for one in self.free if of_geometry(one.name)}
+        for name, formula in self.couplings.items():
+            if of_geometry(name):
+                names |= set(formulas.names_of(formula, name))
+        return [one for one in self.free if one.name in names]
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """Names of all objectives that are computed, those of constraints too; sorted."""
+        return tuple(sorted({one.name for one in self.objectives} | {one.objective for one in self.limits}))
+
+    def values(self, free: Mapping[str, float]) -> dict[str, float]:
+        """All values that a design sets, those fixed and coupled too; raises `InputError`."""
+        return formulas.coupled({**self.fixed, **free}, self.couplings)
+
+    def finger_of(self, free: Mapping[str, float]) -> Finger:
+        """The finger of some values of the free parameters; raises `InputError`."""
+        return made(self.finger, self.values(free))
+
+    @property
+    def places(self) -> Places:
+        """The places of gauges that the study needs: its own ones, a row, or the whole interface."""
+        names = [*(one.name for one in self.free), *self.couplings]
+        places = (".angle_deg", ".y_mm", ".direction_deg", "gauges.count", "gauges.spread_deg")
+        if "worst_over_tolerances" not in self.asked and not any(name.endswith(places) for name in names):
+            return Places.of(self.finger_of({one.name: one.at(0.5) for one in self.free}))
+        foil, names = foil_of(self.finger.gauges), [*names, *self.fixed]
+        beside = any(gauge.y_mm or gauge.direction_deg for gauge in self.finger.gauges)
+        varied = any(name.endswith((".y_mm", ".direction_deg")) and name.startswith("gauges") for name in names)
+        return Places.whole(foil) if beside or varied else Places.row(foil)
+
+    def feasible(self, found: Mapping[str, float]) -> bool:
+        """Whether values of objectives keep all limits."""
+        return all(one.least <= found[one.objective] <= one.most for one in self.limits)
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class _Range(_Model):
+    low: float | None = None
+    high: float | None = None
+    log: bool | None = None
+    levels: int = Field(LEVELS, ge=2)
+    values: list[float] | None = Field(None, min_length=1)
+
+
+class _Limit(_Model):
+    least: float = -1e300
+    most: float = 1e300
+
+
+class _File(_Model):
+    name: str = Field(min_length=1)
+    finger: str = "default"
+    objectives: list[str] = Field(min_length=1)
+    free: dict[str, list[float] | _Range] = Field(min_length=1)
+    fixed: dict[str, float] = {}
+    couplings: dict[str, str] = {}
+    constraints: dict[str, _Limit] = {}
+    scene: dict[str, Any] = {}
+    doubts: dict[str, Any] = {}
+    tolerances: dict[str, Any] = {}
+    sampler: dict[str, Any] = {}
+    confirm: int = Field(0, ge=0, le=10)
+    store: str | None = None
+
+
+def read_study(path: Path) -> Study:
+    """The study of a file; raises `FileAccessError`, or `FileFormatError` in one line that names file and key."""
+    content = read_toml(path, "study file")
+    try:
+        for key in content:
+            refuse_unknown(key, _File.model_fields, "study")
+        file = _File.model_validate(content)
+        return _study(file, path)
+    except ValidationError as error:
+        raise FileFormatError(f"{path}: {in_words(first_of(error), ('list[float]', '_Range'))}") from error
+    except InputError as error:
+        raise FileFormatError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+
+
+def _study(file: _File, path: Path) -> Study:
+    finger = Finger.load(file.finger if file.finger in SHIPPED_FINGERS else path.parent / file.finger)
+    names = [*file.free, *file.fixed, *file.couplings]
+    known = parameters_of(finger, names)
+    for table in ("free", "fixed", "couplings"):
+        for name in getattr(file, table):
+            refuse_unknown(name, known, table)
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise InputError(f"{twice!r} stands in two of free, fixed and couplings")
+    values = _values_of(finger)
+    formulas.check(file.couplings, [*values, *names])
+    for name in (*file.objectives, *file.constraints):
+        refuse_unknown(name, OBJECTIVES, "objectives" if name in file.objectives else "constraints")
+    free = tuple(_free(name, given) for name, given in file.free.items())
+    needed = {name for formula in file.couplings.values() for name in formulas.names_of(formula, "couplings")}
+    fixed = {name: values[name] for name in needed if name not in names} | file.fixed
+    text = repr((file.model_dump(), finger.sha256))
+    study = Study(
+        file.name,
+        finger,
+        free,
+        fixed,
+        file.couplings,
+        _scene(file, finger),
+        tuple(OBJECTIVES[name] for name in file.objectives),
+        tuple(Limit(name, one.least, one.most) for name, one in file.constraints.items()),
+        _made(Sampler, file.sampler, "sampler"),
+        file.confirm,
+        path.parent / file.store if file.store else None,
+        hashlib.sha256(text.encode()).hexdigest(),
+    )
+    _check(study)
+    return study
+
+
+def _values_of(finger: Finger) -> dict[str, float]:
+    """What couplings may name of a finger that a study does not set."""
+    found = {f"{name}.modulus_MPa": getattr(finger, name).modulus for name in ("outer", "inner")}
+    found |= {f"{name}.nu": getattr(finger, name).nu for name in ("outer", "inner")}
+    for surface in ("outer", "interface", "bone"):
+        axes = getattr(finger.shape, surface)
+        found |= {
+            f"shape.{surface}.{a}_mm": value for a, value in zip("xyz" if len(axes) == 3 else "xz", axes, strict=True)
+        }
+    return found
+
+
+def _scene(file: _File, finger: Finger) -> Scene:
+    doubts = dict(file.doubts)
+    friction = doubts.pop("friction", "unknown" if finger.bench.friction is None else finger.bench.friction)
+    thickness = {"thickness_mm": float(finger.bench.thickness)}
+    unknown = Unknowns(friction, _made(Doubts, thickness | doubts, "doubts"))
+    tolerances = _made(Tolerances, file.tolerances, "tolerances")
+    return replace(_made(Scene, file.scene, "scene", ("unknown", "tolerances")), unknown=unknown, tolerances=tolerances)
+
+
+def _made(kind: type, given: Mapping[str, Any], where: str, hidden: tuple[str, ...] = ()) -> Any:
+    """A dataclass of a table, its keys and kinds of values checked."""
+    known = {one.name: one.default for one in fields(kind) if one.name not in hidden}
+    for key, value in given.items():
+        refuse_unknown(key, known, where)
+        if isinstance(known[key], tuple):
+            if not (isinstance(value, list) and len(value) == 2 and all(map(_is_number, value))):
+                raise InputError(f"{where}.{key} must be [low, high], got {value!r}")
+        elif (
+            isinstance(known[key], str) != isinstance(value, str)
+            or not isinstance(value, str)
+            and not _is_number(value)
+        ):
+            raise InputError(f"{where}.{key} must be a {type(known[key]).__name__}, got {value!r}")
+        elif isinstance(known[key], int) and not isinstance(value, int):
+            raise InputError(f"{where}.{key} must be a whole number, got {value!r}")
+    values = {key: tuple(map(float, value)) if isinstance(value, list) else value for key, value in given.items()}
+    choices = {"over": ("worst", "rms"), "kind": ("grid", "sobol", "optimise")}
+    for key, allowed in choices.items():
+        if key in values and values[key] not in allowed:
+            raise InputError(f"{where}.{key} must be one of {', '.join(allowed)}, got {values[key]!r}")
+    try:
+        return kind(**values)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _free(name: str, given: "list[float] | _Range") -> Free:
+    """A free parameter of `[low, high]`, or of a table with low and high, or with values."""
+    one = (
+        _Range(low=given[0], high=given[1], levels=LEVELS, values=None)
+        if isinstance(given, list) and len(given) == 2
+        else given
+    )
+    if isinstance(one, list):
+        raise InputError(
+            f"free.{name!r} must be [low, high] or a table, got {one!r}; some values are {{ values = ... }}"
+        )
+    if one.values:
+        return Free(name, min(one.values), max(one.values), False, len(one.values), tuple(one.values))
+    if one.low is None or one.high is None or not one.low < one.high:
+        raise InputError(f"free.{name!r} has an empty range, {one.low} to {one.high}: low must be below high")
+    log = one.low > 0 and name.endswith("modulus_MPa") if one.log is None else one.log
+    if log and one.low <= 0:
+        raise InputError(f"free.{name!r}: log = true needs a range above 0, got {one.low} to {one.high}")
+    return Free(name, one.low, one.high, log, one.levels)
+
+
+def _check(study: Study) -> None:
+    """Refuse a study whose middle design, or one with a single parameter at an end of its range, cannot be: layers that
+    cross, gauges outside the interface, too few gauges for an objective."""
+    for free in probes(study):
+        finger, said = None, ", ".join(f"{name} = {value:.4g}" for name, value in free.items())
+        try:
+            finger = study.finger_of(free)
+            study.places.weights(finger.gauges, finger.shape)
+        except InputError as error:
+            raise InputError(f"the design {said}: {error}") from error
+        if poor := next(
+            (OBJECTIVES[name] for name in study.asked if OBJECTIVES[name].gauges > len(finger.gauges)), None
+        ):
+            raise InputError(f"{poor.name} needs {poor.gauges} gauges, the design {said} has {len(finger.gauges)}")
+    for key, least, most in (("designs", 1, 10**7), ("geometries", 1, 10**4)):
+        if not least <= getattr(study.sampler, key) <= most:
+            raise InputError(f"sampler.{key} must be from {least} to {most}, got {getattr(study.sampler, key)}")
+
+
+def probes(study: Study) -> Iterator[dict[str, float]]:
+    """The middle design, and those with one parameter at an end of its range."""
+    middle = {one.name: one.at(0.5) for one in study.free}
+    yield middle
+    for one in study.free:
+        for end in (0.0, 1.0):
+            yield middle | {one.name: one.at(end)}
+
+
+def described(scene: Scene) -> dict:
+    """A scene as plain values."""
+    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(scene).items()}

@@ -1,0 +1,99 @@
+"""Expected sigma of ln E of a touch, by the estimators' own filter: the same for a prediction and a calibration.
+
+A touch begins in the air, where zeros are seen, and ends at a force that is held for some samples. The filter
+(`papilla.estimators.softness.fitter`) is put at the true contact and learns the mean of these samples as it would learn
+a measured one; its sigma does not depend on what noise did. What it took of its own prior of E is given back, and a
+prior of its own takes the place, the same for every design: one sigma is a factor of e.
+"""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from papilla.design.scene import Scene
+from papilla.errors import InputError
+from papilla.estimators.softness.doubts import Doubts
+from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
+from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface
+from papilla.estimators.softness.touch import RULES
+
+PRIOR = 1.0
+"""One sigma of ln E before a touch: what a touch that tells nothing leaves."""
+
+
+def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
+    """Sigma (f, m) of ln E from S_d and force, over the points of a scene.
+
+    calibration : a `Calibration`, or what `Look.surfaces` makes of a design.
+    """
+    gauges = len(calibration.gauges)
+    doubts = scene.unknown.doubts
+    doubts = replace(doubts, zero_microstrain=doubts.zero_microstrain / math.sqrt(gauges))
+    try:
+        surface = SdSurface(calibration)
+    except InputError:
+        return np.full([len(part) for part in scene.points], PRIOR)
+    return _over(
+        Fitter(surface, scene.gauge_noise_microstrain / math.sqrt(gauges), scene.force_noise_N, doubts, None), scene
+    )
+
+
+def sigma_from_gauges(calibration: Any, scene: Scene) -> np.ndarray:
+    """The same from all gauges and force."""
+    surfaces = GaugeSurfaces(calibration, False)
+    return _over(
+        Fitter(surfaces, scene.gauge_noise_microstrain, scene.force_noise_N, scene.unknown.doubts, None), scene
+    )
+
+
+def sigma_from_depth(depth: Any, scene: Scene) -> np.ndarray:
+    """The same from force and indentation, as a bench has them; `depth` has one "gauge" that reads micrometres."""
+    doubts = Doubts(
+        gauge_gain=0.0,
+        creep=scene.unknown.doubts.creep,
+        zero_microstrain=1000 * scene.depth_zero_mm / RULES.air_share,
+        force_gain=scene.unknown.doubts.force_gain,
+        force_offset_N=scene.unknown.doubts.force_offset_N,
+        beside_mm=0.0,
+        thickness_mm=scene.unknown.doubts.thickness_mm,
+        thickness_error=scene.unknown.doubts.thickness_error,
+    )
+    return _over(
+        Fitter(GaugeSurfaces(depth, False), 1000 * scene.depth_noise_mm, scene.force_noise_N, doubts, None), scene
+    )
+
+
+def _over(fitter: Fitter, scene: Scene) -> np.ndarray:
+    forces, moduli = scene.points
+    return np.array([[_at(fitter, math.log(f), math.log(e), scene.samples) for e in moduli] for f in forces])
+
+
+def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> float:
+    nodes = fitter.surfaces.ln_nodes
+    usable = getattr(fitter.surfaces, "usable", None)
+    low, high = usable(ln_force) if usable else (nodes[0], nodes[-1])
+    if not max(low, nodes[0]) <= ln_modulus <= min(high, nodes[-1]):
+        return PRIOR
+    h = _distance(fitter, ln_modulus)
+    state = fitter.prior(RULES.air_share)
+    mean = state.mean.copy()
+    mean[0] = h
+    state = state._replace(mean=mean, ln_force=ln_force, anchor=h)
+    rows = np.arange(fitter.channels + 1)
+    y = fitter.linear(ln_force, 0.0, h).expected / fitter.whiten
+    _, learnt = fitter.learn(y, rows, state, fitter.noise_fit(y, rows, state, samples))
+    prior, after = (PRIOR_REACH * fitter.top) ** 2, float(learnt.covariance[0, 0])
+    information = max(1 / after - 1 / prior, 0.0) * fitter.ln_modulus(h)[1] ** 2
+    return 1 / math.sqrt(information + PRIOR**-2)
+
+
+def _distance(fitter: Fitter, ln_modulus: float) -> float:
+    """h of a modulus."""
+    curve = fitter.curve
+    place = (ln_modulus - curve.start) * curve.per_step
+    cell = min(int(place), len(curve.cubics) - 1)
+    p, q, r, s = curve.cubics[cell]
+    u = place - cell
+    return p + u * (q + u * (r + u * s))

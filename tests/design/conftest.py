@@ -1,0 +1,74 @@
+"""A made-up geometry: smooth functions in the place of meshes, so that a design costs milliseconds."""
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+
+from papilla.design import batch, explaining, job
+from papilla.design.geometry import GeometryMap
+from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, Response
+from papilla.fem.reduction.gauges import QUANTITIES
+
+STUDY = """
+name = "made up"
+objectives = ["sigma_sd", "signal_over_noise"]
+
+[free]
+"outer.modulus_MPa" = [0.1, 0.6]
+"gauges.spread_deg" = { low = 20.0, high = 50.0 }
+
+[couplings]
+"inner.modulus_MPa" = "outer.modulus_MPa / 4"
+
+[sampler]
+designs = 12
+"""
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    """Writes a study file, with parts of the text replaced."""
+
+    def write(*changes: tuple[str, str], text: str = STUDY):
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / "study.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def made_up_map(design, places, base=None) -> GeometryMap:
+    """Strains that fall with the angle and grow less and less with the modulus; stick lowers them by 3 %."""
+    ratios = np.geomspace(1, 16, 7)
+    x, e, r = np.array(list(product(FORCES, MODULI, ratios))).T
+    sites = places.gauges(design.shape)
+    terms = POLYNOMIAL.terms((x, e, r))[0]
+    hardness = 1.5 - 1 / (1 + e**0.6)
+    bump = np.array([math.cos(math.radians(3 * site.angle_deg)) for site in sites])
+    about = np.outer(hardness * x**-0.1 * r**-0.2, bump) + 0.1 * np.outer(x**-0.2, 1 - bump)
+    values = np.concatenate([about, 0.1 * about], axis=1) * 0.01
+    depth = (0.05 * (1 + 2 / (1 + e)) * np.ones_like(r))[:, None]
+
+    def response(scale: float, friction: float) -> Response:
+        table = np.linalg.lstsq(terms, np.hstack([depth, scale * values]))[0]
+        deepest = np.array([(one, ratio, 200.0) for one in MODULI for ratio in ratios]).T
+        error = np.zeros(table.shape[1])
+        return Response(table, deepest, math.inf, friction, False, error, len(sites), "made up")
+
+    assert len(QUANTITIES) * len(sites) == values.shape[1]
+    return GeometryMap(design, places, (response(1.03, 0.0), response(1.0, math.inf)))
+
+
+@pytest.fixture
+def made_up(monkeypatch):
+    """Studies in this process on the made-up geometry, without large strain and pictures of strain."""
+    for module in (batch, job, explaining):
+        monkeypatch.setattr(module, "geometry_map", made_up_map)
+    monkeypatch.setattr("papilla.design.objectives.worst_over_tolerances.geometry_map", made_up_map)
+    monkeypatch.setattr("papilla.design.running.measure_base", lambda *_: "")
+    monkeypatch.setattr("papilla.design.page._strain", lambda *_: None)

@@ -1,0 +1,150 @@
+"""Studies from file to page, in this process, on a made-up geometry."""
+
+import json
+import sqlite3
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papilla.design import batch, running
+from papilla.design.batch import Record
+from papilla.design.job import first_words, run_study, summary
+from papilla.design.results import Results
+from papilla.design.store import Store
+from papilla.design.study import read_study
+from papilla.errors import FileAccessError, InputError
+from papilla.tables import TableReader
+
+pytestmark = pytest.mark.usefixtures("made_up")
+
+
+def test_a_study_becomes_tables_a_page_and_fingers(study_file, tmp_path):
+    study = read_study(study_file())
+    found = run_study(study, tmp_path / "out", workers=0)
+    told = summary(found)
+    json.dumps(told)
+    assert told["designs"] == 12 and told["failed"] == 0
+    with TableReader(tmp_path / "out" / "designs.csv", lambda name: name != "status") as reader:
+        table = reader.whole()
+    assert len(table) == 12 and table.columns["front"].sum() == told["front"]
+    best = told["best"][0]["objectives"]["sigma_sd"]
+    assert best == table.columns["sigma_sd"].min() and best < told["base"]["sigma_sd"]
+    page = (tmp_path / "out" / "study.html").read_text()
+    assert "multiplies sigma_sd by" in page and "finger_1.toml" in page
+    from papilla.finger import Finger
+
+    assert Finger.load(tmp_path / "out" / "finger_1.toml").outer.modulus == pytest.approx(
+        told["best"][0]["free"]["outer.modulus_MPa"]
+    )
+
+
+def test_the_front_holds_what_nothing_beats(study_file, tmp_path):
+    study = read_study(study_file())
+    found = run_study(study, tmp_path / "out", workers=0).results
+    for row, cost in enumerate(found.costs):
+        beaten = any((other <= cost).all() and (other < cost).any() for other in found.costs)
+        assert found.front[row] == (not beaten)
+
+
+def test_a_resume_computes_nothing_again_and_a_second_study_shares(study_file, tmp_path, monkeypatch):
+    path, calls = study_file(("[sampler]", 'store = "shared.sqlite"\n[sampler]')), []
+    path = study_file(
+        text=path.read_text()
+        .replace('store = "shared.sqlite"\n', "")
+        .replace("objectives", 'store = "shared.sqlite"\nobjectives', 1)
+    )
+    true = batch.evaluate
+    monkeypatch.setattr(running, "evaluate", lambda one: calls.append(len(one.fingers)) or true(one))
+    first = run_study(read_study(path), tmp_path / "a", workers=0)
+    assert sum(calls) == 12 and first.tally.reused == 0
+    path.write_text(path.read_text().replace("made up", "another name"))
+    again = run_study(read_study(path), tmp_path / "b", workers=0)
+    assert sum(calls) == 12 and again.tally.reused == 12
+    assert np.array_equal(first.results.found, again.results.found)
+
+
+def test_a_folder_with_results_is_not_overwritten_by_chance(study_file, tmp_path):
+    study = read_study(study_file())
+    run_study(study, tmp_path / "out", workers=0)
+    with pytest.raises(InputError, match="--resume"):
+        run_study(study, tmp_path / "out", workers=0)
+    assert run_study(study, tmp_path / "out", workers=0, resume=True).tally.reused == 12
+
+
+def test_failed_designs_are_rows_and_many_are_said_first(study_file, tmp_path):
+    study = read_study(study_file(("[0.1, 0.6]", "[0.1, 6.0]")))
+    found = run_study(study, tmp_path / "out", workers=0)
+    assert found.failed_share > 0.1 and "designs failed" in first_words(found)[0]
+    text = (tmp_path / "out" / "designs.csv").read_text()
+    assert "leaves what the model covers" in text and text.count("\n") == 13
+
+
+def test_no_answer_at_all_is_refused(study_file, tmp_path):
+    study = read_study(study_file(('"outer.modulus_MPa / 4"', '"outer.modulus_MPa / 40"')))
+    with pytest.raises(InputError, match="none of the 12 designs.*outer over inner modulus is 40"):
+        run_study(study, tmp_path / "out", workers=0)
+
+
+def test_an_optimiser_does_better_than_its_start_and_keeps_a_limit(study_file, tmp_path):
+    changes = (
+        ("designs = 12", 'kind = "optimise"\ndesigns = 48'),
+        ("[sampler]", "[constraints]\nsignal_over_noise = { least = 100 }\n[sampler]"),
+    )
+    study = read_study(study_file(*changes))
+    found = run_study(study, tmp_path / "out", workers=0).results
+    best = found.chosen[0]
+    assert found.values("sigma_sd")[best] <= found.values("sigma_sd")[found.feasible][:6].min()
+    assert found.values("signal_over_noise")[best] >= 100
+
+
+def test_a_full_store_is_one_line_and_keeps_what_it_has(tmp_path):
+    store = Store(tmp_path / "store.sqlite")
+    store.add("s", [(0, {"a": 1.0}, "k0", Record({"x": 1.0}, "ok"))])
+    store._connection.execute("PRAGMA max_page_count = 6")
+    rows = [(k, {"a": float(k)}, f"k{k}", Record({"x": 1.0}, "w" * 500)) for k in range(1, 200)]
+    with pytest.raises(FileAccessError, match="full.*--resume"):
+        store.add("s", rows)
+    store.close()
+    again = Store(tmp_path / "store.sqlite")
+    assert [row[0] for row in again.rows("s")] == [0]
+    again.close()
+
+
+def test_a_damaged_store_is_one_line(tmp_path):
+    (tmp_path / "store.sqlite").write_text("this is no database, but text that is long enough for a header" * 9)
+    with pytest.raises(FileAccessError, match="not a database"):
+        Store(tmp_path / "store.sqlite")
+
+
+def test_two_clients_write_to_one_store(tmp_path):
+    one, other = Store(tmp_path / "store.sqlite"), Store(tmp_path / "store.sqlite")
+    one.add("a", [(0, {}, "k", Record({"x": 1.0}, "ok"))])
+    other.add("b", [(0, {}, "k", Record({"x": 2.0}, "ok"))])
+    assert [row[2].found["x"] for row in other.rows("b")] == [1.0]
+    one.close(), other.close()
+    assert sqlite3.connect(tmp_path / "store.sqlite").execute("PRAGMA journal_mode").fetchone() == ("wal",)
+
+
+def test_a_worker_of_another_version_is_refused_with_both_versions(study_file, tmp_path, monkeypatch):
+    true = batch.evaluate
+    monkeypatch.setattr(running, "evaluate", lambda one: true(replace(one, version="0.0.9 (abc)")))
+    with pytest.raises(InputError, match=r"a worker has papilla 0\.|this client has"):
+        monkeypatch.setattr(running, "version", lambda: "0.0.9 (abc)")
+        run_study(read_study(study_file()), tmp_path / "out", workers=0)
+
+
+def test_effects_find_what_was_put_in(study_file):
+    study = read_study(study_file())
+    rng = np.random.default_rng(1)
+    free = np.column_stack([0.1 * 6 ** rng.random(200), 20 + 30 * rng.random(200)])
+    sigma = free[:, 0] ** -0.5 * np.exp(0.05 * rng.standard_normal(200))
+    found = np.column_stack([sigma, np.full(200, 3.0) + rng.random(200)])
+    results = Results(study, np.arange(200), free, found, np.ones(200, bool), {})
+    effect = results.effects[0]
+    assert (
+        effect.interval[0] < 6**-0.5 < effect.interval[1]
+        and effect.sure
+        and effect.change == pytest.approx(6**-0.5, rel=0.05)
+    )
+    assert not results.effects[1].sure

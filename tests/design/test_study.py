@@ -1,0 +1,90 @@
+"""Study files: what they mean, and that each fault is one line before anything runs."""
+
+import pytest
+
+from papilla.design import sampling
+from papilla.design.couplings import coupled
+from papilla.design.parameters import made, parameters_of
+from papilla.design.study import read_study
+from papilla.errors import InputError
+from papilla.finger import Finger
+
+FREE = '"outer.modulus_MPa" = [0.1, 0.6]'
+
+
+def test_a_study_makes_fingers(study_file):
+    study = read_study(study_file())
+    finger = study.finger_of({"outer.modulus_MPa": 0.4, "gauges.spread_deg": 30.0})
+    assert (finger.outer.modulus, finger.inner.modulus) == (0.4, 0.1)
+    assert [gauge.angle_deg for gauge in finger.gauges] == [-30, -15, 0, 15, 30]
+    assert study.couplings and not study.outer and len(study.places.gauges(finger.shape)) == 17
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ((FREE, '"outer.modulus" = [0.1, 0.6]'), "did you mean 'outer.modulus_MPa'"),
+        ((FREE, '"outer.modulus_MPa" = [0.6, 0.1]'), "empty range"),
+        ((FREE, '"outer.modulus_MPa" = [0.6, 0.1, 0.2]'), "[low, high]"),
+        (("outer.modulus_MPa / 4", "outer.modulus / 4"), "did you mean 'outer.modulus_MPa'"),
+        (("outer.modulus_MPa / 4", "outer.modulus_MPa /"), "is no formula"),
+        (("outer.modulus_MPa / 4", "__import__('os').getcwd()"), "couplings"),
+        (("high = 50.0", "high = 80.0"), "outside the places"),
+        (("high = 50.0", "hihg = 50.0"), "hihg"),
+        (('"sigma_sd"', '"sigma_ds"'), "did you mean 'sigma_sd'"),
+        (("designs = 12", "design = 12"), "did you mean 'designs'"),
+        (("designs = 12", "designs = 1.5"), "whole number"),
+        (("designs = 12", 'kind = "random"'), "one of grid, sobol, optimise"),
+        (("[sampler]", "[scene]\nforce_N = [1.0, 0.2]\n[sampler]"), "force_N"),
+        (("[sampler]", '[doubts]\nfriction = "some"\n[sampler]'), "friction"),
+        (("[sampler]", '[fixed]\n"shape.skin_mm" = 14.0\n[sampler]'), "semi-axis"),
+        (("[sampler]", '[fixed]\n"gauges.count" = 1\n[sampler]'), "needs 2 gauges"),
+        (("[sampler]", '[fixed]\n"outer.modulus_MPa" = 1\n[sampler]'), "two of free, fixed and couplings"),
+        (('name = "made up"', 'name = "made up"\nobjektives = []'), "did you mean 'objectives'"),
+    ],
+)
+def test_a_fault_is_one_line_with_file_and_key(study_file, change, said):
+    path = study_file(change)
+    with pytest.raises(InputError, match="study.toml") as refused:
+        read_study(path)
+    assert said in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_layers_may_move_together_but_not_cross():
+    finger = Finger.default()
+    smaller = made(finger, {"shape.outer.z_mm": 16.0, "shape.skin_mm": 2.0})
+    assert smaller.shape.outer == (24, 30, 16) and smaller.shape.interface == (22, 28, 14)
+    third = made(finger, {"shape.scale": 1 / 3})
+    assert third.shape.bone[2] == pytest.approx(2.0) and third.patch_radius == pytest.approx(5.0)
+    with pytest.raises(InputError, match="thicker"):
+        made(finger, {"shape.skin_mm": 14.0})
+    with pytest.raises(InputError, match="surface files"):
+        parameters_of(Finger.load("papilla/data/surfaces_finger.toml"))
+
+
+def test_couplings_follow_each_other():
+    found = coupled(
+        {"outer.modulus_MPa": 8.0}, {"inner.modulus_MPa": "outer.modulus_MPa / 4", "x": "sqrt(inner.modulus_MPa * 2)"}
+    )
+    assert found["x"] == 2.0
+    with pytest.raises(InputError, match="division by zero"):
+        coupled({"a": 0.0}, {"b": "1 / a"})
+
+
+def test_shapes_are_the_outer_sample(study_file):
+    study = read_study(
+        study_file(("designs = 12", "designs = 12\ngeometries = 3"), (FREE, FREE + '\n"shape.skin_mm" = [2.0, 4.0]'))
+    )
+    groups = list(sampling.groups(study))
+    assert sampling.count(study) == (12, 3) and [len(group) for group in groups] == [4, 4, 4]
+    assert all(len({design["shape.skin_mm"] for design in group}) == 1 for group in groups)
+    assert len({design["outer.modulus_MPa"] for group in groups for design in group}) == 12
+
+
+def test_a_grid_holds_the_ends_of_each_range(study_file):
+    study = read_study(study_file(("designs = 12", 'kind = "grid"'), ("high = 50.0", "high = 50.0, levels = 3")))
+    (designs,) = sampling.groups(study)
+    assert len(designs) == sampling.count(study)[0] == 15
+    assert {design["gauges.spread_deg"] for design in designs} == {20.0, 35.0, 50.0}
+    assert designs[0]["outer.modulus_MPa"] == pytest.approx(0.1)
+    assert designs[-1]["outer.modulus_MPa"] == pytest.approx(0.6)
