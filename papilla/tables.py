@@ -109,7 +109,7 @@ class TableReader:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should be told of the file, a sentence each."""
+        """What to say to a person about the file, a sentence each."""
         ignored = f"ignored columns: {', '.join(self.ignored)}" if self.ignored else ""
         return tuple(note for note in (self._written, ignored, CUT_OFF if self._cut_off else "") if note)
 
@@ -213,16 +213,16 @@ class TableReader:
         return Table(self.path, columns, lines)
 
     def _dialect(self, delimiter: str | None, decimal: str | None) -> tuple[str, str, str]:
-        """What to tell of it, delimiter and decimal mark; found in the header and the row below it where not given."""
+        """A note on how it is written, the delimiter and the decimal mark; from the first two rows where not given."""
         header, first = self._lines()
         if delimiter is None:
             delimiter = "," if "," in header else next((mark for mark in ";\t" if mark in header), ",")
         if decimal is None:
             german = delimiter != "," and any(COMMA_NUMBER.fullmatch(cell.strip()) for cell in first.split(delimiter))
             decimal = "," if german else "."
-        told = [f"cells are separated by {DELIMITERS[delimiter]}"] if delimiter != "," else []
-        told += ["decimal commas"] if decimal == "," else []
-        return ", ".join(told), delimiter, decimal
+        notes = [f"cells are separated by {DELIMITERS[delimiter]}"] if delimiter != "," else []
+        notes += ["decimal commas"] if decimal == "," else []
+        return ", ".join(notes), delimiter, decimal
 
     def _lines(self) -> tuple[str, str]:
         """The header's line and the one below it."""

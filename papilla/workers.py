@@ -1,4 +1,4 @@
-"""Long pieces of work in other processes, which tell here how far they are."""
+"""Long jobs in other processes, which report their progress to this one."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -12,7 +12,7 @@ Say = Callable[[str], None]
 """Takes a line of text."""
 
 Start = Callable[..., Callable[[], Any]]
-"""start(function, *arguments) begins `function(*arguments, say)` and gives what waits for its result."""
+"""start(function, *arguments) begins `function(*arguments, say)` and returns a function that waits for its result."""
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 """Environment variables that say how many threads the numerical libraries of a new process may use."""
@@ -22,12 +22,12 @@ _lines: Any = None
 
 @contextmanager
 def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> Iterator[Start]:
-    """What starts functions in up to `processes` other processes; below 2 in this one, when the result is asked for.
+    """A function that starts jobs in up to `processes` other processes; below 2 they run here, when asked for results.
 
-    Functions are those of modules, their arguments can be pickled, and the last is called with lines of progress, which
-    `say` gets. The program must be one that can be imported anew: the command line, or a module with an
-    `if __name__ == "__main__"`. With `fresh` each call has a new process, whose memory is freed at its end.
-    Raises what a function raises where its result is asked for.
+    A job is a function of a module, whose arguments can be pickled; its last argument takes lines of progress, which go
+    to `say`. New processes import the program again, so it must be the command line or a module that guards its main
+    part by `if __name__ == "__main__"`. With `fresh` each job has a process of its own, whose memory is freed at its
+    end. If a job raises, asking for its result raises the same.
     """
     if processes < 2:
         yield lambda function, *arguments: partial(function, *arguments, say or _nothing)
@@ -55,7 +55,7 @@ def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> I
 
 
 def counted(say: Say, name: str) -> Callable[[int, int], None]:
-    """What tells how many pieces are done, and about how long the rest takes, from (done, in all)."""
+    """A function of (done, total) that reports how much is done, and about how long the rest takes."""
     began = perf_counter()
 
     def step(done: int, total: int) -> None:

@@ -79,8 +79,10 @@ def check(
     tolerance : share of the modulus by which the stated one may lie outside the stated 95 % interval.
     gauge_sigma : noise of a gauge (microstrain); force_error : relative error of the force; both widen the intervals.
 
-    A press passes where its interval holds the stated modulus; one that is too hard to be told has an interval with one
-    end, and passes if that is right. Force outside the calibrated domain, or an S_d that no modulus has, does not pass.
+    A press passes where its interval holds the stated modulus. A specimen that is too hard for the sensor has an
+    interval with one end; the press passes if that end is right. A press fails if its force lies outside the
+    calibrated domain, or if no modulus has its S_d.
+
     Raises `InputError` for another number of gauges, or values below 0.
     """
     wanted = len(calibration.gauges)
@@ -95,11 +97,11 @@ def check(
         found = calibration.invert(float(sd), float(force), sd_sigma=noise, force_sigma=off * float(force))
         assert isinstance(found.status, SoftnessStatus)
         low, high = float(found.lower_MPa), float(found.upper_MPa)
-        told = np.isfinite(low + high) or (low > 0) != (high < math.inf)
-        passed = bool(told and low / slack <= modulus <= high * slack)
-        sentence = found.status.sentence if passed or not told else f"{found.status.sentence}; outside the interval"
-        if not told:
-            sentence = f"{sentence}: nothing is told of the modulus"
+        known = np.isfinite(low + high) or (low > 0) != (high < math.inf)
+        passed = bool(known and low / slack <= modulus <= high * slack)
+        sentence = found.status.sentence if passed or not known else f"{found.status.sentence}; outside the interval"
+        if not known:
+            sentence = f"{sentence}: it says nothing about the modulus"
         rows.append(
             CheckedPress(
                 float(force),

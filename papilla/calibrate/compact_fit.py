@@ -12,7 +12,7 @@ from papilla.units import gf_to_newton
 
 FORCE_N = (gf_to_newton(10.0), gf_to_newton(100.0))
 MODULUS_MPA = (0.05, 0.72)
-"""What is fitted of a calibration that reaches further: where a modulus can be told."""
+"""What is fitted of a calibration that reaches further: where a modulus can be recovered."""
 GRID = 24
 START = (10.0, 0.5, -0.05, -3.0, 0.2)
 STEEP = 1e-3
@@ -45,8 +45,8 @@ def fit_compact(calibration: Calibration) -> Compact:
     doubts = [value for name, value in calibration.sigmas.items() if name not in ("measurement", "fit")]
     form = Compact(found.x, *ranges, 0.0, 0.0, float(np.sqrt(np.mean(residual**2))), float(np.hypot.reduce(doubts)))
     wide = Compact(found.x, ranges[0], (0.0, np.inf), 0.0, 0.0, form.sd_rms)
-    told = np.array([wide.invert(float(np.exp(s)), float(np.exp(f)))[0] for s, f in zip(known, x, strict=True)])
-    error = told / np.exp(y) - 1
+    recovered = np.array([wide.invert(float(np.exp(s)), float(np.exp(f)))[0] for s, f in zip(known, x, strict=True)])
+    error = recovered / np.exp(y) - 1
     if not np.isfinite(error).all():
         raise InputError("the calibration's S_d does not follow the compact form: it has no inverse there")
     return Compact(

@@ -40,7 +40,7 @@ def fit(
         becomes part of every sigma and interval.
     frictionless : the same presses without friction, of which `scatter` is then, too; None where `sweep` has none.
     friction_known : whether presses to come have the sweep's friction; else intervals take in presses without. None:
-        where somebody told it.
+        whether somebody stated it.
     strain : relative standard deviation of what the sweep knows of large strain; None takes its own.
 
     Raises `InputError` where the sweep is too small to fit, or another sweep has other gauges or presses.
@@ -110,14 +110,15 @@ class Doubts:
     @property
     def share_continued(self) -> float:
         """Share of the sweep's presses that large strain was not measured for."""
-        told = [BEYOND in status for status, known in zip(self.sweep.status, self.sweep.valid, strict=True) if known]
-        return sum(told) / len(told)
+        statuses = zip(self.sweep.status, self.sweep.valid, strict=True)
+        continued = [BEYOND in status for status, valid in statuses if valid]
+        return sum(continued) / len(continued)
 
     def of_surface(
         self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float, *, one_site: bool = False
     ) -> Uncertainty:
         """How far a surface, fitted to a `value` (n,) of the sweep, may be off; strain is relative to `unit`, and
-        holds its share of presses that were told as the last that was measured."""
+        contains the uncertainty of presses that are harder than those that were measured."""
         others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
         continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(self.share_continued)
         strain = math.hypot(self.strain, continued) * unit

@@ -1,4 +1,4 @@
-"""The calibration of an identified finger: what its identification leaves open, and what its bench read in the air."""
+"""The calibration of an identified finger: the uncertainty of its identification, and the zeros of its bench."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -36,10 +36,10 @@ def with_identification(
     size_mm : elements at the contact, None for those of `identify`. Without an identification it stays what it is.
     Raises `InputError` where the `[identified]` table is of other gauges, or the design was changed since.
     """
-    told = finger.identified
-    if told is None:
+    record = finger.identified
+    if record is None:
         return calibration
-    problem, covariance = _problem(finger, told, calibration, progress, size_mm)
+    problem, covariance = _problem(finger, record, calibration, progress, size_mm)
     vector = problem.start
     modelled = problem.modelled(vector)
     g = len(finger.gauges)
@@ -58,33 +58,33 @@ def with_identification(
         replace(one, uncertainty=replace(one.uncertainty, identified=surface(by[:, k] / force[:, None])))
         for k, one in enumerate(calibration.gauges)
     )
-    bench: dict[str, Any] = {"zeros_microstrain": list(told.zeros_microstrain), "touch_down_mm": told.touch_down_mm}
-    if told.crept:
-        silicone = {"shares": told.relaxation_shares, "times_s": told.relaxation_times_s, "crept": told.crept}
+    bench: dict[str, Any] = {"zeros_microstrain": list(record.zeros_microstrain), "touch_down_mm": record.touch_down_mm}
+    if record.crept:
+        silicone = {"shares": record.relaxation_shares, "times_s": record.relaxation_times_s, "crept": record.crept}
         bench["relaxation"] = {name: list(values) for name, values in silicone.items()}
     return replace(
         calibration,
         surface=replace(known, uncertainty=replace(known.uncertainty, identified=surface(by_ln_sd))),
         gauges=gauges,
-        finger=calibration.finger | bench | {"identified": told.status},
-        notes=(*calibration.notes, *(f"identification: {note}" for note in told.notes)),
+        finger=calibration.finger | bench | {"identified": record.status},
+        notes=(*calibration.notes, *(f"identification: {note}" for note in record.notes)),
     )
 
 
 def _problem(
     finger: Finger,
-    told: Identified,
+    record: Identified,
     calibration: Calibration,
     progress: Callable[[str], None] | None,
     size_mm: float | None,
 ) -> tuple[Problem, np.ndarray]:
     """Presses over the domain of a calibration as a problem in the parameters that were identified of the finger, where
     it starts; and their covariance."""
-    unknown = [name for name in told.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
+    unknown = [name for name in record.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
     if unknown:
         raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     designed = start_of(finger, finger.bench.thickness)
-    values = dict(zip(told.parameters, told.values, strict=True))
+    values = dict(zip(record.parameters, record.values, strict=True))
     for name, value in values.items():
         if kind(name) not in ("zero_microstrain", *MOVES, *OF_THE_LOG) and abs(designed[name] - value) > SAME * max(
             abs(value), SAME
@@ -98,10 +98,10 @@ def _problem(
     n, g = len(force), len(finger.gauges)
     deep = np.ones(n) if "touch_down_mm" in values else None
     log = PressLog(force, modulus, np.zeros((n, g)), tuple(gauge.name for gauge in finger.gauges), deep)
-    kept = [place for place, name in enumerate(told.parameters) if kind(name) not in OF_THE_BENCH]
-    own = {told.parameters[place]: told.values[place] for place in kept}
+    kept = [place for place, name in enumerate(record.parameters) if kind(name) not in OF_THE_BENCH]
+    own = {record.parameters[place]: record.values[place] for place in kept}
     design = unmoved(finger, own)
     bench = finger.bench
     shapes = shapes_of(log, bench.specimen(1.0), design, (), own, bench.friction, size_mm, progress)
     problem = Problem(log, design, shapes, designed | own, tuple(own), Noise())
-    return problem, np.array(told.covariance)[np.ix_(kept, kept)]
+    return problem, np.array(record.covariance)[np.ix_(kept, kept)]

@@ -62,11 +62,11 @@ def on_finger(sweep: Sweep) -> Depth:
     spline = RectBivariateSpline(np.log(forces), np.log(moduli[whole]), np.log(depth[:, whole]))
     low, high = moduli[whole][0], moduli[whole][-1]
 
-    def told(modulus: float, force: np.ndarray) -> np.ndarray:
+    def depth_at(modulus: float, force: np.ndarray) -> np.ndarray:
         inside = (force >= forces[0]) & (force <= forces[-1]) & (low <= modulus <= high)
         return np.where(inside, np.exp(spline.ev(np.log(force), np.full(len(force), np.log(modulus)))), np.nan)
 
-    return told
+    return depth_at
 
 
 def fit_indentation(

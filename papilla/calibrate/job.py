@@ -86,7 +86,7 @@ def calibrate_finger(
         says. Where that says nothing, too, stick is the likeliest, as of silicone on silicone, and intervals take in
         presses without friction.
     size_mm : elements at the contact of all meshes. None takes `DEFAULT_SIZE_MM`, and of the mesh on which what an
-        identification leaves open is told that of `identify`.
+        uncertainty of an identification is computed that of `identify`.
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
     processes : that work at the same time, where much is not in the cache (`papilla.workers`).
 

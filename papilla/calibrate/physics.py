@@ -73,11 +73,11 @@ class Truth(Recovery):
     def of(cls, calibration: Calibration, presses: np.ndarray) -> "Truth":
         """Of a calibration and the `presses` of `press_truth`; those outside of its domain are left out."""
         force, modulus = presses[:, 1], presses[:, 2]
-        told = calibration.predict(force, modulus)
-        friction, force, modulus, sd, told = (part[np.isfinite(told)] for part in (*presses.T, told))
+        predicted = calibration.predict(force, modulus)
+        friction, force, modulus, sd, predicted = (part[np.isfinite(predicted)] for part in (*presses.T, predicted))
         answer = calibration.invert(sd, force)
         inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
-        return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, told / sd - 1, inside)
+        return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, predicted / sd - 1, inside)
 
     @property
     def max_sd_error(self) -> float:

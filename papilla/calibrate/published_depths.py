@@ -11,7 +11,7 @@ PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.
 """Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
 
 RIGID = HalfSpace(1e4)
-"""In the place of the gratings, whose material and contact are not told."""
+"""In the place of the gratings, of which the papers state neither material nor contact."""
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,12 @@
 While the contact grows a relaxing finger answers as an elastic one to its equivalent force, F_e = integral of
 E(0) J(t - s) dF(s) (`papilla.references.viscoelastic`): exactly on a rigid specimen, nearly on one that is much harder
 than the finger. The elastic answer is y = a f(k F_e) + c, with f that of a finger's model and k for its stiffness, or
-where there is none a power of the force; so a hold of force or depth tells all.
+where there is none a power of the force; so a touch whose force or depth is held determines all.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,14 +19,18 @@ from papilla.logs import PressLog
 from papilla.logs.loading import loading, touches
 from papilla.references import Prony
 
+if TYPE_CHECKING:
+    from papilla.calibrate.identification import Identification
+
 POWERS, STIFFER = (0.3, 1.2), (0.3, 3.0)
 """Of the force in an elastic answer: of a ball 2/3 in depth, of readings up to 1; and factors k of a model's."""
 
 SHRINKING = 0.02
 """By how much of its range an answer may fall below its largest before, until the contact is taken to shrink."""
 
-TOLD = (2.0, 2.0)
-"""A time is told between so many steps of the log, and the log's duration over this."""
+RESOLVED = (2.0, 2.0)
+"""A relaxation time can be determined if it is at least so many steps of the log, and at most the log's duration
+divided by the second number."""
 
 STARTS = (0.02, 0.1, 0.5)
 """Times, in the log's duration, from which a fit of one term starts; of two, all pairs."""
@@ -118,6 +123,65 @@ def fit_relaxation(
     )
 
 
+@dataclass(frozen=True)
+class TouchRelaxation:
+    """How the silicone of an identified finger relaxes, from one touch.
+
+    fitted : the Prony series. modulus_MPa : of the specimen. by : what was fitted, "indentation" or "S_d".
+    crept : least and largest equivalent force over force of the rows of the log that load.
+    """
+
+    fitted: Relaxation
+    modulus_MPa: float
+    by: str
+    crept: tuple[float, float]
+
+    @property
+    def recorded(self) -> dict:
+        """Fields of `papilla.identified.Identified`."""
+        prony = self.fitted.prony
+        return {"relaxation_shares": prony.shares, "relaxation_times_s": prony.times_s, "crept": self.crept}
+
+    def to_json(self) -> dict:
+        """Everything as plain values."""
+        fitted = self.fitted
+        names = ("share", "share_sigma", "time_s", "time_relative_sigma")
+        terms = zip(fitted.prony.shares, fitted.share_sigma, fitted.prony.times_s, fitted.time_sigma, strict=True)
+        return {
+            "modulus_MPa": self.modulus_MPa,
+            "by": self.by,
+            "terms": [dict(zip(names, term, strict=True)) for term in terms],
+            "rms": fitted.rms,
+            "loading_rate_per_s": list(fitted.rate_per_s),
+            "crept": list(self.crept),
+            "doubts": list(fitted.doubts),
+        }
+
+
+def fit_touch(found: "Identification", log: PressLog, terms: int) -> TouchRelaxation:
+    """Fit Prony terms to the longest touch of a log, with the identified finger as the elastic model.
+
+    found : from presses on one specimen. log : whole, with times and readings, of the same gauges. Indentations are
+    fitted where the log has them, else S_d. Raises as `fit_relaxation`.
+    """
+    time, problem, values = log.t_s, found.problem, found.values
+    assert time is not None, "a log over time has times"
+    rows = max(touches(log.modulus_MPa), key=lambda touch: float(np.ptp(time[touch])))
+    mix = np.array([[values[f"{name}.{gauge}"] for gauge in problem.gauges] for name in ("gain", "lever_mm")])
+    zeros = np.array([values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges])
+    response, modulus = problem.shapes[0].responses[0], float(log.modulus_MPa[rows[0]])
+    deep = log.indentation_mm
+    seen = (log.readings - zeros).std(axis=1) if deep is None else deep
+
+    def elastic(force: np.ndarray) -> np.ndarray:
+        moduli = values["outer_modulus_MPa"], values["inner_modulus_MPa"]
+        felt = response.felt(force, np.full(len(force), modulus), *moduli)
+        return np.einsum("nqg,qg->ng", felt.values, mix).std(axis=1) if deep is None else felt.indentation
+
+    fitted = fit_relaxation(time[rows], log.force_N[rows], seen[rows], terms=terms, elastic=elastic)
+    return TouchRelaxation(fitted, modulus, "S_d" if deep is None else "indentation", crept(fitted.prony, log))
+
+
 def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
     """Least and largest equivalent force over force of the rows that load, in a whole log over time."""
     assert log.t_s is not None, "a log over time has times"
@@ -147,7 +211,7 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     said = []
-    shortest, longest = TOLD[0] * float(np.median(np.diff(time))), float(time[-1] - time[0]) / TOLD[1]
+    shortest, longest = RESOLVED[0] * float(np.median(np.diff(time))), float(time[-1] - time[0]) / RESOLVED[1]
     for share, tau, one in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
             said.append(f"a time of {tau:.3g} s is outside of what the log can tell, {shortest:.3g} to {longest:.3g} s")

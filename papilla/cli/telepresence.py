@@ -193,7 +193,7 @@ def _summary(record: "Record", scene) -> dict:
 
 def _last_message(record: "Record", scene) -> dict[str, dict]:
     """The last message that arrived: of each quantity value, sigma, status, and what is true."""
-    message, soft = record.told[-1], scene.soft
+    message, soft = record.messages[-1], scene.soft
     if message is None:
         return {}
     truths: dict[str, Any] = {}
@@ -256,7 +256,7 @@ def _write(path: Path, record: "Record") -> None:
     columns = [record.time_s, record.hand_mm, record.local_um, record.direct_um, record.wavelength_mm]
     columns += [record.direct_mm, record.truth_mm, record.round_trip_ms]
     with table_writer(path, (*names, *QUANTITY_COLUMNS)) as write:
-        write([*columns, *zip(*map(quantity_row, record.told), strict=True)])
+        write([*columns, *zip(*map(quantity_row, record.messages), strict=True)])
 
 
 def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_trip_ms: float) -> None:
@@ -269,7 +269,7 @@ def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_
         raise InputError("the recorded texture has no significant line, so there is no grating for --html")
     displayed = (
         model.rule(one.wavelength_mm, one.amplitude_microstrain)
-        for message in reversed(record.told)
+        for message in reversed(record.messages)
         if message is not None
         for one in message.components[:1]
     )

@@ -25,7 +25,7 @@ def prepare(
     """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
 
     A press of it that includes large strain makes the table for it the first time, in about half a minute, where none
-    ships and none is known (`papilla.fem.finite.strain_tables`); `progress` is told of that, too.
+    ships and none is known (`papilla.fem.finite.strain_tables`); `progress` is called then, too.
 
     Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
     """

@@ -98,8 +98,8 @@ def build_section(finger: Finger, *, size_mm: float = SIZE_MM, ridges: bool = Tr
         points, triangles, layer, spans = _ridges(finger, points, triangles, layer, patch, tops, size_mm)
         base = np.append(base, np.zeros(len(points) - len(base), dtype=bool))
     if (count := len(np.unique(spans))) > MOST_NODES:
-        told = f"{count} nodes in the contact patch, {MOST_NODES} at most"
-        raise InputError(f"{told}: take a larger size_mm, or a smaller patch_radius_mm of the finger")
+        many = f"{count} nodes in the contact patch, {MOST_NODES} at most"
+        raise InputError(f"{many}: take a larger size_mm, or a smaller patch_radius_mm of the finger")
     return Section(points, triangles, layer, np.flatnonzero(base), spans, float(on_skin[-1]))
 
 

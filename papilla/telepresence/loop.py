@@ -188,5 +188,5 @@ def _record(scene: Set, time, hand, displays: tuple[np.ndarray, np.ndarray], dow
         },
         round_trip_ms=direct[:, 3],
         lost={name: link.lost / max(1, link.sent) for name, link in down.items()},
-        told=messages,
+        messages=messages,
     )

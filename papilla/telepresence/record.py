@@ -20,7 +20,7 @@ class Record(NamedTuple):
     wavelength_mm of the local model, direct_mm that of the texture where the displayed sample was taken; status of
     both. bytes_per_s : payload of messages down, `with_headers` with those of UDP and IPv4; round_trip_ms (n,) : how
     long ago the hand was where the displayed sample was taken, waiting in queues included; lost : share of what was
-    sent down; told (n,) : the last message that had arrived."""
+    sent down; messages (n,) : the last message that had arrived."""
 
     time_s: np.ndarray
     hand_mm: np.ndarray
@@ -35,7 +35,7 @@ class Record(NamedTuple):
     with_headers: dict[str, float]
     round_trip_ms: np.ndarray
     lost: dict[str, float]
-    told: list[Parameters | None]
+    messages: list[Parameters | None]
 
     @property
     def judged(self) -> slice:

@@ -52,7 +52,7 @@ def test_many_repeats_tell_what_was_put_in():
     assert told.readings_microstrain == pytest.approx(12.0, rel=0.15)
     assert told.force == pytest.approx(0.03, rel=0.25)
     assert told.indentation_mm == pytest.approx(0.005, rel=0.3)
-    assert "told from 234 repeats" in told.words
+    assert "estimated from 234 repeats" in told.words
 
 
 def test_few_repeats_leave_much_of_what_was_stated():

@@ -86,7 +86,7 @@ def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_pa
         (
             {f"g{k}": None for k in range(1, 6)} | {"sd_microstrain": np.full(10, 500.0)},
             ["--free", "gain"],
-            "gain.g1 is told by readings alone, and the log has S_d: common_gain is told by it",
+            "gain.g1 needs readings, and the log has S_d alone, which determines common_gain",
         ),
         ({"x_mm": 9 * np.ones(10)}, [], "x_mm is 9 in press 1: contacts are known within 5 mm of the apex"),
         ({"g2": np.full(10, np.nan)}, [], "expected a finite number, got nan"),

@@ -66,7 +66,7 @@ class Comparison:
         if self.same:
             return f"fine: {about} is what a finger that has not changed shows"
         named = [one for one in self.changes if one.chi_square > CLEAR]
-        moved = f"; what moved, told best by one change: {named[0].words}" if named else ""
+        moved = f"; the single change that explains it best: {named[0].words}" if named else ""
         return f"recalibrate: {about} has a probability of {self.probability:.1g}{moved}"
 
 
@@ -82,21 +82,21 @@ def compare(
 
     Raises `InputError` for a finger that was not identified, and what `identify` raises for its log.
     """
-    told = finger.identified
-    if told is None:
+    record = finger.identified
+    if record is None:
         raise InputError(f"the finger {finger.name!r} has no table [identified]: papilla identify makes one")
-    unknown = [name for name in told.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
+    unknown = [name for name in record.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
     if unknown:
         raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     refuse(log, finger)
-    stated = noise or Noise(readings_microstrain=told.noise_microstrain, force=told.force_error)
-    values = dict(zip(told.parameters, told.values, strict=True))
+    stated = noise or Noise(readings_microstrain=record.noise_microstrain, force=record.force_error)
+    values = dict(zip(record.parameters, record.values, strict=True))
     touched, design = finger.bench.specimen(1.0), unmoved(finger, values)
     shapes = shapes_of(log, touched, design, (), values, finger.bench.friction, size_mm, progress)
-    held = start_of(design, finger.bench.thickness) | {"touch_down_mm": told.touch_down_mm} | values
-    problem = Problem(log, design, shapes, held, told.parameters, stated)
+    held = start_of(design, finger.bench.thickness) | {"touch_down_mm": record.touch_down_mm} | values
+    problem = Problem(log, design, shapes, held, record.parameters, stated)
     refuse_beyond(problem)
-    return _against(problem, np.array([scaled(name, values[name]) for name in told.parameters]), told.covariance)
+    return _against(problem, np.array([scaled(name, values[name]) for name in record.parameters]), record.covariance)
 
 
 def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
@@ -117,16 +117,16 @@ def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
         by_name[f"reading of {gauge.name}"] = sum(problem.held[part] * by_name.pop(part) for part in parts)
     changes = []
     for name, column in by_name.items():
-        told = float(column @ precision @ column)
-        if told > 0:
-            found = float(column @ precision @ off) / told
-            changes.append(Change(name, found, told**-0.5, found**2 * told))
+        information = float(column @ precision @ column)
+        if information > 0:
+            found = float(column @ precision @ off) / information
+            changes.append(Change(name, found, information**-0.5, found**2 * information))
     changes.sort(key=lambda one: -one.chi_square)
     return Comparison(len(problem.log), total, len(off), float(chdtrc(len(off), total)), tuple(changes))
 
 
 def _may_move(problem: Problem) -> tuple[str, ...]:
-    """Parameters that a change may be told by."""
+    """Parameters that may have changed."""
     depths = problem.log.indentation_mm is not None
     out = {"thickness_mm", *MOVES, "common_gain", "common_lever_mm", *(() if depths else ("touch_down_mm",))}
     return tuple(name for name in names_of(problem.finger) if kind(name) not in out)

@@ -167,7 +167,7 @@ def _of_the_presses(found: Identification) -> list[str]:
     said = []
     inner, outer = found.values["inner_modulus_MPa"], found.values["outer_modulus_MPa"]
     if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
-        said.append("all presses are one and the same scene: priors decide most of what is told")
+        said.append("all presses are one and the same scene: priors decide most results")
     elif np.ptp(log.modulus_MPa) == 0:
         said.append("all presses are on one modulus: another, far from it, tells the finger's moduli apart from gains")
     if log.stated_sd is not None:
@@ -213,7 +213,7 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
         if abs(together) > CORRELATED:
             names = found.names[one], found.names[other]
             wide = ": take their intervals 1.5 times as wide" if {kind(one) for one in names} <= {*MOVES} else ""
-            said.append(f"{names[0]} and {names[1]} are told together only (correlation {together:.3f}){wide}")
+            said.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
     if found.freedom > 0 and found.chi_square / found.freedom > MISFIT:
         excess = found.chi_square / found.freedom
         said.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")

@@ -80,8 +80,8 @@ class Identification:
     asked: str = ""
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
-        return f"<Identification from {len(self.problem.log)} presses: {told}>"
+        shown = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
+        return f"<Identification from {len(self.problem.log)} presses: {shown}>"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -117,12 +117,12 @@ class Identification:
             gauges.append(replace(gauge, membrane_gain=gain, lever_mm=lever, moved_mm=moved))
         return replace(found, gauges=tuple(gauges))
 
-    def with_record(self, told: Identified) -> Finger:
-        """The identified finger that carries what was told of it, and its bench."""
-        bench = replace(self.finger.bench, touch_down=told.touch_down_mm, thickness=self.values["thickness_mm"])
-        if told.friction != NOT_TOLD:
-            bench = replace(bench, friction=told.friction)
-        return replace(self.finger, identified=told, bench=bench)
+    def with_record(self, record: Identified) -> Finger:
+        """The identified finger with the record of its identification, and its bench."""
+        bench = replace(self.finger.bench, touch_down=record.touch_down_mm, thickness=self.values["thickness_mm"])
+        if record.friction != NOT_TOLD:
+            bench = replace(bench, friction=record.friction)
+        return replace(self.finger, identified=record, bench=bench)
 
     def at(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
         """(n, c) what other presses by forces (n,) on specimens of moduli (n,) measure, zeros included."""
@@ -249,14 +249,14 @@ def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Ma
     asked = expanded(free, finger)
     for name in asked if log.stated_sd is not None else ():
         if kind(name) in ("gain", "lever_mm", "zero_microstrain", "place_mm"):
-            raise InputError(f"{name} is told by readings alone, and the log has S_d: common_gain is told by it")
+            raise InputError(f"{name} needs readings, and the log has S_d alone, which determines common_gain")
     for name in asked if log.stated_sd is None else ():
         if kind(name) in ("common_gain", "common_lever_mm") and not {"gain", "lever_mm"} <= {kind(one) for one in held}:
-            raise InputError(f"{name} is told where gain and lever_mm are fixed: it is in each of them otherwise")
+            raise InputError(f"{name} needs gain and lever_mm to be fixed: otherwise it is part of each of them")
     if log.indentation_mm is not None:
         usual.append("touch_down_mm")
     elif "touch_down_mm" in asked:
-        raise InputError("touch_down_mm is told by indentations alone, and the log has no indentation_mm")
+        raise InputError("touch_down_mm needs indentations, and the log has no indentation_mm")
     both = [name for name in asked if name in held]
     if both:
         raise InputError(f"{both[0]} cannot be both free and fixed")

@@ -104,10 +104,10 @@ def freed(
         alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE]
     if not names or _misfit(best):
         return found
-    told = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS[kind(name)].unit})" for name in names)
+    named = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS[kind(name)].unit})" for name in names)
     fell = f"chi-square fell from {found.chi_square:.3g} to {best.chi_square:.3g}"
     others = f"; {' or '.join(alike)} instead of {names[-1]} does as well" if alike else ""
-    return replace(best, asked=f"{told} was freed because the presses do not fit otherwise: {fell}{others}")
+    return replace(best, asked=f"{named} was freed because the presses do not fit otherwise: {fell}{others}")
 
 
 def _with_free(found: Identification, name: str) -> Identification:

@@ -1,4 +1,4 @@
-"""What measured presses scatter by: the named parts of their error, stated, or told from presses that were repeated."""
+"""The errors of measured presses by their cause: stated, or estimated from presses that were repeated."""
 
 from dataclasses import dataclass, fields
 
@@ -15,7 +15,7 @@ class Noise:
     against an independent code at finite strain, strain is 0.1 to 1.7 % off, curvature 0.2 to 4 %, an indentation 0.5
     to 2 %, most of it the mesh of 1 mm. beyond : added to it where a press strains the finger more than was measured at
     finite strain. repeats : degrees of freedom
-    of repeated presses that told the first three; 0 where they are stated.
+    of repeated presses from which the first three were estimated; 0 where they are stated.
     """
 
     readings_microstrain: float = 5.0
@@ -35,4 +35,4 @@ class Noise:
     def words(self) -> str:
         """In words, and where it is from."""
         parts = f"readings {self.readings_microstrain:.3g} µε, force {100 * self.force:.2g} %"
-        return f"{parts}, {f'told from {self.repeats} repeats' if self.repeats else 'as stated'}"
+        return f"{parts}, {f'estimated from {self.repeats} repeats' if self.repeats else 'as stated'}"

@@ -82,7 +82,7 @@ def felt_by(
     for shape in shapes:
         rows = shape.rows
         loads = log.force_N[rows], moduli[rows], ratio * inner, inner
-        told = [one.felt(*loads) for one in shape.responses]
+        felts = [one.felt(*loads) for one in shape.responses]
         weight, steep = _between(shape.thicknesses, values["thickness_mm"])
         by_share = np.zeros_like(weight)
         if shape.friction_open:
@@ -91,8 +91,8 @@ def felt_by(
             by_share = np.kron([1.0, -1.0], weight)
             weight, steep = np.kron(share, weight), np.kron(share, steep)
         parts = (
-            (felt, found.slopes, [one.values for one in told], [one.slope_values for one in told]),
-            (depth, found.depth_slopes, [one.indentation for one in told], [one.slope_indentation for one in told]),
+            (felt, found.slopes, [one.values for one in felts], [one.slope_values for one in felts]),
+            (depth, found.depth_slopes, [one.indentation for one in felts], [one.slope_indentation for one in felts]),
         )
         for value, slope, of_all, slopes_of_all in parts:
             value[rows] = np.tensordot(weight, of_all, 1)

@@ -44,8 +44,8 @@ MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
 """Where priors are about another value than 0, or for a logarithmic parameter, than where it starts."""
 
 PATTERNS = 6
-"""What the model is off by is smooth in force and modulus: a parabola in both. However many presses there are, they
-tell no more of it than so many."""
+"""The error of the model is smooth in force and modulus, a parabola in both. So however many presses there are, they
+average it no better than so many independent ones."""
 
 CURVED = 2.0
 """How much more a change of curvature is off than a strain."""
@@ -265,9 +265,9 @@ class Problem:
 
     def linearised(self, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both."""
-        told = self.modelled(vector)
-        residuals = np.concatenate([self._weighted(self._off(told))[:, 0], self._prior(vector)])
-        return residuals, np.vstack([self._weighted(-told.by_free), self._prior_slope(vector)])
+        modelled = self.modelled(vector)
+        residuals = np.concatenate([self._weighted(self._off(modelled))[:, 0], self._prior(vector)])
+        return residuals, np.vstack([self._weighted(-modelled.by_free), self._prior_slope(vector)])
 
     def solved(self, outside: np.ndarray) -> np.ndarray:
         """The vector (f,) of the best linear parameters, at given values of the others."""
@@ -286,9 +286,9 @@ class Problem:
         outer = jacobian[:, ~self.linear]
         return residuals, outer - inner @ (inner.T @ outer)
 
-    def _off(self, told: Modelled) -> np.ndarray:
+    def _off(self, modelled: Modelled) -> np.ndarray:
         """(n, c, 1) what was measured less what was modelled, zero where nothing was measured."""
-        return np.nan_to_num(self.measured - told.values)[:, :, None]
+        return np.nan_to_num(self.measured - modelled.values)[:, :, None]
 
     def _weighted(self, rows: np.ndarray) -> np.ndarray:
         """Rows (n, c, k) whitened, weighed and flat: (n c, k)."""
@@ -347,10 +347,10 @@ class Problem:
             weights = self._whitener(slope, self.noise.model * np.abs(np.nan_to_num(self.measured)))
             held, robust = dict(self.held), np.ones(self.measured.shape)
             return replace(self, weights=weights, robust=robust, gains=self._most_gain(self.felt(held).values))
-        told, values = self.modelled(vector), self.values(vector)
+        modelled, values = self.modelled(vector), self.values(vector)
         gains = np.abs([values[f"gain.{gauge.name}"] for gauge in self.finger.gauges])
         gains = np.maximum(gains, self._most_gain(self.felt(values).values))
-        return replace(self, weights=self._whitener(told.by_ln_force, told.unsure), gains=gains)
+        return replace(self, weights=self._whitener(modelled.by_ln_force, modelled.unsure), gains=gains)
 
     def _most_gain(self, felt: np.ndarray) -> np.ndarray:
         """(g,) largest gains that readings of this size may come from, over the levers of the prior."""

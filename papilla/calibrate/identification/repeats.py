@@ -1,4 +1,4 @@
-"""Noise of a bench, told from presses that were repeated.
+"""Noise of a bench, estimated from presses that were repeated.
 
 What repeated presses differ by is noise alone: what the model is off by is the same in all of them. It is estimated by
 restricted maximum likelihood (Patterson and Thompson 1971, doi:10.1093/biomet/58.3.545), for an error of force moves
@@ -22,7 +22,7 @@ STATED_FREEDOM = 4.0
 
 
 def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
-    """The noise of a problem's presses, told from those that repeat one another at a fitted vector (f,); where none do,
+    """The noise of a problem's presses, estimated from repeated ones at a fitted vector (f,); where none are repeated,
     or rows are samples of touches (`t_s`) that share their error of force, it is what was stated."""
     groups = _groups(problem) if problem.log.t_s is None else []
     if not groups:
@@ -30,8 +30,8 @@ def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
     stated = np.array([problem.reading_noise, problem.noise.force, problem.noise.indentation_mm])
     deep = problem.measured.shape[1] > problem.reading_count
     stated = stated if deep else stated[:2]
-    told = problem.modelled(vector)
-    parts = [_contrasts(problem, told, rows) for rows in groups]
+    modelled = problem.modelled(vector)
+    parts = [_contrasts(problem, modelled, rows) for rows in groups]
     freedom = sum(len(contrasts) for contrasts, _ in parts)
 
     def minus_twice_log_likelihood(ln_variance: np.ndarray) -> float:
@@ -76,7 +76,7 @@ def _groups(problem: Problem) -> list[np.ndarray]:
     return [np.array(group) for group in found if len(group) > 1]
 
 
-def _contrasts(problem: Problem, told: Modelled, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _contrasts(problem: Problem, modelled: Modelled, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Independent differences (m - 1, c) of m repeated presses, and the mean slope (c,) by ln force."""
-    off = (problem.measured - told.values)[rows]
-    return helmert(len(rows)) @ off, told.by_ln_force[rows].mean(axis=0)
+    off = (problem.measured - modelled.values)[rows]
+    return helmert(len(rows)) @ off, modelled.by_ln_force[rows].mean(axis=0)

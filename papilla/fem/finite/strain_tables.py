@@ -158,7 +158,7 @@ def begin_large_strain(
     ----------
     ends : of friction: False for none, True for stuck.
     start : of `papilla.workers.workers`.
-    ratios : E_outer / E_inner of the tables; None is the finger's own, where it is not told by the known ones.
+    ratios : E_outer / E_inner of the tables; None is the finger's own, unless the known tables cover it.
 
     The wait returns what to note where a finger has to do without, else nothing.
     """

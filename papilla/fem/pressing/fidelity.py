@@ -1,8 +1,8 @@
 """`press`: one scene, with the fidelity that was asked for or the cheapest that is good enough.
 
-Hertz is measured against contact for the very finger and specimen. What contact itself is off by, for the mesh and for
-small strain, both share. What large strain changes is included where a table of it is known (`large_strain`); what is
-left, and the mesh, is looked up among the figures of `papilla bench` (`prices`), told, and never measured here.
+The error of hertz is measured against contact, for this finger and specimen. Both share the errors of the mesh and of
+small strain. The change by large strain is included where a table of it is known (`large_strain`). What remains, and
+the error of the mesh, is looked up among the figures of `papilla bench` (`prices`) and stated in the status.
 """
 
 import math
@@ -134,11 +134,11 @@ def including_large_strain(
         return with_large_strain(reduced, found, friction > 0, beyond=beyond)
     linear = partial(_linear, reduced, specimen, (found.force, None), start=found.active, began=perf_counter())
     free, held = linear(friction=0.0), linear(friction=math.inf)
-    free_told = with_large_strain(reduced, free, beyond=beyond)
-    held_told = with_large_strain(reduced, held, stuck=True, beyond=beyond)
-    if free_told is None or held_told is None:
+    free_large = with_large_strain(reduced, free, beyond=beyond)
+    held_large = with_large_strain(reduced, held, stuck=True, beyond=beyond)
+    if free_large is None or held_large is None:
         return None
-    return between_ends(reduced, found, (free, held), (free_told, held_told), lambda lower: linear(friction=lower))
+    return between_ends(reduced, found, (free, held), (free_large, held_large), lambda lower: linear(friction=lower))
 
 
 def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
@@ -291,11 +291,11 @@ def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_
     known = [f"{name.replace('_', ' ')} {worst}" for name, worst in parts.items() if worst is not None]
     if not known:
         return f"; what mesh and small strain cost is not known at {force:.3g} N"
-    told = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
+    loss = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
     strain = parts.get("small_strain")
     if strain is not None and strain.error > tolerance:
-        told += f"; small strain alone is over {100 * tolerance:g} %: --fidelity finite (press_finite) has none of it"
-    return told
+        loss += f"; small strain alone is over {100 * tolerance:g} %: --fidelity finite (press_finite) has none of it"
+    return loss
 
 
 def _prices(reduced: ReducedFinger) -> Prices | None:

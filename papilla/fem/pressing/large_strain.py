@@ -56,7 +56,7 @@ COARSE = 0.002
 finger such tables are 0.08 % (without friction) and 0.16 % (stuck) off those of 0.7 mm."""
 
 LOWERED = (0.7, 0.85)
-"""Parts of a coefficient of friction at which linear presses, too, tell the share of stick; it is linear in between."""
+"""Parts of a coefficient of friction at which linear presses are made, too: the share of stick is linear in between."""
 
 BETWEEN = 0.003
 """Relative error of S_d, one sigma, at a friction that neither is none nor sticks: its share of stick is estimated."""
@@ -65,15 +65,15 @@ SAME_RATIO = 1e-3
 """Relative difference up to which two ratios of moduli are one."""
 
 APART = 0.5
-"""Difference of ln ratio from which on two tables tell what the ratio changes: the polynomial between tables has as
-many terms as there are tables so far apart. Closer ones are averaged: it would swing through their errors."""
+"""Difference of ln ratio from which on two tables count as two: the polynomial in ln ratio has as many terms as there
+are tables so far apart. Closer tables are averaged, because a polynomial through both would swing with their errors."""
 
 MARGIN = 0.05
-"""What the logarithms of force and area may lie outside of the table."""
+"""How far the logarithms of force and area may lie outside of the table."""
 
 HARDER = 0.15
-"""What that of the area may lie below the rigid flat's, than which nothing is harder: nodes of the coarse mesh on which
-a finger of one's own is measured told areas of light presses up to 9 % larger than those that are asked about."""
+"""How far the logarithm of the area may lie below the rigid flat's, although nothing is harder than that: on the coarse
+mesh on which a finger of one's own is measured, areas of light presses come out up to 9 % larger than on a fine one."""
 
 FURTHER = 2.25
 """Forces in the largest of a table up to which a press is changed as by that one, and as far below the least. At 1.6
@@ -272,9 +272,9 @@ def with_large_strain(
     parts = [weight * table.changes(*place) for (table, weight), (place, _) in zip(tables, nearest, strict=True)]
     changes = np.sum(parts, axis=0)
     norms = np.linalg.norm(found.values, axis=1, keepdims=True)
-    values = found.values + norms * changes[3:].reshape(found.values.shape)
-    measures = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
-    strained = _with(reduced, found, values, measures)
+    changed = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
+    changed["values"] = found.values + norms * changes[3:].reshape(found.values.shape)
+    strained = _with(reduced, found, changed)
     if [place for place, _ in nearest] == [(force, soft) for soft in softness]:
         return strained
     return replace(strained, status=f"{strained.status}, {BEYOND}: S_d within 2 %, gauges within 6 %")
@@ -298,41 +298,41 @@ def between_ends(
     reduced: ReducedFinger,
     found: Press,
     ends: tuple[Press, Press],
-    told: tuple[Press, Press],
+    strained: tuple[Press, Press],
     linear: Callable[[float], Press],
 ) -> Press:
     """A linear press of a friction between none and stick with what large strain changes in it.
 
-    ends : linear presses by the same force without friction and stuck; told : the same with large strain; `linear`
+    ends : linear presses by the same force without friction and stuck; strained : the same with large strain; `linear`
     makes linear presses of other frictions. Where points slip, friction does at large strain what it does at small: its
     effect grows as the coefficient. But stick does more, 1/k times as much: so the share of it that a coefficient mu
     brings is that of k mu in linear presses.
     """
-    (free, held), (free_told, held_told) = ends, told
-    small, large = held.reading - free.reading, held_told.reading - free_told.reading
+    (free, held), (free_large, held_large) = ends, strained
+    small, large = held.reading - free.reading, held_large.reading - free_large.reading
     if not (small.any() and large.any()):
-        return replace(free_told, friction=found.friction)
+        return replace(free_large, friction=found.friction)
     lower = found.friction * float(np.linalg.norm(small) / np.linalg.norm(large))
     marks = [found.friction * share for share in (*LOWERED, 1.0)]
     readings = [linear(mark).reading for mark in marks[:-1]] + [found.reading]
     shares = [float(small @ (reading - free.reading) / (small @ small)) for reading in readings]
     share = min(float(np.interp(lower, [0.0, *marks], [0.0, *shares])), 1.0)
-    measures = {name: (1 - share) * getattr(free_told, name) + share * getattr(held_told, name) for name in MEASURES}
-    values = (1 - share) * free_told.values + share * held_told.values
-    return _with(reduced, found, values, measures)
+    both = (free_large, 1 - share), (held_large, share)
+    mixed = {name: sum(part * getattr(one, name) for one, part in both) for name in ("values", *MEASURES)}
+    return _with(reduced, found, mixed)
 
 
-def _with(reduced: ReducedFinger, found: Press, values: np.ndarray, measures: dict) -> Press:
-    """A press whose gauges' values (q, g) and `MEASURES` large strain has changed."""
+def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
+    """A press with the gauges' `values` (q, g) and the `MEASURES` that large strain has changed."""
     error = large_strain_error(reduced, found.friction)
-    told = replace(found, values=values, large_strain=True, **measures)
-    change = f"{100 * (told.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
+    strained = replace(found, large_strain=True, **changed)
+    change = f"{100 * (strained.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
     said = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
-    return replace(told, status=f"{found.status}; {said}")
+    return replace(strained, status=f"{found.status}; {said}")
 
 
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
-    """Relative error of S_d with large strain, of the known tables that tell a friction; 0 where there is none."""
+    """Relative error of S_d with large strain, of the known tables for a friction; 0 where there is none."""
     tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]
     worst = max((table.sd_error(reduced.weights) for table in tables), default=0.0)
     return math.hypot(worst, BETWEEN) if 0 < friction < math.inf else worst
@@ -359,7 +359,7 @@ def is_known(reduced: ReducedFinger, friction: float) -> bool:
 
 
 def ends_of(friction: float) -> tuple[bool, ...]:
-    """Without friction (False), stuck (True), or both: what a coefficient of friction is told from."""
+    """The ends between which a coefficient of friction lies: none (False), stuck (True), or both."""
     return (False, True) if 0 < friction < math.inf else (friction > 0,)
 
 

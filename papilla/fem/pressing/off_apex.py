@@ -221,7 +221,7 @@ class _Rows:
 
 
 def _missed(made: OffApex, rows: _Rows, pressed: np.ndarray, traction: np.ndarray, inner: float) -> float:
-    """Root mean square of what changes at the probes are off by, in that of what gauges feel of usual presses."""
+    """Root mean square error of the changes at the probes, over that of the gauges' values in usual presses."""
     usual = np.all([(low <= one) & (one <= high) for one, (low, high) in zip(pressed.T, USUAL, strict=False)], axis=0)
     pressed, traction = (one[usual] if usual.any() else one for one in (pressed, traction))
     base = rows.nodes(traction)[_AT_APEX]
@@ -231,8 +231,8 @@ def _missed(made: OffApex, rows: _Rows, pressed: np.ndarray, traction: np.ndarra
         felt = rows.felt(rows.contacts[number - len(PROBES)], traction)[:, number - len(PROBES)] - base
         place = np.tile(made.limits.reach * np.array(probe), (len(pressed), 1))
         shift = np.tile(made.limits.shift * np.array(probe)[:, None], (1, rows.gauges))
-        told = made.changed(pressed[:, 0] * inner, pressed[:, 1] * inner, PROBE * inner, inner, place, shift).values
-        off.append((told - felt) / size)
+        loads = pressed[:, 0] * inner, pressed[:, 1] * inner, PROBE * inner, inner
+        off.append((made.changed(*loads, place, shift).values - felt) / size)
     return float(np.sqrt(np.mean(np.square(off))))
 
 

@@ -22,7 +22,7 @@ SMALL_STRAIN = 0.1
 is up to 7 %, and single gauges of the default finger are 7 to 30 %, off finite strain."""
 
 FACETS = 0.02
-"""Share of the indentation that the facets of a skin may stand off it before they are told."""
+"""Share of the indentation that the facets of a skin may stand off it before the status says so."""
 
 THIN_SKIN, ANOTHER = 3.0, 1.5
 """Contact radius in thicknesses of a skin, and ratio of its modulus to that below it, from which the skin bends as a

@@ -44,7 +44,7 @@ USUAL = (1.0, 60.0), (1.0, 60.0)
 """Forces and moduli over which the error is taken: of the same finger, 0.03 to 2 N on 0.03 to 2 MPa."""
 
 FOLDS = 5
-"""Parts of the presses of which each is told from the others, for the error."""
+"""Parts of the presses; each is predicted by a fit of the others, which gives the error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +69,8 @@ class Response:
     deepest : (3, k) rows of E / E_inner, ratio, and the largest x at which the contact stays on its patch.
     strained : largest x that large strain was measured up to; infinite where it is not included.
     friction : Coulomb's coefficient, infinite for stick. large_strain : whether it is included.
-    error : (1 + q g,) root mean square of what presses told from the others are off by: indentation, relative, then the
-    gauges' values in the root mean square of the quantity over the gauges.
+    error : (1 + q g,) root mean square error of presses predicted by a fit of the others: indentation, relative, then
+    the gauges' values over the root mean square of the quantity over the gauges.
     """
 
     coefficients: np.ndarray

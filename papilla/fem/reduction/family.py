@@ -1,8 +1,8 @@
 """`FingerFamily`: all fingers of one geometry, whatever the moduli of their layers, from a few reductions.
 
 At fixed geometry and Poisson's ratios the condensed finger depends on the moduli through their ratio r = outer / inner
-alone: compliance and gauge rows go with 1 / inner. They are smooth in ln r, so Chebyshev nodes tell every other ratio
-(Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, theorem 8.2).
+alone: compliance and gauge rows go with 1 / inner. They are smooth in ln r, so a polynomial through Chebyshev nodes
+gives them at every other ratio (Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, theorem 8.2).
 """
 
 from collections.abc import Callable, Iterator
@@ -28,7 +28,7 @@ NODES = 7
 PROBES = (1.45, 4.6, 13.1)
 """Ratios between the nodes at which the error is measured."""
 
-TOLD_BY_RATIO = ("compliance", "rows")
+OF_THE_RATIO = ("compliance", "rows")
 """What depends on the ratio; all else of a reduced finger is the geometry's, or plain arithmetic."""
 
 
@@ -61,7 +61,7 @@ class FingerFamily:
         """The finger with these Young's moduli (MPa); raises `InputError` where their ratio is outside the family."""
         design = self.design(outer, inner)
         weights = self._basis(np.log(self._checked(outer / inner))) / inner
-        compliance, rows = (np.einsum("k,k...->...", weights, getattr(self, name)) for name in TOLD_BY_RATIO)
+        compliance, rows = (np.einsum("k,k...->...", weights, getattr(self, name)) for name in OF_THE_RATIO)
         thickness = self.reduced.layers[:, 0]
         moduli = [layer.modulus for layer in (design.outer, design.inner, design.bone) if layer][: len(thickness)]
         return replace(
@@ -133,15 +133,15 @@ def family(
             yield member.reduce_tangential(at) if tangential else member.reduce(at)
 
     def make() -> dict[str, np.ndarray]:
-        told = list(members((*nodes, *PROBES), False))
-        arrays = {name: inner * np.stack([getattr(one, name) for one in told]) for name in TOLD_BY_RATIO}
+        reduced = list(members((*nodes, *PROBES), False))
+        arrays = {name: inner * np.stack([getattr(one, name) for one in reduced]) for name in OF_THE_RATIO}
         basis = _cardinal(nodes)(np.log(PROBES))
         misses = [
             np.abs(np.einsum("pk,k...->p...", basis, values[:NODES]) - values[NODES:]).max() / np.abs(values).max()
             for values in arrays.values()
         ]
         kept = {name: values[:NODES] for name, values in arrays.items()} | {"error": np.array(max(misses))}
-        return kept | {f"reduced_{name}": values for name, values in told[0].to_arrays().items()}
+        return kept | {f"reduced_{name}": values for name, values in reduced[0].to_arrays().items()}
 
     def make_tangential() -> dict[str, np.ndarray]:
         compliance, rows = (inner * np.stack(part) for part in zip(*members(nodes, True), strict=True))
@@ -155,7 +155,7 @@ def family(
         found = cache.fetch("family_tangential", key, make_tangential)
         return found["compliance"], found["rows"]
 
-    own = {name: arrays[name] for name in TOLD_BY_RATIO}
+    own = {name: arrays[name] for name in OF_THE_RATIO}
     member = ReducedFinger.from_arrays(shared)
     error = float(arrays["error"])
     return FingerFamily(finger, member, nodes, **own, error=error, tangential_source=tangential, model=model)

@@ -151,7 +151,7 @@ class FingerModel:
         mixing: sp.spmatrix | None = None,
     ) -> dict:
         """As `gauge_adjoints`, of k functionals of the displacement, or of what rows `mixing` (k, functionals) make of
-        them; all parities, unless told."""
+        them; of all parities by default."""
         every = self._all_parities()
         found = {}
         for parity in every if parities is None else parities:

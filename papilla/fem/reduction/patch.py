@@ -91,7 +91,7 @@ class Patch:
         return np.asarray(len(self.images) / 2.0 ** on_plane.sum(axis=1))
 
     def mean_edge(self, nodes: np.ndarray) -> float:
-        """Mean length (mm) of the triangle edges at nodes, told by a mask (n,), and at their images."""
+        """Mean length (mm) of the triangle edges at nodes (mask (n,)) and at their images."""
         copies = self.copies[nodes]
         return float(copies @ self.edge_length[nodes] / copies.sum())
 

@@ -45,7 +45,7 @@ class ReducedFinger:
     strain_key : `Finger.strain_sha256`, by which tables of large strain are found.
     strain_source : makes, when a press asks for it, the table of large strain without friction (False) or stuck (True)
         and keeps it where `strain_key` finds it.
-    bench : of the finger: what presses take that are told no friction, and sweeps that are told no specimen.
+    bench : of the finger: its friction is the default of presses, its specimen that of sweeps.
     facets : how far (mm) the facets of a triangulated skin lie off the smooth surface that they stand for.
     element : that the finger was solved with.
     """

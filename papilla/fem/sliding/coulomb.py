@@ -11,7 +11,7 @@ Active sets (open, stick, slip to either side) are the Newton iteration of the c
 its law most changes at a time; where that does not end either, the step is approached in parts; then nodes are relaxed
 one by one (Gauss-Seidel), each to its own exact law: for sets to begin anew with or, at last, to the end. No
 convexified law: that one lifts the body while it slips. With much friction the load jumps with the depth: a load
-inside such a jump has no solution, and is told as violated.
+inside such a jump has no solution, and is reported as a violation.
 """
 
 import math

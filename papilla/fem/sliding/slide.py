@@ -47,8 +47,8 @@ LARGEST_FRICTION = 3.0
 """Above it a node jams by the coupling of its own displacements, and there is no single answer."""
 
 DEEP_IN_GROOVE_MM = 0.2
-"""How far skin may stand in a groove before it is told: two elements of the skin, so that no more than the edge of a
-ridge is beside a flank."""
+"""How far skin may stand in a groove before the status says so: two elements of the skin, so that no more than the edge
+of a ridge is beside a flank."""
 
 SMALL_STRAIN = 0.1
 """Indentation over the tissue's thickness from which small strain is doubtful."""
@@ -152,8 +152,8 @@ def slide(
     pressed = {"force": checks.positive("force (N)", force)} if force is not None else {}
     if depth is not None:
         pressed = {"indentation": checks.within("press depth (mm)", depth, 0.0, 1e3)}
-    told = finger.bench.friction if friction is None else friction
-    rubbing = 0.0 if told in (None, STUCK) else checks.within("friction", told, 0.0, LARGEST_FRICTION)
+    stated = finger.bench.friction if friction is None else friction
+    rubbing = 0.0 if stated in (None, STUCK) else checks.within("friction", stated, 0.0, LARGEST_FRICTION)
     if loss_factor is not None:
         checks.within("loss factor", loss_factor, 0.0, 2.0)
     if dynamics not in DYNAMICS:
@@ -161,7 +161,7 @@ def slide(
     body = section or prepare_section(finger, progress=progress)
     tied, rows = None, body.reading_rows
     if length_mm is None and depth != 0:
-        tied = tie(finger, body, **pressed, friction=told, progress=progress)
+        tied = tie(finger, body, **pressed, friction=stated, progress=progress)
         rows, length_mm = tied.rows(body), tied.length_mm
     length = checks.positive("length_mm", 1.0 if length_mm is None else length_mm)
     names = tuple(gauge.name for gauge in finger.gauges)
