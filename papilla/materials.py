@@ -21,6 +21,10 @@ MODES = ("uniaxial", "equibiaxial", "pure_shear")
 _FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
 """Test -> exponent: the principal stretch in the stress-free direction is stretch ** exponent."""
 
+POSITIVE, ANY_SIGN = (1e-6, 1e4), (-1e4, 1e4)
+"""Ranges of a parameter in a fit, over the shear modulus of a neo-Hookean fit. No fit starts at that modulus itself, so
+that a parameter that did not move shows."""
+
 
 class _Material(ABC):
     kind: ClassVar[str]
@@ -104,6 +108,7 @@ class NeoHookean(FirstInvariantMaterial):
     mu: float
     kind: ClassVar[str] = "neo-hookean"
     in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (0.7, *POSITIVE)}
 
     def __post_init__(self):
         checks.positive("neo-Hookean mu (MPa)", self.mu)
@@ -123,6 +128,11 @@ class Yeoh(FirstInvariantMaterial):
     c3: float = 0.0
     kind: ClassVar[str] = "yeoh"
     in_MPa: ClassVar[tuple[str, ...]] = ("c1", "c2", "c3")
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {
+        "c1": (0.5, *POSITIVE),
+        "c2": (0.0, *ANY_SIGN),
+        "c3": (0.0, *ANY_SIGN),
+    }
 
     def __post_init__(self):
         checks.positive("Yeoh c1 (MPa)", self.c1)
@@ -146,6 +156,7 @@ class Ogden(_Material):
     alpha: float
     kind: ClassVar[str] = "ogden"
     in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (1.0, *POSITIVE), "alpha": (2.0, 0.1, 30.0)}
 
     def __post_init__(self):
         checks.positive("Ogden mu (MPa)", self.mu)
@@ -189,7 +200,8 @@ def _least(matrices: np.ndarray) -> np.ndarray:
 Material = NeoHookean | Yeoh | Ogden
 
 MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
-"""Name of a material in a design file -> its class. `in_MPa` of a class names its parameters that are moduli."""
+"""Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli; `fit_from` has start,
+lowest and highest value of each parameter in a fit, moduli over the shear modulus of a neo-Hookean fit."""
 
 
 def checked_material(what: str, material: object) -> Material:

@@ -166,6 +166,32 @@ def test_errors_are_raised_from_the_one_tree():
     assert found == []
 
 
+REGISTERED = {
+    "curvature, what a gauge feels": ({"curvature"}, 3),
+    "a sphere, a specimen": ({"sphere", "Sphere"}, 3),
+    "Yeoh's rubber": ({"yeoh", "Yeoh"}, 1),
+    "Ogden's rubber, with tangents of its own": ({"ogden", "Ogden"}, 2),
+}
+"""An entry of a registry: the strings and names that it goes by, and in how many files they may occur."""
+
+
+@pytest.mark.parametrize("entry", REGISTERED)
+def test_one_more_entry_of_a_registry_changes_few_files(entry):
+    """Those that study or show an entry do not count: they need not know of the next one."""
+    named, most = REGISTERED[entry]
+    found = set()
+    for path in PACKAGE.rglob("*.py"):
+        # A specimen has a curvature, too
+        if part(path) in ("studies", "view") or entry.startswith("curvature") and path.stem == "specimen":
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            # A text, or the name of a class: a variable may be called like an entry
+            word = node.value if isinstance(node, ast.Constant) else getattr(node, "id", getattr(node, "name", ""))
+            if word in named and (isinstance(node, ast.Constant) or not word.islower()):
+                found.add(path.relative_to(PACKAGE).as_posix())
+    assert len(found) <= most, sorted(found)
+
+
 def test_no_file_names_a_path_of_the_machine_that_made_it():
     listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True)
     if listed.returncode:

@@ -29,17 +29,6 @@ ILL_CONDITIONED = 1e6
 DEAD = 1e-10
 """Size of a column of the scaled Jacobian, against the largest, below which the data do not see its parameter."""
 
-_LARGEST = 1e4
-"""Bound of a modulus-like parameter, in units of the shear modulus that a neo-Hookean fit finds."""
-
-_BOUNDS = {
-    "neo-hookean": {"mu": (1e-6, _LARGEST)},
-    "yeoh": {"c1": (1e-6, _LARGEST), "c2": (-_LARGEST, _LARGEST), "c3": (-_LARGEST, _LARGEST)},
-    "ogden": {"mu": (1e-6, _LARGEST), "alpha": (0.1, 30.0)},
-}
-# Away from the scale itself, which is the neo-Hookean answer: "did not move" must mean something
-_START = {"neo-hookean": (0.7,), "yeoh": (0.5, 0.0, 0.0), "ogden": (1.0, 2.0)}
-
 
 @dataclass(frozen=True, eq=False)
 class MaterialTests:
@@ -114,8 +103,7 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
         raise InputError(f"{kind} has {len(names)} parameters: it needs more than {moving.sum()} points off stretch 1")
     scale = _shear_modulus(data)
     unit = np.array([1.0 if name == "alpha" else scale for name in names])
-    start = np.array(_START[kind])
-    low, high = np.array([_BOUNDS[kind][name] for name in names]).T
+    start, low, high = np.array([cls.fit_from[name] for name in names]).T
 
     def residual(x):
         return (model_stress(cls(*(x * unit)), data) - data.stress) / scale
