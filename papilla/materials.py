@@ -200,8 +200,8 @@ def _least(matrices: np.ndarray) -> np.ndarray:
 Material = NeoHookean | Yeoh | Ogden
 
 MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
-"""Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli; `fit_from` has start,
-lowest and highest value of each parameter in a fit, moduli over the shear modulus of a neo-Hookean fit."""
+"""Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli; `fit_from` has the
+start, lowest and highest value of each parameter in a fit, moduli over the shear modulus of a neo-Hookean fit."""
 
 
 def checked_material(what: str, material: object) -> Material:
