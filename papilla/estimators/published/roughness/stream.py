@@ -12,19 +12,7 @@ from typing import Any, ClassVar
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.roughness.answer import (
-    DUPLICATE,
-    GAP,
-    MISSING,
-    NO_VELOCITY,
-    NONE,
-    OK,
-    SATURATED,
-    STANDSTILL,
-    WARMING_UP,
-    Finding,
-    RoughnessEstimate,
-)
+from papilla.estimators.published.roughness.answer import NONE, Finding, RoughnessEstimate, RoughnessStatus
 from papilla.estimators.stream import Stream
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
@@ -125,25 +113,25 @@ class RoughnessStream(Stream):
         if time:
             missing = self._missing_before(time[0])
             if missing < 0:
-                return RoughnessEstimate(NONE, NONE, NONE, DUPLICATE)
+                return RoughnessEstimate(NONE, NONE, NONE, RoughnessStatus.DUPLICATE)
             for _ in range(missing):
                 self._one(NONE, velocity)
         return self._one(reading, velocity)
 
     def _one(self, reading: float, velocity: float) -> RoughnessEstimate:
         """The answer after one more sample, a period after the last."""
-        fault, memory = OK, self._memory
+        fault, memory = RoughnessStatus.OK, self._memory
         if not -self._saturation < reading < self._saturation:
-            fault, reading = SATURATED if reading == reading else MISSING, NONE
+            fault, reading = RoughnessStatus.SATURATED if reading == reading else RoughnessStatus.MISSING, NONE
         memory.seen = min(memory.seen + 1, self._full + 1)
         status, frequency, distance, power = self._find(memory.method, reading, abs(velocity))
         if fault or memory.seen <= self._full:
-            return RoughnessEstimate(NONE, NONE, NONE, fault or WARMING_UP)
-        if status in (OK, GAP) and frequency > 0.0:
+            return RoughnessEstimate(NONE, NONE, NONE, fault or RoughnessStatus.WARMING_UP)
+        if status in (RoughnessStatus.OK, RoughnessStatus.GAP) and frequency > 0.0:
             if not distance < math.inf:
-                distance, status = NONE, NO_VELOCITY
+                distance, status = NONE, RoughnessStatus.NO_VELOCITY
             elif distance <= 0.0:
-                distance, status = NONE, STANDSTILL
+                distance, status = NONE, RoughnessStatus.STANDSTILL
         else:
             distance = NONE
         return RoughnessEstimate(frequency, distance, power, status)

@@ -23,6 +23,8 @@ HIGHEST_HZ = 500.0
 class Band:
     """low_Hz, high_Hz; number : of the band in its cut of the axis, from 1; amplitude : mean over the signals.
 
+    agreement : of its amplitude with scores, both over their greatest, where there were scores. Its interval knows
+    nothing of the search: the best of many bands agrees with anything (see `matching_band`).
     corner : the start is the lowest and the width the greatest that the grid has for this number, so a wider or lower
     band might have won: the grid decided, not the signal. `sentence` says it.
     """
@@ -31,6 +33,7 @@ class Band:
     high_Hz: float
     number: int
     amplitude: float
+    agreement: Concordance | None = None
 
     @property
     def corner(self) -> bool:
@@ -45,21 +48,6 @@ class Band:
         if self.corner:
             return f"{text}: a corner of the search grid, its lowest start and greatest width"
         return text
-
-
-@dataclass(frozen=True)
-class BandMatch:
-    """low_Hz, high_Hz and number of the band; agreement of its amplitude with the scores, both over their greatest.
-
-    tried : bands that were searched. The interval of `agreement` knows nothing of the search: the best of many bands
-    agrees with anything (see `matching_band`).
-    """
-
-    low_Hz: float
-    high_Hz: float
-    number: int
-    agreement: Concordance
-    tried: int
 
 
 def integral(lines: np.ndarray, edges) -> np.ndarray:
@@ -137,11 +125,10 @@ def best_band(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]])
     """
     amplitude = _amplitudes(samples, sample_rate_Hz, bands).mean(axis=1)
     best = int(amplitude.argmax())
-    number, low, high = bands[best]
-    return Band(float(low), float(high), number, float(amplitude[best]))
+    return _band(bands[best], amplitude[best])
 
 
-def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int, int, int]]) -> BandMatch:
+def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int, int, int]]) -> Band:
     """The band whose amplitude over fabrics has the greatest concordance with scores (fabrics,) > 0.
 
     samples (n, fabrics), one record a fabric; bands as `printed_bands` (exhaustive) or `random_bands` gives them.
@@ -156,14 +143,18 @@ def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int,
     fitting = records.ndim == 2 and wanted.shape == (records.shape[1],)
     if not (fitting and np.isfinite(wanted).all() and (wanted > 0).all()):
         raise InputError(f"scores must be positive, one for each record of samples {records.shape}, got {wanted.shape}")
-    amplitude = _amplitudes(records, sample_rate_Hz, bands)
-    amplitude /= amplitude.max(axis=1, keepdims=True)
+    found = _amplitudes(records, sample_rate_Hz, bands)
+    amplitude = found / found.max(axis=1, keepdims=True)
     wanted = wanted / wanted.max()
     # Lin's 2 s12 / (s1^2 + s2^2 + (m1 - m2)^2), of which the denominator is 2 s12 plus the mean square of x - y.
     twice = 2 * (amplitude - amplitude.mean(axis=1, keepdims=True)) @ (wanted - wanted.mean())
     best = int(np.argmax(twice / (twice + np.square(amplitude - wanted).sum(axis=1))))
-    number, low, high = bands[best]
-    return BandMatch(float(low), float(high), number, concordance(amplitude[best], wanted), len(bands))
+    return _band(bands[best], found[best].mean(), concordance(amplitude[best], wanted))
+
+
+def _band(chosen: tuple[int, int, int], amplitude, agreement: Concordance | None = None) -> Band:
+    number, low, high = chosen
+    return Band(float(low), float(high), number, float(amplitude), agreement)
 
 
 def _amplitudes(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]]) -> np.ndarray:

@@ -84,7 +84,6 @@ def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_lit
     records = tones + 1e-3 * np.random.default_rng(0).normal(size=tones.shape)
     found = matching_band(records, RATE, scores, printed_bands())
     assert found.low_Hz < 70 <= found.high_Hz and found.agreement.coefficient > 0.999
-    assert found.tried == len(printed_bands())
     amplitude = band_amplitudes(records, RATE, [found.low_Hz, found.high_Hz])[0]
     again = concordance(amplitude / amplitude.max(), scores / 4)
     assert again.coefficient == pytest.approx(found.agreement.coefficient, abs=1e-6)
@@ -242,14 +241,13 @@ def gratings(spread: float, seed: int):
 @pytest.mark.slow
 def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
     steady = leave_m_out(*gratings(0.005, 1), 21, seed=3, splits=50)
-    assert steady.accuracy == 1.0 and steady.tests == 50 * 21
-    assert steady.labels == (400, 440, 480) and np.trace(steady.confusion) == 50 * 21
+    assert steady.accuracy == 1.0 == steady.low
     worse = [leave_m_out(*gratings(spread, 1), 21, seed=3, splits=100).accuracy for spread in (0.01, 0.03, 0.10)]
     assert worse == sorted(worse, reverse=True) and worse[-1] < 0.7
     more = leave_m_out(*gratings(0.03, 1), 3, seed=3, splits=100)
     assert more.accuracy > worse[1], "more training runs help"
     again = leave_m_out(*gratings(0.03, 1), 3, seed=3, splits=100)
-    assert np.array_equal(again.confusion, more.confusion)
+    assert again == more
 
 
 def test_accuracy_is_that_of_nearest_neighbours_written_out():
