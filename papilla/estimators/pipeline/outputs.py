@@ -21,9 +21,6 @@ LIVELY_S, LIVELIER = 0.1, 4.0
 """Without a velocity: time over which the variance of a gauge fades, and by how much more another one must have."""
 LATE_MS = 1.5
 """Least delay that a message names; less is its error in harsh touch."""
-_BY_SD, _CREPT = 32, 64
-"""A modulus' status, whether it is that of S_d, how it creeps and the faults of all channels make one number: (faults x
-3 + creep) x 64 + 32 + status."""
 _NONE = math.nan
 
 
@@ -111,34 +108,25 @@ class ModulusOutput(Output):
         return f"modulus: most of its standard deviation is {what}" if what else ""
 
     def take(self, row):
-        """The columns of a sample, and last the status as a number."""
-        modulus, sigma, status = self._felt(row)
+        """The columns of a sample, and last the status, whether it is that of S_d because the gauges contradict each
+        other, the faults of all channels, and how the touch creeps."""
+        sample, by_sd, unlike = (row.readings, row.force_N, row.found), False, 0
+        modulus, sigma, status, bad = *self._sd.feel(*sample), 0
+        if self._every is not None:
+            found = self._every.feel(*sample)
+            if status != SoftnessStatus.NO_CONTACT or found.modulus_MPa == found.modulus_MPa:
+                by_sd = found.status == SoftnessStatus.MISFIT
+                if not by_sd:
+                    modulus, sigma, status, bad = *found[:2], found.status, int(found.left_out)
         if self._creep is not None:
-            unlike = self._creep.feel(row.tick.time_s, row.force_N)
-            bad, code = divmod(status, _CREPT)
-            status = (bad + unlike * (modulus == modulus)) * _CREPT + code
-        return modulus, sigma, status
-
-    def _felt(self, row: Row) -> tuple:
-        sample = row.readings, row.force_N, row.found
-        if isinstance(self._sd, PrintedSoftness):
-            return self._sd.update((*row.readings, row.force_N))
-        modulus, sigma, status = self._sd.feel(*sample)
-        if self._every is None:
-            return modulus, sigma, status
-        found = self._every.feel(*sample)
-        if status == SoftnessStatus.NO_CONTACT and found.modulus_MPa != found.modulus_MPa:
-            return modulus, sigma, status
-        if found.status == SoftnessStatus.MISFIT:
-            return modulus, sigma, status + _BY_SD
-        return found.modulus_MPa, found.modulus_sigma_MPa, found.status + found.left_out * (len(WORDS) * _CREPT)
+            unlike = self._creep.feel(row.tick.time_s, row.force_N) * (modulus == modulus)
+        return modulus, sigma, (status, by_sd, bad, unlike)
 
     def sentence(self, status):
         """The status in words."""
-        rest, code = divmod(status, _CREPT)
-        bad, unlike = divmod(rest, len(WORDS))
-        text = SoftnessStatus(code % _BY_SD).sentence
-        if code >= _BY_SD:
+        code, by_sd, bad, unlike = status
+        text = SoftnessStatus(code).sentence
+        if by_sd:
             text = "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
         elif bad:
             text = f"{text}, {in_words(bad, self._names)}"

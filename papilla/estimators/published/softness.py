@@ -118,12 +118,15 @@ class PrintedSoftness(Stream):
 
     def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
         *readings, force_N = sample
-        faults = self._health.check(tuple(readings))
+        return self.feel(tuple(readings), force_N, self._health.check(tuple(readings)))
+
+    def feel(self, readings: tuple[float, ...], force_N: float, found: tuple[int, ...]) -> SoftnessEstimate:
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
         if not math.isfinite(force_N):
             return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
         if force_N < self._contact:
             return SoftnessEstimate(status=int(SoftnessStatus.NO_CONTACT))
-        if faults:
+        if found:
             return SoftnessEstimate(status=int(SoftnessStatus.BAD_GAUGE))
         force = float(newton_to_gf(force_N))
         low, high = self._force_gf

@@ -29,8 +29,8 @@ from papilla.estimators.softness.filter_state import FilterState, NoiseFit, Resi
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces
 from papilla.estimators.softness.touch import RULES as TOUCH_RULES
-from papilla.estimators.softness.touch import Touch, TouchState
-from papilla.estimators.spread import Pieces, completed
+from papilla.estimators.softness.touch import Touch
+from papilla.estimators.spread import Pieces, Spread, completed
 
 
 @dataclass(frozen=True)
@@ -65,15 +65,18 @@ RULES = BlameRules()
 
 class Search(NamedTuple):
     """A search for what explains a sample (c + 1,) with these faults, spread over the next samples: its residuals
-    against the filter of the touch (known), or, in the first sample of a touch, against the best first fit; and how
-    many pieces of the search are done."""
+    against the filter of the touch (known), or, in the first sample of a touch, against the best first fit."""
 
     y: np.ndarray
     faults: tuple[int, ...]
     residuals: Residuals
     state: FilterState
     known: bool
-    done: int = 0
+
+    def run(self, of: "GaugeSoftness") -> Pieces[tuple]:
+        """The status of a force that is out of the domain; faults of the channels to blame; and the filter with which
+        the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
+        return of.explained(self)
 
 
 class GaugeEstimate(NamedTuple):
@@ -148,7 +151,6 @@ class GaugeSoftness(Touch):
         if surfaces.channels < self._least - 1:
             raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {surfaces.channels}")
         fitter = Fitter(surfaces, gauge_sigma, force_sigma_N, doubts or Doubts(), position_sigma_mm)
-        self._pieces: Pieces[tuple] | None = None
         self._used: dict[tuple[int, ...], tuple[np.ndarray, int]] = {}
         super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
 
@@ -162,7 +164,7 @@ class GaugeSoftness(Touch):
             return self._refused(SoftnessStatus.NO_CONTACT, faults)
         if len(rows) < self._least:
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
-        if memory.search is not None and memory.search.faults == faults:
+        if memory.search is not None and memory.search.task.faults == faults:
             return self._search(memory.search)
         memory.search = None
         return self._gather(y, faults)
@@ -181,38 +183,30 @@ class GaugeSoftness(Touch):
             return self._refused(SoftnessStatus.MISFIT, faults)
         residuals, state = completed(self._start(y, rows, self._unknown()))
         if residuals.misfit > RULES.contradicts:
-            self._memory.search, self._pieces = Search(y, faults, residuals, state, False), None
+            self._memory.search = Spread(Search(y, faults, residuals, state, False))
             return self._refused(SoftnessStatus.MISFIT, faults)
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
     def _contradict(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, residuals: Residuals):
         """A sample that what was learnt does not explain: a bad channel, another specimen, or an unknown cause."""
         if self._trusted():
-            self._memory.search, self._pieces = Search(y, faults, residuals, state, True), None
+            self._memory.search = Spread(Search(y, faults, residuals, state, True))
         else:
             # What was learnt is not trusted either: after a while, from the beginning.
             self._distrust()
         return self._refused(SoftnessStatus.MISFIT, faults)
 
-    def _search(self, search: Search) -> GaugeEstimate:
+    def _search(self, search: Spread) -> GaugeEstimate:
         """Do the next piece of a search; no sample is learnt, and none has an answer, before its end."""
-        if self._pieces is None:
-            # A generator cannot be copied with the state: what was done of it is done again.
-            self._pieces = self._explained(search)
-            for _ in range(search.done):
-                next(self._pieces)
-        self._memory.search = search._replace(done=search.done + 1)
-        try:
-            next(self._pieces)
-        except StopIteration as end:
-            self._memory.search = None
-            return self._conclude(search.y, search.faults, *end.value)
-        return self._refused(SoftnessStatus.MISFIT, search.faults)
+        found = search.advance(self)
+        if found is None:
+            return self._refused(SoftnessStatus.MISFIT, search.task.faults)
+        self._memory.search = None
+        return self._conclude(search.task.y, search.task.faults, *found)
 
-    def _explained(self, search: Search) -> Pieces[tuple]:
-        """The status of a force that is out of the domain; faults of the channels to blame; and the filter with which
-        the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
-        y, faults, residuals, state, known, _ = search
+    def explained(self, search: Search) -> Pieces[tuple]:
+        """See `Search.run`."""
+        y, faults, residuals, state, known = search
         rows, anew, begun = self._of(faults), residuals, state
         if known:
             yield
@@ -254,10 +248,6 @@ class GaugeSoftness(Touch):
         if not named:
             memory.distrust += RULES.unexplained
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
-
-    def _remember(self, memory: TouchState) -> None:
-        super()._remember(memory)
-        self._pieces = None
 
     def _trusted(self, samples: int = 0) -> bool:
         """Whether the gauges are trusted, after so many more samples that nothing contradicts."""

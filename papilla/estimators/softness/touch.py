@@ -25,6 +25,7 @@ from papilla.estimators.health import GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.filter_state import FilterState, NoiseFit, Residuals, Tangent
 from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.start import Start
+from papilla.estimators.spread import Spread
 from papilla.estimators.stream import Stream
 
 
@@ -113,7 +114,7 @@ class TouchState:
     patience: int = RULES.patience
     dominant: str = ""
     light: int = 0
-    search: Any = None
+    search: Spread | None = None
 
     @property
     def information(self) -> float:

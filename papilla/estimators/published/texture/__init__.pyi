@@ -3,6 +3,7 @@
 from .agreement import Concordance as Concordance
 from .agreement import concordance as concordance
 from .bands import Band as Band
+from .bands import BandMatch as BandMatch
 from .bands import band_amplitudes as band_amplitudes
 from .bands import best_band as best_band
 from .bands import log_band_features as log_band_features

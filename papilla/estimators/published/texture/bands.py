@@ -23,8 +23,6 @@ HIGHEST_HZ = 500.0
 class Band:
     """low_Hz, high_Hz; number : of the band in its cut of the axis, from 1; amplitude : mean over the signals.
 
-    agreement : of its amplitude with scores, both over their greatest, where there were scores. Its interval knows
-    nothing of the search: the best of many bands agrees with anything (see `matching_band`).
     corner : the start is the lowest and the width the greatest that the grid has for this number, so a wider or lower
     band might have won: the grid decided, not the signal. `sentence` says it.
     """
@@ -33,7 +31,6 @@ class Band:
     high_Hz: float
     number: int
     amplitude: float
-    agreement: Concordance | None = None
 
     @property
     def corner(self) -> bool:
@@ -48,6 +45,14 @@ class Band:
         if self.corner:
             return f"{text}: a corner of the search grid, its lowest start and greatest width"
         return text
+
+
+@dataclass(frozen=True)
+class BandMatch(Band):
+    """A band, and the agreement of its amplitude with the scores, both over their greatest. The interval of `agreement`
+    knows nothing of the search: the best of many bands agrees with anything (see `matching_band`)."""
+
+    agreement: Concordance
 
 
 def integral(lines: np.ndarray, edges) -> np.ndarray:
@@ -125,10 +130,11 @@ def best_band(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]])
     """
     amplitude = _amplitudes(samples, sample_rate_Hz, bands).mean(axis=1)
     best = int(amplitude.argmax())
-    return _band(bands[best], amplitude[best])
+    number, low, high = bands[best]
+    return Band(float(low), float(high), number, float(amplitude[best]))
 
 
-def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int, int, int]]) -> Band:
+def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int, int, int]]) -> BandMatch:
     """The band whose amplitude over fabrics has the greatest concordance with scores (fabrics,) > 0.
 
     samples (n, fabrics), one record a fabric; bands as `printed_bands` (exhaustive) or `random_bands` gives them.
@@ -149,12 +155,9 @@ def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int,
     # Lin's 2 s12 / (s1^2 + s2^2 + (m1 - m2)^2), of which the denominator is 2 s12 plus the mean square of x - y.
     twice = 2 * (amplitude - amplitude.mean(axis=1, keepdims=True)) @ (wanted - wanted.mean())
     best = int(np.argmax(twice / (twice + np.square(amplitude - wanted).sum(axis=1))))
-    return _band(bands[best], found[best].mean(), concordance(amplitude[best], wanted))
-
-
-def _band(chosen: tuple[int, int, int], amplitude, agreement: Concordance | None = None) -> Band:
-    number, low, high = chosen
-    return Band(float(low), float(high), number, float(amplitude), agreement)
+    number, low, high = bands[best]
+    agreement = concordance(amplitude[best], wanted)
+    return BandMatch(float(low), float(high), number, float(found[best].mean()), agreement)
 
 
 def _amplitudes(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]]) -> np.ndarray:
