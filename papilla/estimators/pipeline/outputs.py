@@ -136,19 +136,18 @@ class ModulusOutput(Output):
 
     def code(self, status):
         """The status as a short code."""
-        rest, code = divmod(status, _CREPT)
-        by_sd, code = divmod(code, _BY_SD)
+        code, by_sd, _, unlike = status
         told = SoftnessStatus(code).code
         if by_sd:
             told = "gauges contradict" if told == "ok" else f"gauges contradict, {told}"
         if self._in_doubt and told.startswith("ok"):
             told += ", calibration in doubt"
-        return f"{told}, crept" if rest % len(WORDS) else told
+        return f"{told}, crept" if unlike else told
 
     def general(self, status):
         """The status without the names of gauges."""
-        rest, code = divmod(status, _CREPT)
-        return rest % len(WORDS) * _CREPT + code
+        code, by_sd, _, unlike = status
+        return code, by_sd, 0, unlike
 
 
 class WavelengthOutput(Output):

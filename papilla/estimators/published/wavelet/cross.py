@@ -55,6 +55,10 @@ class Ridge:
             float(values.mean()), float(values.std(ddof=1)), float(values.max()), float(values.min()), first, last
         )
 
+    def around_strongest(self) -> Window:
+        """Statistics of f_MP over the 20 samples around t_MP; raises `InputError` where they leave the record."""
+        return self.window(self.strongest - BEFORE, self.strongest + AFTER)
+
 
 @dataclass(frozen=True, eq=False)
 class CrossWavelet:

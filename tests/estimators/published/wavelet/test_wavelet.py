@@ -125,7 +125,7 @@ def test_ridge_follows_the_speed_and_the_window_is_the_printed_one():
     np.testing.assert_allclose(ridge.frequency_Hz[part], speed[part] / 0.48, rtol=0.03)
     assert ridge.significant[part].all() and ridge.inside[part].all()
     assert abs(ridge.strongest - 330) < 40
-    window = ridge.window(ridge.strongest - 6, ridge.strongest + 13)
+    window = ridge.around_strongest()
     assert (window.first, window.last) == (ridge.strongest - 6, ridge.strongest + 13)
     inside = ridge.frequency_Hz[window.first : window.last + 1]
     assert len(inside) == 20
