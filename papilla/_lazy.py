@@ -27,4 +27,4 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
         setattr(sys.modules[package], name, value)
         return value
 
-    return load, lambda: sorted({*vars(sys.modules[package]), *homes}), [*homes]
+    return load, lambda: sorted(sys.modules[package].__all__), [*homes]

@@ -1,18 +1,23 @@
 """Pydantic models of files, derived from dataclasses: keys, types and defaults are written once, in the dataclass."""
 
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationError, create_model
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationError, create_model
+from pydantic_core import PydanticCustomError
 
 from papilla.errors import InputError
+from papilla.tables import closest
 
 RULES = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
 """An integer is accepted for a float; text and booleans are not."""
+
+UNKNOWN = "unknown_key"
+"""Type of the error on a key that a table does not have."""
 
 
 def keys_of(of: type, *, unit: str | Mapping[str, str] = "", **changed: Any) -> dict[str, Any]:
@@ -49,9 +54,19 @@ def table(
     """
     fixed: dict[str, Any] = {key: (_one_of(value), value) for key, value in constants.items()}
     given: dict[str, Any] = {name: key if isinstance(key, tuple) else (key, ...) for name, key in keys.items()}
-    config = RULES | ConfigDict(extra="forbid" if known else "ignore")
-    model: Any = create_model(makes.__name__, __config__=config, **fixed, **given)
-    return Annotated[model, AfterValidator(lambda found: makes(**{name: getattr(found, name) for name in keys}))]
+    model: Any = create_model(makes.__name__, __config__=RULES, **fixed, **given)
+    made = AfterValidator(lambda found: makes(**{name: getattr(found, name) for name in keys}))
+    if not known:
+        return Annotated[model, made]
+    names = [field.alias or name for name, field in model.model_fields.items()]
+    return Annotated[model, BeforeValidator(partial(_refuse_unknown, names)), made]
+
+
+def _refuse_unknown(known: Sequence[str], given: Any) -> Any:
+    for key in given if isinstance(given, dict) else ():
+        if key not in known:
+            raise PydanticCustomError(UNKNOWN, "unknown key", {"key": key, "near": closest(str(key), known)})
+    return given
 
 
 def _one_of(value: Any) -> Any:
@@ -66,7 +81,8 @@ def _same(expected: Any, value: Any) -> Any:
 
 def first_of(error: ValidationError) -> Mapping[str, Any]:
     """The most helpful error of a validation: of a misspelt key, that it is unknown, not that another is missing."""
-    return min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
+    first = min(error.errors(), key=lambda found: found["type"] != UNKNOWN)
+    return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN else first
 
 
 def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
@@ -77,8 +93,9 @@ def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
     first, *inside = problem["loc"] or ("",)
     places = (first, *(part for part in inside if part not in tags))
     key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in places).removeprefix(".")
-    if problem["type"] == "extra_forbidden":
-        return f"unknown key {key}"
+    if problem["type"] == UNKNOWN:
+        near = problem["ctx"]["near"]
+        return f"unknown key {key}" + (f"; did you mean {near}?" if near else "")
     if problem["type"] == "missing":
         return f"key {key} is missing"
     said = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")

@@ -24,6 +24,7 @@ from papilla.finger_parts import Shape as Shape
 from papilla.finger_parts import Slab as Slab
 from papilla.finger_parts import Surfaces as Surfaces
 from papilla.identified import Identified
+from papilla.short_repr import html_table
 
 DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
 SHIPPED_FINGERS = {
@@ -102,6 +103,18 @@ class Finger:
         """Name, shape, layers and number of gauges: the whole design is in `describe()`."""
         layers = f"{self.outer.modulus:g} over {self.inner.modulus:g} MPa"
         return f"Finger({self.name!r}, {type(self.shape).__name__.lower()}, {layers}, {len(self.gauges)} gauges)"
+
+    def _repr_html_(self) -> str:
+        """Shape, layers and gauges as a table, for notebooks."""
+        shape = ", ".join(f"{name} {value}" for name, value in asdict(self.shape).items())
+        rows = [("shape", f"{type(self.shape).__name__.lower()}: {shape} (mm)")]
+        for name, layer in (("outer", self.outer), ("inner", self.inner), ("bone", self.bone)):
+            rows.append((name, "rigid" if layer is None else f"{layer.modulus:g} MPa, nu {layer.nu:g}"))
+        for gauge in self.gauges:
+            at = f"{gauge.angle_deg:g} degrees" if gauge.x_mm is None else f"x {gauge.x_mm:g} mm"
+            reads = f"{gauge.membrane_gain:.4g} x strain {gauge.lever_mm:+.4g} mm x curvature change"
+            rows.append((gauge.name, f"at {at}, y {gauge.y_mm:g} mm; reads {reads}"))
+        return html_table(self.name, rows)
 
     def describe(self) -> dict:
         """The design as plain nested values for JSON; a `Surfaces` shape is described by its file names."""

@@ -123,7 +123,9 @@ def read_design(makes: type[Design], path: Path) -> Design:
     except ValidationError as error:
         problem = first_of(error)
         form = _right_form(design, problem["loc"], problem["type"])
-        raise FileFormatError(f"{path}: {in_words(problem, _TAGS)}{form}") from error
+        words = in_words(problem, _TAGS)
+        # The form says it all
+        raise FileFormatError(f"{path}: {words.split('; did you')[0] if form else words}{form}") from error
     return finger
 
 

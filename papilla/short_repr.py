@@ -1,7 +1,10 @@
-"""A `__repr__` for dataclasses that hold arrays: their shapes instead of their numbers, on one line."""
+"""What objects show of themselves: a `__repr__` on one line for dataclasses, shapes instead of the numbers of arrays,
+and tables of HTML for notebooks."""
 
 import reprlib
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
+from html import escape
 from typing import Any
 
 _SHORTENED = reprlib.Repr()
@@ -17,3 +20,14 @@ def short_repr(of: Any) -> str:
 def _shown(value: Any) -> str:
     shape = getattr(value, "shape", ())
     return f"<{' x '.join(map(str, shape))}>" if shape else _SHORTENED.repr(value)
+
+
+def html_table(title: str, rows: Iterable[Sequence[object]], heads: Sequence[object] = ()) -> str:
+    """A title and a table below it, for `_repr_html_`; a number is shown with five digits, text is escaped."""
+    lines = [f"<tr>{''.join(f'<th>{_cell(head)}</th>' for head in heads)}</tr>"] if heads else []
+    lines += [f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows]
+    return f"<b>{escape(title)}</b><table>{''.join(lines)}</table>"
+
+
+def _cell(value: object) -> str:
+    return escape(f"{value:.5g}" if isinstance(value, float) else str(value))

@@ -5,7 +5,17 @@ from enum import IntEnum
 import numpy as np
 
 
-class Status(IntEnum):
+class Named(IntEnum):
+    """A number that is printed by its name."""
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(self.name if spec == "" else int(self), spec)
+
+
+class Status(Named):
     """Base of all statuses; each member has a value and a sentence: `OK = 0, "ok"`."""
 
     sentence: str

@@ -6,7 +6,6 @@ less what the specimen gives way by. As many coefficients as the published quadr
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
+from papilla.status import Named
 
 TERMS = ("1", "ln_f", "ln_f2", "spring", "spring_ln_f")
 
@@ -22,7 +22,7 @@ NORMAL_95 = 1.959963984540054
 """Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 
 
-class CompactStatus(IntEnum):
+class CompactStatus(Named):
     """What an answer of the compact form is worth; the exported C has the same numbers."""
 
     OK = 0

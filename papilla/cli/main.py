@@ -14,6 +14,7 @@ import typer
 
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
+from papilla.cli.compare import compare
 from papilla.cli.design import design
 from papilla.cli.doctor import doctor
 from papilla.cli.estimate import estimate
@@ -43,7 +44,8 @@ TRACEBACK = "PAPILLA_TRACEBACK"
 app = typer.Typer(
     name="papilla",
     help="Design and calibration of a soft tactile finger, and softness from its gauges. Units: mm, N, MPa, s.",
-    add_completion=False,
+    epilog="The environment variable PAPILLA_CACHE names the folder of cached results; papilla doctor shows which. "
+    "papilla --install-completion completes commands and options in bash, zsh and fish.",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -52,6 +54,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         calibrate,
         identify,
         new,
+        compare,
         press,
         slide,
         estimate,
@@ -153,7 +156,9 @@ def _exit_code(arguments: list[str]) -> int:
     except _Terminated:
         print("papilla: terminated", file=sys.stderr)
         return TERMINATED
-    except (BrokenPipeError, SystemExit):
+    except (BrokenPipeError, SystemExit) as left:
+        if isinstance(left, SystemExit) and not left.code:  # typer told a shell how to complete
+            return 0
         # The reader of our output has gone (typer leaves by SystemExit then).
         _drop_output()
         return BROKEN_PIPE

@@ -115,11 +115,14 @@ def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
     if path is None:
         return None
     from papilla.files import read_toml
+    from papilla.tables import closest
 
     found = read_toml(path, "scene file")
     names = {option.opts[0].lstrip("-").replace("-", "_"): option.name for option in context.command.params}
     if unknown := [key for key in found if key not in names or names[key] == "scene"]:
-        raise InputError(f"{path}: `papilla {context.command.name}` has no option {unknown[0]!r}")
+        near = closest(unknown[0], [key for key in names if names[key] != "scene"])
+        hint = f"; did you mean {near}?" if near else ""
+        raise InputError(f"{path}: `papilla {context.command.name}` has no option {unknown[0]!r}{hint}")
     # As text, so that a value is read and refused as on the command line
     context.default_map = {
         names[key]: [str(one) for one in value] if isinstance(value, list) else str(value)

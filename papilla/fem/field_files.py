@@ -13,7 +13,8 @@ VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def save_field(field: Field, path: str | Path) -> None:
-    """Write displacement (mm) of the vertices, small strain (six tensor components) and layer of the tetrahedra.
+    """Write displacement (mm) of the vertices, small strain and stress (MPa; six tensor components each) and layer of
+    the tetrahedra.
 
     Raises `FileFormatError` for another ending than .vtu, `FileAccessError` where it cannot be written.
     """
@@ -21,8 +22,9 @@ def save_field(field: Field, path: str | Path) -> None:
 
     if Path(path).suffix.lower() != ".vtu":
         raise FileFormatError(f"{path}: fields are written as .vtu files")
-    strain = np.stack([field.strain[:, i, j] for i, j in VOIGT], axis=1)
-    cells = {"strain": [strain], "layer": [field.mesh.layer.astype(np.int32)]}
+    tensors = {"strain": field.strain, "stress_MPa": field.stress}
+    cells = {name: [np.stack([of[:, i, j] for i, j in VOIGT], axis=1)] for name, of in tensors.items()}
+    cells["layer"] = [field.mesh.layer.astype(np.int32)]
     whole = meshio.Mesh(
         field.mesh.points,
         [("tetra", field.mesh.tets)],

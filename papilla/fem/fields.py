@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from papilla.errors import InputError
-from papilla.fem.discrete.elements import Space, evaluated, fold, parity_signs
+from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.elements import Space, TaylorHood, evaluated, fold, parity_signs
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -15,11 +16,13 @@ from papilla.mesh.layered import LayeredMesh
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Displacement (points, 3) in mm at the vertices and small strain (cells, 3, 3) at the cell centroids."""
+    """Displacement (points, 3) in mm at the vertices; small strain and stress (MPa), each (cells, 3, 3), at the cell
+    centroids."""
 
     mesh: LayeredMesh
     displacement: np.ndarray
     strain: np.ndarray
+    stress: np.ndarray
 
 
 def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
@@ -30,12 +33,15 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
     space, mesh = model.space, model.mesh
     displacement = np.zeros((len(mesh.points), 3))
     strain = np.zeros((len(mesh.tets), 3, 3))
+    pressure = np.zeros(len(mesh.tets))
+    pressures = model.cell_pressures(press.traction, reduced.at)
     cell_vertex, vertex_image = _fold(mesh, mesh.points, space.mesh.points)
     centroids = space.mesh.points[space.mesh.tets].mean(axis=1)
     cell_number, cell_image = _fold(mesh, mesh.points[mesh.tets].mean(axis=1), centroids)
     vertices = space.displacement.nodal_dofs[0]
     for parity, solution in model.cell_displacements(press.traction, reduced.at).items():
         cell_strain = _centroid_strain(space, solution)
+        cell_pressure = _centroid_pressure(model, pressures[parity], cell_strain)
         for image in np.unique(vertex_image, axis=0):
             signs = parity_signs(parity, tuple(image))
             here = (vertex_image == image).all(axis=1)
@@ -43,7 +49,10 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
             mirror = np.array([*image, 1])
             here = (cell_image == image).all(axis=1)
             strain[here] += cell_strain[cell_number[here]] * np.outer(signs, mirror)
-    return Field(mesh, displacement, strain)
+            pressure[here] += cell_pressure[cell_number[here]] * signs[2]
+    mu = np.array([lame(model.layers[number])[0] for number in mesh.layer.tolist()])
+    stress = 2 * mu[:, None, None] * strain - pressure[:, None, None] * np.eye(3)
+    return Field(mesh, displacement, strain, stress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +82,15 @@ def _fold(mesh: LayeredMesh, points: np.ndarray, cell_points: np.ndarray) -> tup
     """Which of `cell_points` each point mirrors, and in which image (k, 2)."""
     folded, images = fold(points, mesh.mirrors)
     return cKDTree(cell_points).query(folded)[1], images
+
+
+def _centroid_pressure(model: FingerModel, unknowns: np.ndarray, strain: np.ndarray) -> np.ndarray:
+    """p (cells,) in MPa of sigma = 2 mu eps - p I at the centroids: of the element's own pressures, which div u of a
+    nearly incompressible layer is too small to tell, or where it has none -lambda div u."""
+    if isinstance(model.space, TaylorHood):
+        return unknowns[model.space.pressure_dofs].mean(axis=1)
+    compressibility = np.array([lame(model.layers[number])[1] for number in model.space.mesh.layer.tolist()])
+    return -np.trace(strain, axis1=1, axis2=2) / compressibility
 
 
 def _centroid_strain(space: Space, solution: np.ndarray) -> np.ndarray:

@@ -128,11 +128,7 @@ class LogMap:
         try:
             return _ADAPTER.validate_python({"columns": {}} | read_toml(path, "log map") | {"path": path})
         except ValidationError as error:
-            problem = in_words(first_of(error))
-            unknown = re.fullmatch(r"unknown key ((?:.*\.)?)(\w+)", problem)
-            known = [*(_COLUMN_KEYS if unknown and "columns" in unknown[1] else _MAP_KEYS)]
-            meant = closest(unknown[2], known) if unknown else None
-            raise FileFormatError(f"{path}: {problem}{f'; did you mean {meant}?' if meant else ''}") from error
+            raise FileFormatError(f"{path}: {in_words(first_of(error))}") from error
 
     @classmethod
     def beside(cls, log: Path) -> "LogMap | None":

@@ -1,12 +1,11 @@
 """What a display does at one instant, and what a quantity of a message is worth."""
 
-from enum import IntEnum
 from typing import NamedTuple
 
-from papilla.status import Status
+from papilla.status import Named, Status
 
 
-class Trust(IntEnum):
+class Trust(Named):
     """What may be done with a quantity of a message.
 
     HELD: the value of an earlier message still holds. DOUBTED: there is a value with the right sigma, but its estimator

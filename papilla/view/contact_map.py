@@ -1,10 +1,12 @@
 """The pressure between finger and specimen, seen along the contact's normal."""
 
 from dataclasses import dataclass
+from textwrap import fill
 from typing import Any
 
 import numpy as np
 from contourpy import contour_generator
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
@@ -15,7 +17,8 @@ from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.ellipses import SHARPEST, layer_factor, peak_over_mean
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, nice_limit, styled, titled
+from papilla.specimen import Specimen
+from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, friction_text, nice_limit, styled, titled
 
 KPA = 1000.0
 PIXELS = 301
@@ -91,39 +94,69 @@ def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
     return lines
 
 
-def contact_figure(reduced: ReducedFinger, press: Press) -> Figure:
-    """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it.
+def contact_figure(
+    reduced: ReducedFinger,
+    press: Press,
+    specimen: Specimen | None = None,
+    beside: tuple[Press, Specimen] | None = None,
+) -> Figure:
+    """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it, around the place that
+    was touched; of two presses beside each other on one scale.
 
     The shade is the smooth profile, dots are the nodes' own pressures; of a contact that is no ellipse, these alone.
     """
-    xy, triangles, pressure = whole_patch(reduced, press)
-    edges, profile = contact_edge(reduced, press), contact_profile(reduced, press)
-    reach = 1.3 * max(float(np.abs(line).max()) for line in edges)
-    shown: dict[str, Any] = {
-        "cmap": SEQUENTIAL,
-        "vmin": 0,
-        "vmax": nice_limit(KPA * max(float(pressure.max()), press.peak_pressure)),
-    }
-    with styled(5.6, 5.2) as figure:
-        axes = figure.add_axes((0.12, 0.1, 0.66, 0.72))
-        mesh = Triangulation(*xy.T, triangles)
-        if profile is None:
-            shades: ScalarMappable = axes.tripcolor(mesh, KPA * pressure, shading="gouraud", rasterized=True, **shown)
+    scenes = [(press, specimen), *([] if beside is None else [beside])]
+    reach = 1.3 * max(float(np.abs(line).max()) for one, _ in scenes for line in contact_edge(reduced, one))
+    limit = nice_limit(KPA * max(max(float(one.pressure.max()), one.peak_pressure) for one, _ in scenes))
+    width = 1.15 + 4.4 * len(scenes)
+    with styled(width + 0.3, 5.6) as figure:
+        for number, (one, touched) in enumerate(scenes):
+            axes = figure.add_axes(((0.8 + 4.4 * number) / width, 0.1, 3.7 / width, 0.66))
+            shades = _pressure_map(axes, reduced, one, reach, limit)
+            if beside is not None:
+                axes.set_title(f"{touched.modulus:.3g} MPa {touched.words}" if touched else "", fontsize=10)
+            axes.set_xlabel("x across the finger (mm)")
+            if number == 0:
+                axes.set_ylabel("y along the finger (mm)")
+        color_bar(figure, shades, (1 - 0.95 / width, 0.1, 0.14 / width, 0.66), "contact pressure (kPa)")
+        if beside is None:
+            on = f"{press.modulus:.3g} MPa {specimen.words}" if specimen else f"{press.modulus:.3g} MPa"
         else:
-            grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, PIXELS)] * 2), axis=-1)
-            smooth = KPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
-            shades = axes.imshow(smooth, origin="lower", extent=(-reach, reach, -reach, reach), **shown)
-            x, y = xy[pressure > 0].T
-            axes.scatter(x, y, s=12, c=KPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=0.4, **shown)
-        axes.triplot(mesh, color=MUTED, linewidth=0.3, alpha=0.5)
-        for line in edges:
-            axes.plot(*line.T, color=INK, linewidth=1.4, linestyle=(0, (4, 1.5)))
-        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-        axes.set(xlabel="x across the finger (mm)", ylabel="y along the finger (mm)")
-        axes.grid(False)
-        color_bar(figure, shades, (0.83, 0.1, 0.03, 0.72), "contact pressure (kPa)")
-        what = f"{press.force:.3g} N on {press.modulus:.3g} MPa: peak {KPA * press.peak_pressure:.3g} kPa"
-        facts = f"contact area {press.contact_area:.3g} mm² (dashed), indentation {press.indentation:.3g} mm"
-        drawn = "; mesh in grey" if profile is None else "; dots: nodes"
-        titled(figure, what, facts + drawn + ", mesh too coarse" * (not press.resolved))
+            on = " and on ".join(f"{one.modulus:.3g} MPa" for one, _ in scenes)
+        measures = [
+            (f"{KPA * one.peak_pressure:.3g} kPa", f"{one.contact_area:.3g} mm²", f"{one.indentation:.3g} mm")
+            for one, _ in scenes
+        ]
+        peak, area, depth = (" and ".join(values) for values in zip(*measures, strict=True))
+        at = f"touched at x {reduced.at[0]:g}, y {reduced.at[1]:g} mm; " if any(reduced.at) else ""
+        facts = f"peak {peak}; contact area {area} (dashed); indentation {depth}\n{at}{press.status}"
+        titled(
+            figure,
+            f"{press.force:.3g} N on {on}, {friction_text(press.friction)}",
+            "\n".join(fill(line, int(15 * width)) for line in facts.splitlines()),
+            11,
+        )
     return figure
+
+
+def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float, limit: float) -> ScalarMappable:
+    """The pressure of a press on axes of finger coordinates, `reach` mm around the touch-down point; the colours."""
+    xy, triangles, pressure = whole_patch(reduced, press)
+    profile, at = contact_profile(reduced, press), np.array(reduced.at)
+    shown: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": limit}
+    mesh = Triangulation(*(xy + at).T, triangles)
+    if profile is None:
+        shades: ScalarMappable = axes.tripcolor(mesh, KPA * pressure, shading="gouraud", rasterized=True, **shown)
+    else:
+        grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, PIXELS)] * 2), axis=-1)
+        smooth = KPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
+        ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
+        shades = axes.imshow(smooth, origin="lower", extent=ends, **shown)
+        x, y = (xy[pressure > 0] + at).T
+        axes.scatter(x, y, s=12, c=KPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=0.4, **shown)
+    axes.triplot(mesh, color=MUTED, linewidth=0.3, alpha=0.5)
+    for line in contact_edge(reduced, press):
+        axes.plot(*(line + at).T, color=INK, linewidth=1.4, linestyle=(0, (4, 1.5)))
+    axes.set(xlim=(at[0] - reach, at[0] + reach), ylim=(at[1] - reach, at[1] + reach), aspect="equal")
+    axes.grid(False)
+    return shades

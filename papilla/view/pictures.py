@@ -3,9 +3,9 @@
 What takes a model to compute is kept in the cache, so that a second call needs none.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,10 +14,14 @@ from papilla.errors import InputError
 from papilla.fem.pressing.fidelity import press as press_scene
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.files import write_text
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import Specimen
-from papilla.view.style import content, kind_of, write_bytes
+from papilla.view.style import STRAIN, content, kind_of, write_bytes
+
+if TYPE_CHECKING:
+    from papilla.fem import Field, ReceptiveFields
 
 DPI = 120
 
@@ -40,6 +44,8 @@ def strain(
     *,
     variant: int = 0,
     progress: Progress | None = None,
+    shown: str = STRAIN,
+    beside: tuple[Press, Specimen] | None = None,
 ) -> None:
     """Write the strain field of a press: the finger cut open, its gauges, the contact and the specimen.
 
@@ -47,12 +53,14 @@ def strain(
     ----------
     reduced : `finger` reduced on its mesh number `variant`; press : of `specimen` on it.
     progress : called with a line of text before something takes long.
+    shown : "strain" along the layers, or a component of the stress: xx, yy, zz, xy, yz, xz or mises.
+    beside : another press of `reduced` and its specimen, drawn beside it on the same scale.
 
-    Raises `InputError` where they do not belong together and for an unknown kind of file, `FileAccessError` where the
-    file cannot be written, and what meshing and solving raise.
+    Raises `InputError` where they do not belong together and for an unknown kind of file or component,
+    `FileAccessError` where the file cannot be written, and what meshing and solving raise.
     """
-    kind = kind_of(path)
-    write_bytes(path, strain_picture(finger, reduced, press, specimen, kind=kind, variant=variant, progress=progress))
+    how: Any = {"kind": kind_of(path), "variant": variant, "progress": progress, "shown": shown, "beside": beside}
+    write_bytes(path, strain_picture(finger, reduced, press, specimen, **how))
 
 
 def strain_picture(
@@ -64,48 +72,103 @@ def strain_picture(
     kind: str = "png",
     variant: int = 0,
     progress: Progress | None = None,
+    shown: str = STRAIN,
+    beside: tuple[Press, Specimen] | None = None,
 ) -> bytes:
     """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same except for the file."""
     if reduced.finger_sha256 != finger.sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
+    scenes = [(press, specimen), *([] if beside is None else [beside])]
 
     def draw() -> dict[str, np.ndarray]:
-        from papilla.fem import recover
-        from papilla.fem.reduction.finger_model import model_of
-        from papilla.view.strain_field import strain_figure
+        from papilla.view.strain_field import Scene, strain_figure
 
-        if progress is not None:
-            progress("recovering and drawing the strain field")
-        mesh = build(finger, size_mm=reduced.mesh_size_mm, variant=variant, progress=progress)
-        field = recover(model_of(finger, mesh), reduced, press)
-        picture = content(strain_figure(field, reduced, press, specimen, finger), kind, DPI)
-        return {kind: np.frombuffer(picture, dtype=np.uint8)}
+        first, *others = fields(finger, reduced, [one for one, _ in scenes], variant=variant, progress=progress)
+        other = Scene(others[0], *beside) if beside else None
+        figure = strain_figure(first, reduced, press, specimen, finger, shown=shown, beside=other)
+        return {kind: np.frombuffer(content(figure, kind, DPI), dtype=np.uint8)}
 
-    if not type(specimen).__module__.startswith("papilla."):
+    if not all(type(one).__module__.startswith("papilla.") for _, one in scenes):
         # Nobody knows what the code of the user's own specimen depends on.
         return draw()[kind].tobytes()
-    scene = (finger.sha256, reduced.to_arrays(), specimen, press.fidelity, press.force, press.pressure)
-    key = cache.key(__name__, kind, *scene)
+    told = [(touched, one.fidelity, one.force, one.pressure) for one, touched in scenes]
+    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told)
     return cache.fetch("picture", key, draw)[kind].tobytes()
+
+
+def fields(
+    finger: Finger,
+    reduced: ReducedFinger,
+    presses: Sequence[Press],
+    *,
+    variant: int = 0,
+    progress: Progress | None = None,
+) -> "list[Field]":
+    """The fields of presses of `reduced`, which is `finger` on its mesh number `variant`."""
+    from papilla.fem import recover
+    from papilla.fem.reduction.finger_model import model_of
+
+    if progress is not None:
+        progress("recovering the strain field")
+    mesh = build(finger, size_mm=reduced.mesh_size_mm, variant=variant, progress=progress)
+    model = model_of(finger, mesh)
+    return [recover(model, reduced, press) for press in presses]
+
+
+def strain_page(
+    path: str | Path,
+    finger: Finger,
+    reduced: ReducedFinger,
+    presses: Sequence[Press],
+    specimen: Specimen,
+    *,
+    progress: Progress | None = None,
+    shown: str = STRAIN,
+) -> None:
+    """Write a page that shows presses of a specimen as `strain` does, to turn, with a slider over them; a gauge tells
+    its reading under the pointer. It needs no connection.
+
+    Raises as `strain`, and `MissingExtraError` without plotly.
+    """
+    from papilla.view.strain_field import Scene
+    from papilla.view.turning import strain_html
+
+    recovered = fields(finger, reduced, presses, progress=progress)
+    scenes = [Scene(field, press, specimen) for field, press in zip(recovered, presses, strict=True)]
+    write_text(path, strain_html(scenes, reduced, finger, shown=shown))
 
 
 def receptive(
     path: str | Path,
     finger: Finger,
-    gauge_name: str,
+    gauge_name: str | None = None,
     *,
     size_mm: float = DEFAULT_SIZE_MM,
     progress: Progress | None = None,
 ) -> None:
-    """Write the receptive field of a gauge: the skin coloured by strain of the gauge per small load there.
+    """Write the receptive field of a gauge, or maps of those of all: the skin coloured by strain of the gauge per small
+    load there.
 
     Raises `InputError` for an unknown gauge or kind of file, `FileAccessError` where the file cannot be written, and
     what meshing and solving raise.
     """
     kind = kind_of(path)
     names = [gauge.name for gauge in finger.gauges]
-    if gauge_name not in names:
+    if gauge_name is not None and gauge_name not in names:
         raise InputError(f"{finger.name} has no gauge {gauge_name!r}; its gauges are {', '.join(names)}")
+    from papilla.view.receptive_field import receptive_fields_figure, receptive_figure
+
+    found = receptive_of(finger, size_mm=size_mm, progress=progress)
+    figure = (
+        receptive_fields_figure(found, finger) if gauge_name is None else receptive_figure(found, finger, gauge_name)
+    )
+    write_bytes(path, content(figure, kind, DPI))
+
+
+def receptive_of(
+    finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None
+) -> "ReceptiveFields":
+    """The receptive fields of a finger's gauges, kept in the cache; raises what meshing and solving raise."""
     mesh = build(finger, size_mm=size_mm, progress=progress)
 
     def make() -> dict[str, np.ndarray]:
@@ -120,18 +183,22 @@ def receptive(
     kept = cache.fetch("receptive", cache.key("papilla.fem.fields", finger.sha256, mesh.sha256), make)
 
     from papilla.fem import ReceptiveFields
-    from papilla.view.receptive_field import receptive_figure
 
-    fields = ReceptiveFields(mesh, kept["vertices"], kept["strain_per_newton"])
-    write_bytes(path, content(receptive_figure(fields, finger, gauge_name), kind, DPI))
+    return ReceptiveFields(mesh, kept["vertices"], kept["strain_per_newton"])
 
 
-def contact(path: str | Path, reduced: ReducedFinger, press: Press) -> None:
-    """Write the contact pressure of a press of `reduced`.
+def contact(
+    path: str | Path,
+    reduced: ReducedFinger,
+    press: Press,
+    specimen: Specimen | None = None,
+    beside: tuple[Press, Specimen] | None = None,
+) -> None:
+    """Write the contact pressure of a press of `reduced`; of two, beside each other on one scale.
 
-    Raises `InputError` where the press is not one of `reduced` and for an unknown kind of file, `FileAccessError` where
-    the file cannot be written.
+    specimen : what was pressed, for the title. Raises `InputError` where the press is not one of `reduced` and for an
+    unknown kind of file, `FileAccessError` where the file cannot be written.
     """
     from papilla.view.contact_map import contact_figure
 
-    write_bytes(path, content(contact_figure(reduced, press), kind_of(path), DPI))
+    write_bytes(path, content(contact_figure(reduced, press, specimen, beside), kind_of(path), DPI))

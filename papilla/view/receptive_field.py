@@ -11,7 +11,7 @@ from papilla.fem.reduction.gauges import gauge_frame
 from papilla.finger import Finger
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.units import to_microstrain
-from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
+from papilla.view.render import ABOVE, BELOW, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.style import (
     DIVERGING,
     GAUGE_COLOR,
@@ -21,11 +21,13 @@ from papilla.view.style import (
     literal,
     mark_gauge,
     nice_limit,
+    styled,
     titled,
 )
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0
+COLUMNS = 5  # Maps of receptive fields beside each other
 LIFTED = 1.003  # Factor that moves lines off the skin, which would else hide them in places
 
 
@@ -42,7 +44,7 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
     limit = nice_limit(float(np.abs(values).max()))
     rendered = use_offscreen_window()
     view = fitted(View(ELEVATION if rendered else 90.0, 0.0), skin.points)
-    with framed(view, 8) as (figure, axes):
+    with framed(view, 8) as (figure, (axes,)):
         if rendered:
             lines = Part(_contours(skin, limit), INK, opacity=0.35, lit=False)
             draw(axes, [Part(skin, scalars="sensitivity", limit=limit), lines], view)
@@ -57,6 +59,40 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
         peak = f"{values[strongest]:+.3g} µε/mN at x {x:.3g}, y {y:.3g} mm".replace("-", "−")
         facts = f"strongest {peak}; red: a load stretches the gauge, blue: it shortens it"
         titled(figure, f"Receptive field of gauge {literal(gauge_name)}", facts, 14)
+    return figure
+
+
+def receptive_fields_figure(fields: ReceptiveFields, finger: Finger) -> Figure:
+    """The receptive fields of all gauges on one scale, a map each over x and y of the skin, seen from above."""
+    skins = [_skin(fields, number) for number in range(len(finger.gauges))]
+    limit = nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
+    sites = _grids(finger)
+    width, height = np.ptp(skins[0].points, axis=0)[:2] + 2 * MARGIN_MM
+    columns = min(len(skins), COLUMNS)
+    rows = -(-len(skins) // columns)
+    with styled(2.9 * columns + 0.7, 2.9 * height / width * rows + BELOW + ABOVE) as figure:
+        tall = figure.get_figheight()
+        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        figure.subplots_adjust(
+            0.6 / figure.get_figwidth(), (BELOW + 0.45) / tall, 0.99, 1 - (ABOVE + 0.15) / tall, 0.06
+        )
+        for axes in grid.flat[len(skins) :]:
+            axes.set_visible(False)
+        for number, (axes, skin, gauge) in enumerate(zip(grid.flat, skins, finger.gauges, strict=False)):
+            x, y = skin.points[:, :2].T
+            colours: dict = {"cmap": DIVERGING, "vmin": -limit, "vmax": limit, "rasterized": True}
+            axes.tripcolor(x, y, skin.regular_faces, skin["sensitivity"], shading="gouraud", **colours)
+            for other, ends in enumerate(sites):
+                chosen = other == number
+                mark_gauge(axes, ends[:, :2], GAUGE_COLOR if chosen else "white", INK if chosen else MUTED)
+            strongest = np.abs(skin["sensitivity"]).argmax()
+            axes.set_title(f"{literal(gauge.name)}: {skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−"))
+            axes.set(aspect="equal", xlabel="x (mm)")
+        for axes in grid[:, 0]:
+            axes.set_ylabel("y (mm)")
+        diverging_bar(figure, limit, "gauge strain per force of a small load (µε per mN)")
+        facts = "the skin from above; red: a load there stretches the gauge, blue: it shortens it; above: the strongest"
+        titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, 14)
     return figure
 
 
@@ -75,13 +111,20 @@ def _contours(skin: pv.PolyData, limit: float) -> pv.PolyData:
     return lines
 
 
-def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> None:
-    """Each gauge's grid, moved out to the skin; the one in question in colour."""
-    surfaces = surfaces_of(finger)
+def _grids(finger: Finger) -> list[np.ndarray]:
+    """Ends (2, 3) of each gauge's grid, moved out to the skin."""
+    surfaces, grids = surfaces_of(finger), []
     for gauge in finger.gauges:
         frame = gauge_frame(finger, gauge, surfaces["interface"])
         half = gauge.length_mm / 2 * frame.along
-        ends = view.project(surfaces["skin"].project(np.stack([frame.site - half, frame.site + half])))
+        grids.append(surfaces["skin"].project(np.stack([frame.site - half, frame.site + half])))
+    return grids
+
+
+def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> None:
+    """Each gauge's grid on the skin; the one in question in colour."""
+    for gauge, grid in zip(finger.gauges, _grids(finger), strict=True):
+        ends = view.project(grid)
         chosen = gauge.name == gauge_name
         color, weight = (INK, "bold") if chosen else (MUTED, "normal")
         mark_gauge(axes, ends, GAUGE_COLOR if chosen else "white", color)

@@ -78,14 +78,20 @@ def fitted(view: View, points: np.ndarray) -> View:
 
 
 @contextmanager
-def framed(view: View, width: float) -> Iterator[tuple[Figure, Axes]]:
-    """A new figure `width` inches wide, and axes in the coordinates of `View.project` between its title and bar."""
-    height = width * view.height_mm / view.width_mm + BELOW + ABOVE
+def framed(view: View, width: float, panels: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
+    """A new figure `width` inches wide, and axes beside each other in the coordinates of `View.project`, between its
+    title and bar."""
+    height = width / panels * view.height_mm / view.width_mm + BELOW + ABOVE
     with styled(width, height) as figure:
-        axes = figure.add_axes((0.02, BELOW / height, 0.96, 1 - (BELOW + ABOVE) / height))
-        axes.set(xlim=view.extent[:2], ylim=view.extent[2:], aspect="equal")
-        axes.axis("off")
-        yield figure, axes
+        room = (1 - 0.04) / panels
+        frames = [
+            figure.add_axes((0.02 + room * panel, BELOW / height, room, 1 - (BELOW + ABOVE) / height))
+            for panel in range(panels)
+        ]
+        for axes in frames:
+            axes.set(xlim=view.extent[:2], ylim=view.extent[2:], aspect="equal")
+            axes.axis("off")
+        yield figure, frames
 
 
 def draw(axes: Axes, parts: list[Part], view: View) -> None:

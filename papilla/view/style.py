@@ -21,6 +21,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 
 from papilla.errors import InputError
 from papilla.files import replacing
+from papilla.specimen import friction_words
 
 INK, MUTED, FAINT = "#1d2330", "#5b6472", "#d5dae1"  # Colours of text, of secondary text, and of grids and frames
 GAUGE_COLOR = "#f5c400"
@@ -30,6 +31,10 @@ ACCENTS = ("#0b5fa5", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#0e7490", "#b
 
 DIVERGING = "RdBu_r"  # For signed quantities, always centred at zero: red is tension
 SEQUENTIAL = "Blues"  # For quantities that start at zero
+
+STRAIN, COMPONENTS = "strain", ("xx", "yy", "zz", "xy", "yz", "xz", "mises")
+"""What a strain picture shows: strain along the layers, or a component of the stress; "mises" is that of von Mises."""
+
 _STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 10,
@@ -78,6 +83,12 @@ def styled(width: float, height: float) -> Iterator[Figure]:
 def literal(name: str) -> str:
     """A name as matplotlib shows it letter by letter: a dollar sign in it begins no formula."""
     return name.replace("$", r"\$")
+
+
+def friction_text(coefficient: float) -> str:
+    """A press's friction in a title: "friction 0.5", "friction stick"."""
+    said = friction_words(coefficient)
+    return f"friction {said}" if isinstance(said, str) else f"friction {said:g}"
 
 
 def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:

@@ -48,6 +48,23 @@ def test_help_shows_defaults_that_are_words(papilla):
         assert words in shown
 
 
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"_PAPILLA_COMPLETE": "complete_bash", "COMP_WORDS": "papilla view --scr", "COMP_CWORD": "2"},
+        {"_PAPILLA_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": "papilla view --scr"},
+    ],
+    ids=["bash", "zsh"],
+)
+def test_a_shell_completes_options(asked):
+    done = run(env={**os.environ, **asked})
+    assert done.returncode == 0 and "--screenshot" in done.stdout, done.stderr
+
+
+def test_help_names_the_variable_of_the_cache(papilla):
+    assert "PAPILLA_CACHE" in papilla("--help").out
+
+
 def test_version(papilla):
     from papilla import __version__
 

@@ -26,6 +26,24 @@ def test_strain_is_the_default_and_names_its_file(papilla, tmp_path):
     assert (tmp_path / "strain.png").read_bytes().startswith(PNG)
 
 
+@pytest.mark.slow
+def test_a_page_a_field_and_a_second_specimen_are_written_together(papilla, tmp_path):
+    import meshio
+    import numpy as np
+
+    answer = papilla("view", "--beside", 5, "--html", "v.html", "--export", "v.vtu", "--screenshot", "v.png", "--json")
+    assert answer.code == 0, answer.err
+    facts = json.loads(answer.out)
+    assert (facts["html"], facts["export"], facts["screenshot"]) == ("v.html", "v.vtu", "v.png")
+    assert facts["beside"]["modulus_MPa"] == 5 and facts["beside"]["sd_microstrain"] > facts["sd_microstrain"]
+    field = meshio.read(tmp_path / "v.vtu")
+    assert -field.point_data["displacement_mm"][:, 2].min() == pytest.approx(0.8, abs=0.05)
+    assert {*field.cell_data} == {"strain", "stress_MPa", "layer"} and np.isfinite(
+        field.cell_data["stress_MPa"][0]
+    ).all()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["v.html", "v.png", "v.vtu"]
+
+
 def test_an_element_size_reaches_the_mesh(papilla, monkeypatch):
     from papilla.errors import MeshError
     from papilla.fem import preparing
@@ -55,6 +73,10 @@ def test_the_ending_of_the_name_says_what_is_written(papilla, tmp_path, ending, 
         (("skin",), "'skin' is not one of"),
         (("strain", "--gauge", "g1"), "--gauge goes with a receptive field, not with strain"),
         (("receptive", "--force", "1"), "a receptive field has no press"),
+        (("contact", "--html", "v.html"), "--html goes with strain, not with contact"),
+        (("receptive", "--component", "zz"), "--component goes with strain, not with receptive"),
+        (("strain", "--export", "v.vtk"), "v.vtk: fields are written as .vtu files"),
+        (("strain", "--html", "v.html", "--export", "v.html"), "v.html: fields are written as .vtu files"),
         (("receptive", "--gauge", "g9"), "has no gauge 'g9'; its gauges are g1, g2, g3, g4, g5"),
         (("strain", "--modulus", "-1"), "specimen modulus (MPa) must be greater than 0, got -1"),
         (("contact", "--radius", "3"), "--radius is for a sphere, not for a block"),

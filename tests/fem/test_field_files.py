@@ -15,7 +15,8 @@ from papilla.mesh import build
 def field():
     mesh = build(Finger.default())
     strain = np.arange(9 * len(mesh.tets), dtype=float).reshape(-1, 3, 3)
-    return Field(mesh, 0.1 * mesh.points, strain + strain.transpose(0, 2, 1))
+    strain += strain.transpose(0, 2, 1)
+    return Field(mesh, 0.1 * mesh.points, strain, 2 * strain)
 
 
 def test_it_comes_back_with_its_tensor_in_paraviews_order(field, tmp_path):
@@ -25,6 +26,7 @@ def test_it_comes_back_with_its_tensor_in_paraviews_order(field, tmp_path):
     assert np.array_equal(back.point_data["displacement_mm"], field.displacement)
     strain = back.cell_data["strain"][0]
     assert np.array_equal(strain[:, 3], field.strain[:, 0, 1]) and np.array_equal(strain[:, 5], field.strain[:, 0, 2])
+    assert np.array_equal(back.cell_data["stress_MPa"][0], 2 * strain)
     assert np.array_equal(back.cell_data["layer"][0], field.mesh.layer)
 
 

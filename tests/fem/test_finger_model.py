@@ -215,6 +215,24 @@ def test_recovered_field_is_in_balance_with_the_press(coarse_model, coarse):
         assert flipped == pytest.approx(field.displacement[order], abs=1e-12)
 
 
+def test_the_stress_carries_the_force_through_the_finger(coarse_model):
+    """Of a press at the apex and of one beside it, in a plane between the contact and the bone."""
+    import pyvista as pv
+
+    mesh = coarse_model.mesh
+    for at in ((0.0, 0.0), (5.0, -3.0)):
+        reduced = coarse_model.reduce(at)
+        found = press(reduced, BLOCK, force=0.3, fidelity="contact", friction=0)
+        stress = recover(coarse_model, reduced, found).stress
+        assert np.array_equal(stress, stress.transpose(0, 2, 1))
+        grid = pv.UnstructuredGrid({pv.CellType.TETRA: mesh.tets}, mesh.points)
+        grid.cell_data["down"] = stress[:, 2]
+        plane = grid.slice("z", origin=(0, 0, 12.01)).compute_cell_sizes()
+        force = plane["Area"] @ plane["down"]
+        normal = coarse_model.surfaces["skin"].normal(coarse_model._patch(at)[0].frame.origin[None])[0]
+        assert force == pytest.approx(-0.3 * normal, abs=0.03)
+
+
 def test_fields_by_parts_and_at_once_agree(coarse_model, whole_model):
     """Vertex displacement and cell strain of an off-centre press, on quarter cells and on the whole mesh."""
     at = (5.0, -3.0)
@@ -224,6 +242,7 @@ def test_fields_by_parts_and_at_once_agree(coarse_model, whole_model):
         fields.append(recover(model, reduced, press(reduced, BLOCK, force=0.3)))
     assert fields[0].displacement == pytest.approx(fields[1].displacement, abs=1e-8)
     assert fields[0].strain == pytest.approx(fields[1].strain, abs=1e-9)
+    assert fields[0].stress == pytest.approx(fields[1].stress, abs=1e-8)
 
 
 def test_cell_strain_is_the_gradient_of_the_displacement(coarse_model, whole_model):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.view.strain_field import (
+from papilla.view.section import (
+    cell_values,
     contact_frame,
     contact_outline,
     cut,
@@ -27,7 +28,7 @@ def test_the_colours_at_the_gauges_are_what_the_gauges_read(scene, section):
     for face in section.faces:
         for bar, strain in zip(section.gauges, scene.press.strain, strict=True):
             near = np.linalg.norm(face.points - bar.mean(axis=0), axis=1).argmin()
-            assert face.strain[near] == pytest.approx(100 * strain, abs=0.3)
+            assert face.values[near] == pytest.approx(100 * strain, abs=0.3)
 
 
 def test_the_faces_lie_in_the_plane_and_fill_the_section(scene, section):
@@ -103,3 +104,19 @@ def test_the_specimen_is_closed_and_its_face_follows_the_finger(scene):
     assert solid.is_manifold
     assert solid.points[:, 2].min() == pytest.approx(20 - scene.press.indentation, abs=1e-6)
     assert solid.points[:, 2].max() == pytest.approx(30 - scene.press.indentation, abs=1e-6)
+
+
+def test_the_shown_stress_is_the_field_s_in_kpa(scene):
+    stress = scene.field.stress
+    assert cell_values(scene.field, scene.finger, "xz") == pytest.approx(1000 * stress[:, 0, 2])
+    a, b, c = (stress[:, i, i] for i in range(3))
+    shear = stress[:, 0, 1] ** 2 + stress[:, 1, 2] ** 2 + stress[:, 0, 2] ** 2
+    mises = np.sqrt(((a - b) ** 2 + (b - c) ** 2 + (c - a) ** 2) / 2 + 3 * shear)
+    assert cell_values(scene.field, scene.finger, "mises") == pytest.approx(1000 * mises)
+
+
+def test_below_the_contact_the_stress_is_the_pressure(scene):
+    mesh = scene.field.mesh
+    centroids = mesh.points[mesh.tets].mean(axis=1)
+    apex = np.linalg.norm(centroids - [0, 0, 20], axis=1).argmin()
+    assert -scene.field.stress[apex, 2, 2] == pytest.approx(scene.press.peak_pressure, rel=0.05)

@@ -1,6 +1,6 @@
 """What a pipeline answers: the documented columns of one sample, and a status in words that says why one is empty."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,23 @@ class PipelineEstimate(NamedTuple):
     wavelength_status: str | list[str]
     friction_status: str | list[str]
     status: str | list[str]
+
+    def __repr__(self) -> str:
+        """A line a quantity; of a block the last row and how many there are."""
+        rows, last = "", self
+        if isinstance(self.status, list):
+            if not self.status:
+                return "PipelineEstimate(no rows)"
+            rows = f"{len(self.status)} rows, the last: "
+            columns: Any = self
+            last = PipelineEstimate(*(column[-1] for column in columns))
+        told = [
+            f"modulus {last.modulus_MPa:.4g} ± {last.modulus_sigma_MPa:.2g} MPa: {last.modulus_status}",
+            f"wavelength {last.wavelength_mm:.4g} ± {last.wavelength_sigma_mm:.2g} mm, {last.frequency_Hz:.4g} Hz: "
+            f"{last.wavelength_status}",
+            f"friction {last.mu_kinetic:.4g} kinetic, {last.mu_static:.4g} static: {last.friction_status}",
+        ]
+        return f"PipelineEstimate({rows}" + "\n  ".join(told) + ")"
 
 
 QUANTITIES = ("modulus", "wavelength", "friction")

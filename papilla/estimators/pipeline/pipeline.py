@@ -148,6 +148,11 @@ class Pipeline(Stream):
         self._codes: tuple[int, ...] = ()
         self._new = self.state
 
+    def __repr__(self) -> str:
+        gives = ", ".join(self._outputs) or "nothing"
+        off = "".join(f"\n  no {name}: {why}" for name, why in self.off.items())
+        return f"Pipeline({', '.join(self.columns)}; gives {gives}{off})"
+
     def _add_modulus(self, calibration, rate, position_sigma_mm, noise, softness) -> None:
         if softness not in SOFTNESS:
             raise InputError(f"softness must be one of {', '.join(SOFTNESS)}, got {softness!r}")

@@ -22,7 +22,7 @@ from papilla.fem.pressing.large_strain import between_ends, tables_of, with_larg
 from papilla.fem.pressing.press import Load, Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.kept import kept
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.reduced import ReducedFinger, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
 
 SETTLED = 4
@@ -79,6 +79,7 @@ def press(
     Raises `InputError` for unusable values, `ContactRangeError` where the press leaves what the model covers.
     """
     began = perf_counter()
+    needs_reduced(reduced)
     loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
     load = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, **loads)
     checks.positive("tolerance", tolerance)

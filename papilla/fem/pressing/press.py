@@ -72,9 +72,11 @@ class Press:
     finger_share: float = np.nan
 
     def __repr__(self) -> str:
+        readings = ", ".join(f"{value:.5g}" for value in self.reading)
         return (
             f"Press({self.fidelity}, {self.force:.4g} N, {self.indentation:.4g} mm, {self.contact_area:.4g} mm2, "
-            f"S_d {self.sd:.5g} microstrain: {self.status})"
+            f"S_d {self.sd:.5g} microstrain\n"
+            f"  readings {readings} microstrain\n  {self.status})"
         )
 
     @cached_property

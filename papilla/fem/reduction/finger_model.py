@@ -117,15 +117,25 @@ class FingerModel:
     def cell_displacements(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
         """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,), or pressures and
         tangential tractions (3, n), in MPa."""
+        loads = self._loads(traction, at)
+        return {parity: self._solve(parity, load)[:, 0].reshape(-1, 3) for parity, load in loads.items()}
+
+    def cell_pressures(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
+        """Parity -> pressure unknowns of the cell, in MPa, under tractions as of `cell_displacements`."""
+        size = 3 * self.space.nodes
+        loads = self._loads(traction, at)
+        return {parity: self._solve_all(parity, load)[size:, 0] for parity, load in loads.items()}
+
+    def _loads(self, traction: np.ndarray, at: tuple[float, float]) -> dict:
+        """Parity -> displacement load (3 * nodes, 1) of its share of tractions on the patch."""
         loaded, parities = self._patch(at)
         given = np.atleast_2d(traction)
         if given.shape not in ((1, len(loaded.patch.xy)), (3, len(loaded.patch.xy))):
             raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(traction)}")
-        solutions = {}
-        for parity in parities:
-            load = sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(given))
-            solutions[parity] = self._solve(parity, load)[:, 0].reshape(-1, 3) / len(parities)
-        return solutions
+        return {
+            parity: sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(given)) / len(parities)
+            for parity in parities
+        }
 
     def gauge_adjoints(self) -> dict:
         """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
@@ -195,12 +205,16 @@ class FingerModel:
 
     def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
         """Displacement (3 * nodes, k) under displacement loads (3 * nodes, k)."""
+        return self._solve_all(parity, load)[: len(load)]
+
+    def _solve_all(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
+        """All unknowns (displacements, then pressures, k) under displacement loads (3 * nodes, k)."""
         free, factor = self.factor(parity)
-        size, scale = 3 * self.space.nodes, self._scale[0]
+        size = len(load)
         rhs = np.zeros((int(free.sum()), load.shape[1]))
-        rhs[: int(free[:size].sum())] = load[free[:size]] * scale
-        solution = np.zeros_like(load)
-        solution[free[:size]] = factor.solve(rhs)[: int(free[:size].sum())] * scale
+        rhs[: int(free[:size].sum())] = load[free[:size]] * self._scale[0]
+        solution = np.zeros((len(free), load.shape[1]))
+        solution[free] = factor.solve(rhs) * self._scale[free, None]
         return solution
 
     def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:

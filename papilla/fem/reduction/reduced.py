@@ -15,7 +15,7 @@ from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.patch import Patch
-from papilla.finger import Bench
+from papilla.finger import Bench, Finger
 from papilla.specimen import Specimen
 
 SCHEMA = "papilla.reduced/3"
@@ -251,3 +251,9 @@ def _kept(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
 
 def _scaled(of_unit: np.ndarray, specimen: Specimen) -> np.ndarray:
     return of_unit / specimen.modulus if specimen.elastic else of_unit
+
+
+def needs_reduced(given: object) -> None:
+    """Refuse a finger where what it was reduced to is needed, and say how that is made; raises `InputError`."""
+    if isinstance(given, Finger):
+        raise InputError("a ReducedFinger is needed, got a Finger: papilla.fem.prepare(finger) makes one")

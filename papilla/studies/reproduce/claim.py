@@ -173,6 +173,9 @@ class Answer:
     experiment: str
     case: Case
 
+    def __repr__(self) -> str:
+        return f"Answer({self.claim.key}, {self.verdict}: {self.measured} {self.claim.unit}\n  {self.claim.claim})"
+
     @classmethod
     def untested(cls, claim: Claim, experiment: str, why: str) -> "Answer":
         """The answer to a claim that could not be tested, and why."""

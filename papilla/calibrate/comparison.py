@@ -1,0 +1,229 @@
+"""Fingers and calibrations side by side: how large S_d is, how well it tells the modulus, how far each gauge feels, and
+what it costs; with what that says in words.
+
+All are judged over the forces and moduli that all of them cover, under the same noise of gauges and force.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+from papilla import fem
+from papilla.calibrate.job import calibrate_finger
+from papilla.calibration import Calibration
+from papilla.errors import InputError
+from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.units import to_microstrain
+from papilla.view.pictures import receptive_of
+
+NOISE_MICROSTRAIN, FORCE_ERROR = 5.0, 0.01
+"""Standard deviation of a reading and, as a share, of the force: what `papilla identify` finds of a fair bench."""
+
+POINTS = 40
+"""Forces and moduli of the map over which the uncertainty of E is compared."""
+
+SCENE = (0.588, 0.51)
+"""Force (N) and modulus (MPa) at which S_d is told: 60 gf on the middle one of the published specimens."""
+
+ALIKE = 0.03
+"""Share by which two values may differ and still be called alike: meshes move S_d by up to half of it."""
+
+TIMED = 50
+"""Presses and answers of which the median time is told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What is compared: a calibration, and the finger that it was computed of, where that is known."""
+
+    name: str
+    calibration: Calibration
+    finger: Finger | None = None
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How a gauge feels a small load: the strongest response (microstrain per mN), where (x, y in mm), and the area of
+    the skin (mm2) where the response is at least half of it."""
+
+    gauge: str
+    strongest: float
+    x_mm: float
+    y_mm: float
+    area_mm2: float
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """What is told of a candidate.
+
+    sd_microstrain : at `SCENE`, NaN outside the calibration. slope : median of d ln S_d / d ln E. sigma : median of
+    sigma_E / E. identified : share of the domain with sigma_E / E of at most half. relative_sigma : (forces, moduli),
+    infinite where there is no modulus. answer_us : time to invert one S_d. press_ms : of one press; None without a
+    finger. reach : a gauge each; empty without a finger.
+    """
+
+    name: str
+    gauges: int
+    sd_microstrain: float
+    slope: float
+    sigma: float
+    identified: float
+    answer_us: float
+    press_ms: float | None
+    reach: tuple[Reach, ...]
+    relative_sigma: np.ndarray
+
+    def to_json(self) -> dict:
+        """Plain values, the map left out."""
+        plain = {key: value for key, value in vars(self).items() if key not in ("relative_sigma", "reach")}
+        return plain | {"reach": [vars(reach) for reach in self.reach]}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Rows, the domain that all cover (force_N and modulus_MPa of the maps), and what is better at what, in words."""
+
+    rows: tuple[Row, ...]
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    verdicts: tuple[str, ...]
+
+
+def candidate(path: str | Path, **how) -> Candidate:
+    """What a file or a shipped finger's name stands for: a calibration (.json), or a design, which is calibrated as
+    `calibrate_finger` does with `how`. Raises what loading and calibrating raise."""
+    if Path(path).suffix.lower() == ".json":
+        return Candidate(str(path), Calibration.load(path))
+    finger = Finger.load(path)
+    return Candidate(str(path), calibrate_finger(finger, **how).calibration, finger)
+
+
+def compare(candidates: Sequence[Candidate], progress: Callable[[str], None] = lambda line: None) -> Comparison:
+    """The candidates side by side; raises `InputError` for fewer than two and where they share no domain."""
+    if len(candidates) < 2:
+        raise InputError("a comparison needs at least two designs or calibrations")
+    names = [one.name for one in candidates]
+    if len({*names}) < len(names):
+        raise InputError(f"{next(name for name in names if names.count(name) > 1)} is given twice")
+    force, modulus = (_shared(candidates, key) for key in ("force_N", "modulus_MPa"))
+    rows = []
+    for one in candidates:
+        progress(f"comparing {one.name}")
+        rows.append(_row(one, force, modulus, progress))
+    return Comparison(tuple(rows), force, modulus, tuple(_verdicts(rows)))
+
+
+def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
+    """Points, evenly spaced in the logarithm, over the range that all calibrations cover."""
+    lows, highs = zip(*(one.calibration.domain[key] for one in candidates), strict=True)
+    if max(lows) >= min(highs):
+        ranges = ", ".join(f"{low:g}-{high:g}" for low, high in zip(lows, highs, strict=True))
+        raise InputError(f"the calibrations share no {key}: they cover {ranges}")
+    inside = np.geomspace(max(lows), min(highs), 2 * POINTS + 1)
+    return inside[1::2]
+
+
+def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Callable[[str], None]) -> Row:
+    calibration = one.calibration
+    forces, moduli = np.meshgrid(force, modulus, indexing="ij")
+    sd = calibration.predict(forces, moduli)
+    step = 1.01
+    slope = np.log(calibration.predict(forces, moduli / step) / sd) / -np.log(step)
+    noise = {"sd_sigma": NOISE_MICROSTRAIN / np.sqrt(len(calibration.gauges)), "force_sigma": FORCE_ERROR * forces}
+    found = calibration.invert(sd, forces, interval=False, **noise)
+    with np.errstate(invalid="ignore"):
+        relative = np.nan_to_num(np.asarray(found.sigma_MPa) / np.asarray(found.modulus_MPa), nan=np.inf)
+    scene_sd = float(calibration.predict(*SCENE))
+    answers = _timed(lambda: calibration.invert(float(sd[POINTS // 2, POINTS // 2]), float(force[POINTS // 2])))
+    return Row(
+        name=one.name,
+        gauges=len(calibration.gauges),
+        sd_microstrain=scene_sd,
+        slope=float(np.nanmedian(slope)),
+        sigma=float(np.median(relative)),
+        identified=float((relative <= 0.5).mean()),
+        answer_us=1e6 * answers,
+        press_ms=None if one.finger is None else 1e3 * _press_time(one.finger),
+        reach=() if one.finger is None else _reach(one.finger, progress),
+        relative_sigma=relative,
+    )
+
+
+def _timed(call: Callable[[], object]) -> float:
+    """Median seconds of a call."""
+    seconds = []
+    for _ in range(TIMED):
+        began = perf_counter()
+        call()
+        seconds.append(perf_counter() - began)
+    return median(seconds)
+
+
+def _press_time(finger: Finger) -> float:
+    reduced, (force, modulus) = fem.prepare(finger), SCENE
+    specimen = finger.bench.specimen(modulus)
+    return _timed(lambda: fem.press(reduced, specimen, force=force))
+
+
+def _reach(finger: Finger, progress: Callable[[str], None]) -> tuple[Reach, ...]:
+    fields = receptive_of(finger, size_mm=DEFAULT_SIZE_MM, progress=progress)
+    points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
+    corners = points[triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    found = []
+    for gauge, felt in zip(finger.gauges, fields.strain_per_newton, strict=True):
+        whole = np.zeros(len(points))
+        whole[fields.vertices] = felt
+        strongest = int(np.abs(whole).argmax())
+        share = np.abs(whole[triangles]).mean(axis=1) >= abs(whole[strongest]) / 2
+        x, y, _ = points[strongest].tolist()
+        per_mN = 1e-3 * float(to_microstrain(whole[strongest]))
+        found.append(Reach(gauge.name, per_mN, x, y, float(areas[share].sum())))
+    return tuple(found)
+
+
+def _verdicts(rows: Sequence[Row]) -> list[str]:
+    """Which is better at what, a sentence each."""
+    said = [
+        _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
+        _best(rows, "Share of the domain where E is identified", "identified", _percent),
+        _best(rows, f"S_d at {SCENE[0]:g} N on {SCENE[1]:g} MPa", "sd_microstrain", "{:,.0f} µε".format),
+        _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
+        _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
+    ]
+    pairs = [(a, b) for k, a in enumerate(rows) for b in rows[k + 1 :]]
+    for a, b in pairs:
+        better = float((a.relative_sigma < b.relative_sigma).mean())
+        said.append(
+            f"Point by point, {a.name} tells the modulus better than {b.name} over {_percent(better)} of the domain."
+        )
+    wide = [(row, median(reach.area_mm2 for reach in row.reach)) for row in rows if row.reach]
+    if len(wide) > 1:
+        told = ", ".join(f"{row.name} {area:.0f} mm²" for row, area in wide)
+        said.append(
+            f"Half of its strongest response a gauge has over, in the median: {told}; a smaller field is finer."
+        )
+    return said
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
+
+
+def _best(rows: Sequence[Row], what: str, key: str, words: Callable[[float], str], *, low: bool = False) -> str:
+    """A sentence on one quantity, of which less (`low`) or more is better."""
+    values = {row.name: getattr(row, key) for row in rows if np.isfinite(getattr(row, key))}
+    told = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
+    ordered = sorted(values, key=lambda name: values[name], reverse=not low)
+    if not ordered:
+        return f"{what}: none of them has one."
+    first, second = (values[name] for name in (ordered * 2)[:2])
+    if len(ordered) == len(rows) and abs(first - second) <= ALIKE * max(abs(first), abs(second)):
+        return f"{what}: {ordered[0]} and {ordered[1]} are alike ({told})."
+    return f"{what}: {ordered[0]} is better ({told})."

@@ -1,0 +1,80 @@
+"""`papilla compare`: designs and calibrations side by side."""
+
+from pathlib import Path
+
+from papilla.cli.options import (
+    PROCESSES,
+    FrictionOption,
+    JsonOption,
+    argument,
+    keep_inputs,
+    option,
+    read_friction,
+    surface_files,
+)
+from papilla.cli.output import Stopwatch, print_json, progress, show_rows, tell
+
+
+def compare(
+    candidates: list[str] = argument(
+        ...,
+        "Two or more designs (TOML), shipped fingers (default, published) or calibrations (.json).",
+        metavar="A B ...",
+    ),
+    html: Path | None = option(
+        None, "Page to write: what is better at what, maps, receptive fields.", metavar="FILE.html"
+    ),
+    csv: Path | None = option(None, "Table to write.", metavar="FILE.csv"),
+    friction: FrictionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare designs and calibrations: S_d, uncertainty of E, receptive fields, price.
+
+    A design is calibrated first, as papilla calibrate does; what the cache has of that is not computed again.
+    """
+    watch = Stopwatch()
+    rubbing = read_friction(friction)
+    written = [path for path in (html, csv) if path is not None]
+    from papilla.calibrate.comparison import candidate
+    from papilla.calibrate.comparison import compare as side_by_side
+    from papilla.files import check_writable
+
+    keep_inputs(candidates, written)
+    for path in written:
+        check_writable(path.parent)
+    with progress() as shown:
+        how = {"friction": rubbing, "processes": PROCESSES, "progress": shown.line, "steps": shown.steps}
+        found = [candidate(one, **how) for one in candidates]
+        keep_inputs([name for one in found if one.finger for name in surface_files(one.finger)], written)
+        comparison = side_by_side(found, shown.line)
+        if written:
+            from papilla.calibrate.report.comparison_page import write_comparison, write_comparison_table
+
+            if html is not None:
+                write_comparison(html, comparison, found)
+            if csv is not None:
+                write_comparison_table(csv, comparison)
+    files = {"html": html and str(html), "csv": csv and str(csv)}
+    if as_json:
+        rows = [row.to_json() for row in comparison.rows]
+        domain = {
+            "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
+            "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
+        }
+        print_json({"rows": rows, "domain": domain, "verdicts": comparison.verdicts, **files, "seconds": watch.seconds})
+        return
+    heads = ("", "sigma of E", "identified", "S_d (µε)", "slope", "gauges", "answer (µs)", "press (ms)")
+    show_rows(
+        heads,
+        [
+            (
+                row.name, f"{row.sigma:.1%}", f"{row.identified:.0%}", f"{row.sd_microstrain:,.0f}", f"{row.slope:.2g}",
+                str(row.gauges), f"{row.answer_us:.0f}", "" if row.press_ms is None else f"{row.press_ms:.2g}",
+            )
+            for row in comparison.rows
+        ],
+    )  # fmt: skip
+    for sentence in comparison.verdicts:
+        tell(sentence)
+    if written:
+        tell(f"Wrote {', '.join(map(str, written))}")

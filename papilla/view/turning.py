@@ -1,0 +1,168 @@
+"""A page that shows presses as solids to be turned, by plotly: the finger cut open, a slider over the presses, and the
+reading of the gauge under the pointer."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+
+from papilla.errors import MissingExtraError
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import Finger
+from papilla.view.section import PERCENT
+from papilla.view.strain_field import BONE_COLOR, SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
+from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, STRAIN, nice_limit
+
+if TYPE_CHECKING:
+    from pyvista import PolyData
+
+EYE, ZOOM = (0.0, -1.6, 0.58), 2.0
+"""Where the page is first seen from, and size of the finger: at 2 it fills a page that is as wide as a desk's screen.
+The side that was cut faces the viewer."""
+
+FLAT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
+"""Light of the coloured faces: their shades must stay those of the colour bar."""
+
+SOFT = {"ambient": 0.75, "diffuse": 0.4, "specular": 0.0}
+"""Light of skin and specimen."""
+
+
+def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, shown: str = STRAIN) -> str:
+    """The page of presses of one specimen on `reduced`, which holds all it needs; the last one is shown first.
+
+    Raises `MissingExtraError` where plotly is not installed, and as `drawn`.
+    """
+    try:
+        import plotly.graph_objects as go
+    except ImportError as error:
+        raise MissingExtraError("plotly is not installed; pip install 'papilla[view]'") from error
+    parts = [drawn(scene, reduced, finger, shown) for scene in scenes]
+    limit = nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
+    groups = [_solids(one, limit) + [_gauges(one, scene, finger)] for one, scene in zip(parts, scenes, strict=True)]
+    titles = [_title(scene, finger) for scene in scenes]
+    figure = go.Figure([trace for group in groups for trace in group])
+    steps: list[dict[str, Any]] = []
+    for number, (scene, title) in enumerate(zip(scenes, titles, strict=True)):
+        visible = [other == number for other, group in enumerate(groups) for _ in group]
+        steps.append({
+            "method": "update",
+            "label": f"{scene.press.force:.3g} N",
+            "args": [{"visible": visible}, {"title.text": title}],
+        })  # fmt: skip
+    for trace, now in zip(figure.data, steps[-1]["args"][0]["visible"], strict=True):
+        trace.visible = now
+    shades = [(share, to_hex(colormaps[DIVERGING](share))) for share in np.linspace(0, 1, 17).tolist()]
+    bar = {
+        "title": shown_words(shown).split(":")[0],
+        "thickness": 12,
+        "len": 0.8,
+        "orientation": "h",
+        "y": 0,
+        "yanchor": "top",
+    }
+    scale: dict = {
+        "colorscale": shades,
+        "cmin": -limit,
+        "cmax": limit,
+        "colorbar": bar,
+    }
+    seen = np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    axes = {
+        f"{axis}axis": {"visible": False, "range": [float(a), float(b)]}
+        for axis, a, b in zip("xyz", low, high, strict=True)
+    }
+    sizes = dict(zip("xyz", (ZOOM * (high - low) / (high - low).max()).tolist(), strict=True))
+    turned = side_of(reduced)
+    figure.update_layout(
+        title={"text": titles[-1], "font": {"size": 14}},
+        coloraxis=scale,
+        sliders=[{"active": len(scenes) - 1, "steps": steps, "currentvalue": {"prefix": "force "}, "pad": {"t": 70}}],
+        scene={
+            **axes,
+            "aspectmode": "manual",
+            "aspectratio": sizes,
+            "camera": {
+                "eye": dict(zip("xyz", np.array(EYE) * (1, turned, 1), strict=True)),
+                "projection.type": "orthographic",
+            },
+        },  # fmt: skip
+        font={"family": "DejaVu Sans, Verdana, sans-serif", "color": INK},
+        margin={"l": 30, "r": 30, "t": 90, "b": 10},
+        showlegend=False,
+    )
+    page = figure.to_html(include_plotlyjs=True, full_html=True, div_id="strain", config={"responsive": True})
+    view = '<meta name="viewport" content="width=device-width, initial-scale=1"><title>Strain field</title>'
+    view += "<style>html, body { margin: 0; height: 100%; }</style>"
+    return page.replace("<head>", f"<head>{view}", 1)
+
+
+def _title(scene: Scene, finger: Finger) -> str:
+    press, touched = scene.press, f"{scene.specimen.modulus:.3g} MPa {scene.specimen.words}"
+    facts = f"S<sub>d</sub> of the readings {press.sd:,.0f} µε, indentation {press.indentation:.3g} mm"
+    return f"<b>{finger.name}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
+
+
+def _solids(one: Drawn, limit: float) -> list[Any]:
+    """The cut, the skin behind it, the bone, the specimen and the lines on them."""
+    import plotly.graph_objects as go
+
+    quiet: dict[str, Any] = {"hoverinfo": "skip"}
+    traces = [
+        go.Mesh3d(
+            **_mesh(face.points, face.triangles),
+            intensity=face.values.astype(np.float32),
+            coloraxis="coloraxis",
+            lighting=FLAT,
+            hovertemplate="%{intensity:.3g}<extra></extra>",
+        )  # fmt: skip
+        for face in one.section.faces
+    ]
+    for solid, color, flat in ((one.skin, SKIN_COLOR, False), (one.solid, SPECIMEN_COLOR, True)):
+        traces.append(go.Mesh3d(**_mesh(*_triangles(solid)), color=color, flatshading=flat, lighting=SOFT, **quiet))
+    for ring in one.section.bone:
+        fan = np.column_stack(
+            [np.zeros(len(ring), int), 1 + np.arange(len(ring)), 1 + np.roll(np.arange(len(ring)), -1)]
+        )
+        traces.append(
+            go.Mesh3d(**_mesh(np.vstack([ring.mean(axis=0), ring]), fan), color=BONE_COLOR, lighting=FLAT, **quiet)
+        )
+    outlines = [line for lines in one.section.outlines.values() for line in lines]
+    for lines, dash in ((outlines, "solid"), (one.outline, "dash")):
+        ends = np.vstack([np.vstack([line, np.full((1, 3), np.nan)]) for line in lines]) if lines else np.empty((0, 3))
+        traces.append(
+            go.Scatter3d(**_places(ends), mode="lines", line={"color": INK, "width": 3, "dash": dash}, **quiet)
+        )
+    return traces
+
+
+def _gauges(one: Drawn, scene: Scene, finger: Finger) -> Any:
+    """The gauges' grids, each with what it tells under the pointer."""
+    import plotly.graph_objects as go
+
+    press, ends, told, names = scene.press, [], [], []
+    for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
+        words = f"{gauge.name}: reading {reading:+,.0f} µε<br>strain {PERCENT * strain:+.2f} %".replace("-", "−")
+        ends += [bar[0], bar.mean(axis=0), bar[1], np.full(3, np.nan)]
+        told += [words, words, words, ""]
+        names += ["", gauge.name, "", ""]
+    return go.Scatter3d(
+        **_places(np.array(ends)), mode="lines+markers+text", text=names, hovertext=told, hoverinfo="text",
+        textposition="bottom center", line={"color": GAUGE_COLOR, "width": 12},
+        marker={"color": GAUGE_COLOR, "size": 3},
+    )  # fmt: skip
+
+
+def _triangles(surface: "PolyData") -> tuple[np.ndarray, np.ndarray]:
+    whole = surface.triangulate()
+    return whole.points, whole.regular_faces
+
+
+def _mesh(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
+    return _places(points) | dict(zip("ijk", triangles.T.astype(np.int32), strict=True))
+
+
+def _places(points: np.ndarray) -> dict[str, np.ndarray]:
+    return dict(zip("xyz", points.T.astype(np.float32), strict=True))
