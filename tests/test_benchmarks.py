@@ -30,6 +30,7 @@ def along(_name: str, modulus: float, ratio: float, friction: Friction) -> np.nd
 
 
 SHORT = {
+    "amplitude_curve": ([], {"WAVELENGTHS_MM": (1.8,)}, "1.8 mm: 1.0000, shipped"),
     "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
     "identified_fingers": (
         ["coverage", "--fingers", "2", "--family"],

@@ -21,7 +21,6 @@ _MODULES = (
 )  # fmt: skip
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
-    Experiment(module.__name__.rpartition(".")[2], module.run, module.SIMULATED, *getattr(module, "SCENE", ()))
-    for module in _MODULES
+    Experiment(module.__name__.rpartition(".")[2], module.run, module.SIMULATED, *module.SCENE) for module in _MODULES
 )
 """`SCENE` of a module: what is removed where it runs without its cause, its noise in words, its seeds."""
