@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from papilla.logs import TimeLogFile
     from papilla.view.log_picture import LogPicture
 
+Softness = Literal["gauges", "sd", "force-depth", "quadratic", "printed", "surface"]
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 """Noise (microstrain, N) that is assumed where a log shows less: a computed log has none."""
+DEPTH = "indentation_mm"
 SILENT_ROWS = 100_000
 """Rows that are read before a word is said of it."""
 
@@ -36,10 +38,11 @@ class EstimatorOptions:
     )
     saturation: float | None = option(None, "|reading| from which a gauge is saturated.")
     thickness: float | None = option(None, "Thickness (mm) of the touched specimen; unknown unless stated.")
-    softness: Literal["surface", "quadratic", "printed"] = option(
-        "surface",
-        "The modulus by the calibrated surfaces, or, for comparison, by the published quadratic with the "
-        "calibration's or the printed coefficients, which presses do not follow.",
+    softness: Softness = option(
+        "gauges",
+        "The modulus from all gauges, from S_d alone, or from force and depth (column indentation_mm, counted from "
+        "contact); or, for comparison, by the published quadratic with the calibration's or the printed coefficients, "
+        "which presses do not follow. surface is the old name of gauges.",
     )
     friction_memory: float | None = option(
         None, "Path (mm) that friction is averaged over; without it 0.1 s of sliding."
@@ -49,7 +52,7 @@ class EstimatorOptions:
         """Raise `InputError` for options that exclude each other, or a range that does not rise."""
         from papilla import checks
 
-        if self.softness != "surface" and self.thickness is not None:
+        if self.softness not in ("gauges", "surface", "sd") and self.thickness is not None:
             raise InputError(f"--thickness is for the calibrated surfaces: --softness {self.softness} knows none")
         if self.wavelength_range is not None:
             checks.rising("--wavelength-range", self.wavelength_range)
@@ -66,10 +69,12 @@ class EstimatorOptions:
             "ridge_pitch_mm": _ridge_pitch(self.finger),
             "doubts": None if self.thickness is None else Doubts(thickness_mm=self.thickness),
         }
+        if self.softness == "force-depth":
+            record = chosen["softness"] = None
         return Pipeline(
             record,
             gauges=recorded.gauge_names,
-            columns=recorded.optional,
+            columns=tuple(name for name in recorded.optional if name != DEPTH),
             sample_rate_Hz=recorded.sample_rate_Hz,
             **noise,
             **{name: value for name, value in chosen.items() if value is not None},
@@ -90,6 +95,7 @@ def estimate(
     as_json: JsonOption = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
+    from papilla.cli.estimate_by_depth import DepthModulus
     from papilla.cli.estimate_output import Summary
     from papilla.cli.estimate_summary import show, write_pictures
     from papilla.estimators.pipeline import PipelineEstimate
@@ -98,10 +104,12 @@ def estimate(
 
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
-    with progress() as bar, _opened(log, lever_mm, log_map, bar) as recorded:
+    more = (DEPTH,) if estimators.softness == "force-depth" else ()
+    with progress() as bar, _opened(log, lever_mm, log_map, more, bar) as recorded:
         record = _load(calibration, recorded, log) if calibration else None
         noise, zeros = _noise(recorded), _zeros(record)
         pipeline = estimators.pipeline(record, recorded, noise)
+        by_depth = DepthModulus(calibration, recorded, pipeline) if more else None
         summary = Summary(recorded, pipeline)
         picture = _picture(recorded, pipeline, plot, html)
         if beside:
@@ -110,7 +118,8 @@ def estimate(
             bar.line("estimating")
             for block in recorded.blocks():
                 block[:, 1 : 1 + len(zeros)] -= zeros
-                answer = pipeline.process(block)
+                answer = pipeline.process(block[:, : len(pipeline.columns)])
+                answer = by_depth.added(block, answer) if by_depth else answer
                 write([block[:, 0], *answer[:-1], summary.add(block, answer)])
                 if picture:
                     picture.add(block, answer)
@@ -153,10 +162,12 @@ def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | Non
     return beside
 
 
-def _opened(log: Path, lever_mm: float | None, log_map: Path | None, bar: Progress) -> "TimeLogFile":
+def _opened(
+    log: Path, lever_mm: float | None, log_map: Path | None, more: tuple[str, ...], bar: Progress
+) -> "TimeLogFile":
     from papilla.logs import TimeLogFile
 
-    return TimeLogFile(log, lambda rows: _show_reading(bar, rows), lever_mm=lever_mm, log_map=log_map)
+    return TimeLogFile(log, lambda rows: _show_reading(bar, rows), lever_mm=lever_mm, log_map=log_map, more=more)
 
 
 def _show_reading(bar: Progress, rows: int) -> None:

@@ -1,6 +1,7 @@
 """`papilla press`: one scene."""
 
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.checks import place, positive
 from papilla.cli.options import (
@@ -10,12 +11,14 @@ from papilla.cli.options import (
     PlaceOption,
     SizeOption,
     SpecimenOptions,
+    keep_inputs,
     mesh_size,
     option,
     read_friction,
     scene_of,
 )
 from papilla.cli.output import print_json, print_table, progress, tell
+from papilla.cli.touch_log import write_touch_log
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,6 +39,7 @@ def press(
     friction: FrictionOption = None,
     finger: FingerOption = None,
     size_mm: SizeOption = None,
+    log: Path | None = option(None, "Log over time of this touch to write as well (CSV), for papilla estimate."),
     as_json: JsonOption = False,
 ) -> None:
     """Press a specimen on the finger: indentation, contact, gauge readings.
@@ -52,9 +56,14 @@ def press(
     else:
         positive("--indentation (mm)", indentation)
     place("--at", at)
+    if log is not None:
+        if fidelity == "finite":
+            raise InputError("--log makes hundreds of presses: leave --fidelity finite out")
+        keep_inputs([finger], [log])
 
     from papilla import fem
     from papilla.fem.preparing import prepare
+    from papilla.files import check_writable
     from papilla.finger import Finger
     from papilla.mesh import build
     from papilla.specimen import STICK
@@ -62,6 +71,8 @@ def press(
     design, size = Finger.load(finger or "default"), mesh_size(size_mm)
     touched = specimen.of(modulus, design)
     with progress() as shown:
+        if log is not None:
+            check_writable(log.parent)
         if fidelity == "finite":
             mesh = build(design, size, progress=shown.line)
             found = fem.press_finite(
@@ -76,14 +87,17 @@ def press(
             )
         else:
             reduced = prepare(design, size_mm=size, at=at, progress=shown.line)
-            found = fem.press(
-                reduced, touched, force=force, indentation=indentation, fidelity=fidelity, friction=rubbing
-            )
+            how: dict[str, Any] = {"fidelity": fidelity, "friction": rubbing}
+            found = fem.press(reduced, touched, force=force, indentation=indentation, **how)
+            if log is not None:
+                write_touch_log(log, found, lambda own: fem.press(reduced, touched, force=own, **how), shown.line)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
     if as_json:
-        print_json({**found.to_json(), **named})
+        print_json({**found.to_json(), **named} | ({"log": str(log)} if log else {}))
     else:
         _print(found, named, [gauge.name for gauge in design.gauges])
+        if log is not None:
+            tell(f"Wrote {log}")
 
 
 def _print(found: "Press", named: dict, gauges: list[str]) -> None:

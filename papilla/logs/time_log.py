@@ -80,10 +80,10 @@ class TimeLog:
 class _Scan:
     """First pass over the blocks of a time log: sampling rate, noise and counts."""
 
-    def __init__(self, reader: Reader, gauges: tuple[str, ...], lever_mm: float | None):
+    def __init__(self, reader: Reader, gauges: tuple[str, ...], lever_mm: float | None, more: tuple[str, ...]):
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
         there = {*reader.names, *(["tangential_N"] if lever_mm else [])}
-        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there))
+        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there), *more)
         self.noise, self.sizes = Noise(), Sizes(self.used, len(gauges))
         self.counts: Counter[str] = Counter()
         self._last = math.nan
@@ -140,7 +140,8 @@ class _Scan:
 class TimeLogFile:
     """A time log that is read block by block: opening it checks the whole file; `blocks` can then be called repeatedly.
 
-    Use it as a context manager. gauge_names : sorted by number. optional : the columns of `TIME_OPTIONAL` in the file.
+    Use it as a context manager. gauge_names : sorted by number. optional : the columns of `TIME_OPTIONAL` in the file,
+    then those of `more`, which must be there.
     sample_rate_Hz, report : as in `TimeLog`. noise : column name -> standard deviation of its white noise, NaN if it
     cannot be estimated.
 
@@ -155,8 +156,10 @@ class TimeLogFile:
         *,
         lever_mm: float | None = None,
         log_map: LogMap | str | Path | None = None,
+        more: tuple[str, ...] = (),
     ):
-        self._reader, self.gauge_names = open_log(path, ("t_s",), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
+        self._reader, self.gauge_names = open_log(path, ("t_s", *more), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
+        self._more = more
         try:
             self._lever = _lever(self._reader, lever_mm)
             scan = self._scan()
@@ -212,7 +215,7 @@ class TimeLogFile:
         self.report = scan.finish()[1] if self.live else self.report
 
     def _scan(self) -> _Scan:
-        return _Scan(self._reader, self.gauge_names, self._lever)
+        return _Scan(self._reader, self.gauge_names, self._lever, self._more)
 
 
 def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:

@@ -2,7 +2,10 @@
 
 import json
 
+import numpy as np
 import pytest
+
+from papilla.logs import read_time_log
 
 KEYS = {
     *("force_N", "modulus_MPa", "fidelity", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa"),
@@ -171,3 +174,21 @@ def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):
     (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
     message = "outer: modulus 0.136 MPa is not that of its ogden material, 0.3 MPa"
     assert message in refused("press", "--modulus", 0.5, "--force", 1, "--finger", "finger.toml")
+
+
+@pytest.mark.slow
+def test_a_press_as_a_log_over_time_ends_in_the_same_press(papilla, tmp_path):
+    answer = papilla("press", "--modulus", 0.1, "--force", 0.4, "--log", "touch.csv", "--json")
+    assert answer.code == 0, answer.err
+    found, log = json.loads(answer.out), read_time_log(tmp_path / "touch.csv")
+    assert found["log"] == "touch.csv" and log.sample_rate_Hz == pytest.approx(1000)
+    assert log.readings[-1].tolist() == found["reading_microstrain"] and log.force_N[-1] == 0.4
+    assert not log.readings[:200].any() and (log.force_N[:200] == 0).all() and (np.diff(log.force_N) >= 0).all()
+    row = 400
+    alone = papilla("press", "--modulus", 0.1, "--force", repr(float(log.force_N[row])), "--json")
+    np.testing.assert_allclose(log.readings[row], json.loads(alone.out)["reading_microstrain"], rtol=1e-3)
+
+
+def test_a_log_of_a_press_on_the_whole_mesh_is_refused(refused):
+    scene = ("press", "--modulus", 0.1, "--force", 0.4, "--fidelity", "finite", "--log", "touch.csv")
+    assert "--log makes hundreds of presses" in refused(*scene)

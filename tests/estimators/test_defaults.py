@@ -15,7 +15,7 @@ COMMON = {
     "sample_rate_Hz": 1000.0, "wavelength_range_mm": (0.4, 6.0), "scale_sigma": 0.015, "latency_s": None,
     "resonances_Hz": (), "ridge_pitch_mm": None, "saturation": math.inf, "stuck_samples": 50, "doubts": None,
     "contact_force_N": 0.02, "position_sigma_mm": None, "variant": "as_printed", "window_s": None, "hop_s": None,
-    "calibration": None, "gauges": None, "softness": "surface", "gauge_positions_mm": None,
+    "calibration": None, "gauges": None, "softness": "gauges", "gauge_positions_mm": None,
 }  # fmt: skip
 OWN = {
     "ChirpTracker": {"frequency_range_Hz": None, "lag_s": 0.014, "saturation": 1e12},

@@ -30,9 +30,10 @@ from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
-SURFACE = "surface"
-SOFTNESS = (SURFACE, "quadratic", "printed", "exact")
-"""Ways to a modulus: the calibrated surfaces, or a published form."""
+SURFACES = ("gauges", "surface", "sd")
+SOFTNESS = (*SURFACES, "quadratic", "printed", "exact")
+"""Ways to a modulus: the calibrated surfaces of all gauges ("surface" is their old name) or of S_d, or a published
+form."""
 SLOW_HZ = 200.0
 """Below it the steps of usual movements come near the wavelengths of usual textures."""
 _NONE = math.nan
@@ -80,8 +81,9 @@ class Pipeline(Stream):
     friction_memory_mm : slid path that the kinetic coefficient is averaged over; None: 0.1 s of sliding.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
-    softness : "surface", what is best: every gauge against its calibrated surface; or for comparison a published form,
-        "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse of (9)), see `PrintedSoftness`.
+    softness : "gauges", what is best: every gauge against its calibrated surface; "sd", S_d alone; or for comparison a
+        published form, "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse of (9)), see
+        `PrintedSoftness`.
 
     Raises `InputError` for unusable values, and for a calibration of another number of gauges.
     """
@@ -108,7 +110,7 @@ class Pipeline(Stream):
         doubts: Doubts | None = None,
         friction_memory_mm: float | None = None,
         gauge_positions_mm: Sequence[float] | None = None,
-        softness: str = SURFACE,
+        softness: str = "gauges",
     ):
         named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
         if gauges == 0 or not (named or "tangential_N" in columns):
@@ -161,13 +163,13 @@ class Pipeline(Stream):
             return
         if calibration.remark:
             self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
-        if softness != SURFACE:
+        if softness not in SURFACES:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
             printed = PrintedSoftness(calibration, form=softness, **plain)
             self._outputs["modulus"] = ModulusOutput(calibration, self._names, printed)
             return
         every = None
-        for place in dict.fromkeys((position_sigma_mm, None)):
+        for place in dict.fromkeys((position_sigma_mm, None)) if softness != "sd" else ():
             try:
                 every = every or GaugeSoftness(calibration, position_sigma_mm=place, **noise)
             except InputError as error:

@@ -117,7 +117,7 @@ def test_unusable_options_are_refused(options, message):
 def test_the_pipeline_says_that_a_published_form_was_chosen(calibration):
     pipeline = Pipeline(calibration, columns=("force_N",), softness="quadratic")
     assert any("by the published form" in message for message in pipeline.messages)
-    with pytest.raises(InputError, match="softness must be one of surface, quadratic, printed, exact"):
+    with pytest.raises(InputError, match="softness must be one of gauges, surface, sd, quadratic, printed, exact"):
         Pipeline(calibration, columns=("force_N",), softness="best")
 
 
