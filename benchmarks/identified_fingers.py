@@ -12,8 +12,8 @@ import numpy as np
 
 from papilla import fem
 from papilla.calibrate.identification import PARAMETERS, Identification, compare, diagnose, identify, record
-from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.identification.posing import family_of
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import RATIOS, FingerFamily
 from papilla.finger import Finger

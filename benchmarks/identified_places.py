@@ -14,8 +14,8 @@ import numpy as np
 
 from papilla import fem
 from papilla.calibrate.identification import PARAMETERS, identify
-from papilla.calibrate.identification.fit import family_of
 from papilla.calibrate.identification.parameters import MOVES, kind
+from papilla.calibrate.identification.posing import family_of
 from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.finger import Finger
 from papilla.logs import PressLog

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from papilla.calibrate.identification import identify
-from papilla.calibrate.identification.fit import SIZE_MM
+from papilla.calibrate.identification.posing import SIZE_MM
 from papilla.calibrate.suggest import DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA, FORCES_N, suggest_presses
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family

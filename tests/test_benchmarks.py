@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification.fit import family_of
+from papilla.calibrate.identification.posing import family_of
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 from papilla.mesh import build

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from papilla.calibrate.identification.fit import shapes_of, unmoved
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import MOVES, OF_THE_BENCH, OF_THE_LOG, kind, names_of, start_of
+from papilla.calibrate.identification.parameters import MOVES, OF_THE_BENCH, kind, start_of
+from papilla.calibrate.identification.posing import problem_of_record
 from papilla.calibrate.identification.problem import Problem
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, Surface
@@ -80,15 +80,11 @@ def _problem(
 ) -> tuple[Problem, np.ndarray]:
     """Presses over the domain of a calibration as a problem in the parameters that were identified of the finger, where
     it starts; and their covariance."""
-    unknown = [name for name in record.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
-    if unknown:
-        raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     designed = start_of(finger, finger.bench.thickness)
     values = dict(zip(record.parameters, record.values, strict=True))
     for name, value in values.items():
-        if kind(name) not in ("zero_microstrain", *MOVES, *OF_THE_LOG) and abs(designed[name] - value) > SAME * max(
-            abs(value), SAME
-        ):
+        changes = name in designed and kind(name) not in ("zero_microstrain", *MOVES)
+        if changes and abs(designed[name] - value) > SAME * max(abs(value), SAME):
             raise InputError(
                 f"{name} is {designed[name]:g} in the design and {value:g} in its [identified]: the design was changed "
                 "since, so remove that table or identify the finger anew"
@@ -99,9 +95,6 @@ def _problem(
     deep = np.ones(n) if "touch_down_mm" in values else None
     log = PressLog(force, modulus, np.zeros((n, g)), tuple(gauge.name for gauge in finger.gauges), deep)
     kept = [place for place, name in enumerate(record.parameters) if kind(name) not in OF_THE_BENCH]
-    own = {record.parameters[place]: record.values[place] for place in kept}
-    design = unmoved(finger, own)
-    bench = finger.bench
-    shapes = shapes_of(log, bench.specimen(1.0), design, (), own, bench.friction, size_mm, progress)
-    problem = Problem(log, design, shapes, designed | own, tuple(own), Noise())
+    free = tuple(record.parameters[place] for place in kept)
+    problem = problem_of_record(finger, log, free, Noise(), size_mm, progress)
     return problem, np.array(record.covariance)[np.ix_(kept, kept)]

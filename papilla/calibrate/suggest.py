@@ -13,10 +13,11 @@ from typing import Literal
 import numpy as np
 
 from papilla import checks
-from papilla.calibrate.identification import fit
-from papilla.calibrate.identification.fit import Identification, free_parameters, shapes_of
+from papilla.calibrate.identification import posing
+from papilla.calibrate.identification.fit import Identification
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import start_of
+from papilla.calibrate.identification.posing import free_parameters, shapes_of
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
@@ -164,9 +165,9 @@ def _able(problem: Problem, candidates: _Presses, size_mm: float | None) -> Prob
     """The problem with what contacts beside the apex change, where candidates are there."""
     if not candidates.place.any():
         return problem
-    relatives = fit.family_of(problem.finger, size_mm=size_mm)
+    relatives = posing.family_of(problem.finger, size_mm=size_mm)
     refuse_far(candidates.log(problem.finger, False), MoveLimits.of(relatives), problem.free)
-    return replace(problem, shapes=(*fit.with_moves(problem.shapes[:1], relatives), *problem.shapes[1:]))
+    return replace(problem, shapes=(*posing.with_moves(problem.shapes[:1], relatives), *problem.shapes[1:]))
 
 
 def _from_nothing(

@@ -7,7 +7,8 @@ import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
 from papilla.calibrate.identification import PARAMETERS, Noise, compare, diagnose, identify, record
-from papilla.calibrate.identification.fit import descend, family_of, problem_of
+from papilla.calibrate.identification.fit import descend
+from papilla.calibrate.identification.posing import family_of, problem_of
 from papilla.calibrate.identification.profile import RATIO, Profile, profile
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response

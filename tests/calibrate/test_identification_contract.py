@@ -11,8 +11,9 @@ import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
 from papilla.calibrate.identification import PARAMETERS, diagnose, identify, record
-from papilla.calibrate.identification.fit import family_of, solve
+from papilla.calibrate.identification.fit import solve
 from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.identification.posing import family_of
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger

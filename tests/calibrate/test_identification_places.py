@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibrate.identification import PARAMETERS, compare, diagnose, fit, identify, problem, record
-from papilla.calibrate.identification.fit import problem_of, solve, unmoved
+from papilla.calibrate.identification import PARAMETERS, compare, diagnose, identify, posing, problem, record
+from papilla.calibrate.identification.fit import solve
 from papilla.calibrate.identification.parameters import MOVES, kind
+from papilla.calibrate.identification.posing import problem_of, unmoved
 from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.suggest import suggest_presses
 from papilla.errors import InputError
@@ -105,7 +106,7 @@ def test_a_row_that_was_glued_beside_its_place_and_a_tilt_come_back(sure, tmp_pa
     assert unmoved(again, found.values) == replace(
         again, gauges=tuple(replace(gauge, moved_mm=(0.0, 0.0)) for gauge in again.gauges)
     )
-    monkeypatch.setattr(fit, "SIZE_MM", SIZE_MM)
+    monkeypatch.setattr(posing, "SIZE_MM", SIZE_MM)
     open_left = with_identification(calibration(), again).surface.uncertainty.sigmas(np.log(0.5), np.log(0.3))
     assert 1e-3 < open_left["identification"] < 0.2
     later = measured(presses(((0.0, 0.0),), forces=(0.3, 0.8)), truth, np.random.default_rng(4))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibrate.identification import fit
+from papilla.calibrate.identification import posing
 from papilla.calibrate.identified_finger import with_identification
 from papilla.calibration import Calibration
 from papilla.cli.estimate import _zeros
@@ -20,7 +20,7 @@ SIGMA = 0.1
 @pytest.fixture
 def finger(monkeypatch):
     """A finger all of whose gains are known to 10 % together, so that S_d is."""
-    monkeypatch.setattr(fit, "SIZE_MM", 2.8)
+    monkeypatch.setattr(posing, "SIZE_MM", 2.8)
     names = tuple(f"gain.g{k}" for k in range(1, 6))
     told = Identified(
         status="ok: told",
@@ -88,12 +88,12 @@ def test_zeros_of_another_number_of_gauges_are_refused():
 @pytest.mark.slow
 def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     from papilla.calibrate import job
-    from papilla.calibrate.identification.fit import family_of
+    from papilla.calibrate.identification.posing import family_of
     from papilla.fem.pressing.response import response
     from papilla.logs import PressLog
     from papilla.specimen import Block
 
-    monkeypatch.setattr(fit, "SIZE_MM", 2.8)
+    monkeypatch.setattr(posing, "SIZE_MM", 2.8)
     smooth = response(family_of(Finger.default()), Block(1.0, 10.0))
     force, modulus = (one.ravel() for one in np.meshgrid((0.1, 0.2, 0.4, 0.7, 0.98), (0.089, 0.51)))
     felt = smooth.felt(force, modulus, 0.2, 0.04)

@@ -6,8 +6,8 @@ import tomllib
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification import fit
-from papilla.calibrate.identification.fit import family_of
+from papilla.calibrate.identification import posing
+from papilla.calibrate.identification.posing import family_of
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 from papilla.specimen import Block
@@ -23,7 +23,7 @@ def smooth():
 @pytest.fixture
 def bench(smooth, tmp_path, monkeypatch):
     """Writes a log of presses; changes: columns by name, or a factor of one."""
-    monkeypatch.setattr(fit, "SIZE_MM", SIZE_MM)
+    monkeypatch.setattr(posing, "SIZE_MM", SIZE_MM)
 
     def write(name="log.csv", **changes):
         rng = np.random.default_rng(2)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification import fit
+from papilla.calibrate.identification import posing
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
 from papilla.finger import Finger
@@ -19,7 +19,7 @@ SILICONE = Prony((0.25,), (3.0,))
 @pytest.fixture
 def over_time(tmp_path, monkeypatch):
     """Writes a log of two touches, ramp, hold and return, of a finger that relaxes."""
-    monkeypatch.setattr(fit, "SIZE_MM", SIZE_MM)
+    monkeypatch.setattr(posing, "SIZE_MM", SIZE_MM)
     felt = response(family(Finger.default(), size_mm=SIZE_MM), Block(1.0, 10.0)).felt
 
     def write(*columns, hold=20.0):

@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from papilla.calibrate.identification import fit
+from papilla.calibrate.identification import posing
 from papilla.calibrate.suggest import FORCES_N
 
 
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch):
-    monkeypatch.setattr(fit, "SIZE_MM", 2.8)
+    monkeypatch.setattr(posing, "SIZE_MM", 2.8)
 
 
 @pytest.mark.slow

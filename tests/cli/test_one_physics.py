@@ -9,7 +9,7 @@ import pytest
 
 import papilla as library
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, fit, sweep
-from papilla.calibrate.identification.fit import family_of
+from papilla.calibrate.identification.posing import family_of
 from papilla.calibrate.job import cached_sweep
 from papilla.fem.pressing.response import response
 from papilla.finger import Bench, Finger

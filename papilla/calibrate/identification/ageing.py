@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from papilla.calibrate.identification.fit import shapes_of, unmoved
 from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import MOVES, OF_THE_LOG, kind, names_of, scaled, start_of
+from papilla.calibrate.identification.parameters import MOVES, kind, names_of, scaled
+from papilla.calibrate.identification.posing import problem_of_record
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -85,18 +85,11 @@ def compare(
     record = finger.identified
     if record is None:
         raise InputError(f"the finger {finger.name!r} has no table [identified]: papilla identify makes one")
-    unknown = [name for name in record.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
-    if unknown:
-        raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
     refuse(log, finger)
     stated = noise or Noise(readings_microstrain=record.noise_microstrain, force=record.force_error)
-    values = dict(zip(record.parameters, record.values, strict=True))
-    touched, design = finger.bench.specimen(1.0), unmoved(finger, values)
-    shapes = shapes_of(log, touched, design, (), values, finger.bench.friction, size_mm, progress)
-    held = start_of(design, finger.bench.thickness) | {"touch_down_mm": record.touch_down_mm} | values
-    problem = Problem(log, design, shapes, held, record.parameters, stated)
+    problem = problem_of_record(finger, log, record.parameters, stated, size_mm, progress)
     refuse_beyond(problem)
-    return _against(problem, np.array([scaled(name, values[name]) for name in record.parameters]), record.covariance)
+    return _against(problem, problem.start, record.covariance)
 
 
 def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:

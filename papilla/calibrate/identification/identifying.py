@@ -5,18 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla.calibrate.identification.fit import (
-    MISFIT,
-    Identification,
-    ensure_physics,
-    family_of,
-    problem_of,
-    solve,
-    solved_from,
-    with_moves,
-)
+from papilla.calibrate.identification.fit import MISFIT, Identification, solve, solved_from
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, checked_values, kind, linear_last, names_of
+from papilla.calibrate.identification.posing import ensure_physics, family_of, problem_of, with_moves
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError

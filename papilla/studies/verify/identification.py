@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla.calibrate.identification import Identification, identify
-from papilla.calibrate.identification.fit import family_of
+from papilla.calibrate.identification.posing import family_of
 from papilla.calibrate.identification.problem import Problem
 from papilla.calibrate.identification.profile import NORMAL, profile
 from papilla.errors import MissingExtraError
