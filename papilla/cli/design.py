@@ -11,7 +11,8 @@ from papilla.errors import InputError
 if TYPE_CHECKING:
     from papilla.design.study import Study
 
-CHECK_FAILED = 1
+MOST_GAUGES = 8
+"""Gauges that are placed, at most."""
 
 
 def design(
@@ -19,6 +20,7 @@ def design(
     out: Path = option(Path("study"), "Folder for the results."),
     resume: bool = option(False, "Go on with the designs that the folder holds of this study.", "--resume"),
     explain: bool = option(False, "Say what the study will cost, measured here, and run nothing.", "--explain"),
+    place: int | None = option(None, "Place 1 to N gauges on the study's finger instead (1 to 8).", metavar="N"),
     scheduler: str | None = option(None, "Dask scheduler whose workers to use, such as tcp://host:8786."),
     workers: int | None = option(None, f"Worker processes on this machine.  [default: {PROCESSES}]"),
     as_json: JsonOption = False,
@@ -33,6 +35,8 @@ def design(
         raise InputError(f"--workers must be from 1 to {4 * (os.cpu_count() or 1)}, got {workers}")
     if workers is not None and scheduler is not None:
         raise InputError("give --workers (processes on this machine) or --scheduler, not both")
+    if place is not None and not 1 <= place <= MOST_GAUGES:
+        raise InputError(f"--place must be from 1 to {MOST_GAUGES}, got {place}")
     from papilla.design.study import read_study
 
     read = read_study(study)
@@ -40,6 +44,8 @@ def design(
     count = workers or PROCESSES
     if explain:
         return _explain(read, count, as_json)
+    if place is not None:
+        return _place(read, place, out, as_json)
     from papilla.design.job import first_words, run_study, summary
 
     with progress() as shown:
@@ -79,3 +85,19 @@ def _explain(study: "Study", workers: int, as_json: bool) -> None:
     tell(f"about {seconds:.0f} s with {workers} workers, and {study.confirm} calibrations at the end")
     if found.cached and found.geometries > 1:
         say("the other geometries may not be in the cache: half a minute each on an idle core")
+
+
+def _place(study: "Study", count: int, out: Path, as_json: bool) -> None:
+    from papilla.design.placing import place_gauges
+
+    with progress() as shown:
+        found = place_gauges(study, count, out, shown.line)
+    chosen = found.of(found.sets[-1]).gauges
+    keys = ("name", "angle_deg", "y_mm", "direction_deg")
+    if as_json:
+        gauges = [{key: getattr(one, key) for key in keys} for one in chosen]
+        return print_json({"gauges": gauges, "sigma": found.sigma, "written": found.written})
+    for line in found.sentences:
+        tell(line)
+    show_rows(keys, [[one.name, *(f"{getattr(one, key):g}" for key in keys[1:])] for one in chosen])
+    tell(f"written: {', '.join(found.written)}")

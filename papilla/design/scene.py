@@ -52,6 +52,7 @@ class Scene:
     over : whether a sigma over the scene is the worst, or the root mean square.
     samples : of the held force. gauge_noise_microstrain, force_noise_N, depth_noise_mm : of one sample.
     depth_zero_mm : one sigma of the depth of touch-down. depth_mm : at which `force_at_depth` is taken.
+    place_mm : one sigma of the place of touch in x and y, for the placement of gauges.
     """
 
     force_N: tuple[float, float] = (0.2, 0.98)
@@ -65,6 +66,7 @@ class Scene:
     depth_noise_mm: float = 0.005
     depth_zero_mm: float = 0.02
     depth_mm: float = 0.5
+    place_mm: float = 1.0
     unknown: Unknowns = field(default_factory=Unknowns)
     tolerances: Tolerances = field(default_factory=Tolerances)
 
@@ -74,7 +76,7 @@ class Scene:
         for name in ("forces", "moduli"):
             if not 2 <= getattr(self, name) <= 40:
                 raise InputError(f"{name} must be from 2 to 40, got {getattr(self, name)}")
-        for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm"):
+        for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):
             checks.positive(name, getattr(self, name))
 
     @cached_property

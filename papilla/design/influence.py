@@ -1,0 +1,140 @@
+"""What a gauge at any place of the interface reads of a touch at or beside the apex, with slopes: rows of one solve.
+
+Gauges at all sites of a quarter of the interface are solved for once, by their adjoint fields. Presses at the apex are
+moved along the skin (`papilla.fem.reduction.transported`), which weighs these fields; the other three quarters are
+mirror images, touched at the mirrored place. Over force and modulus a polynomial goes through 140 presses, without
+friction and stuck. Presses are linear: large strain changes readings by some per cent, and is an error here.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+
+import numpy as np
+import scipy.sparse as sp
+
+from papilla.design.geometry import ENDS, MESHED_DEG
+from papilla.design.places import Places, foil_of, half_length
+from papilla.design.scene import Scene
+from papilla.errors import InputError
+from papilla.fem.finite.strain_tables import SIZE
+from papilla.fem.pressing.grid import press_grid, with_modulus
+from papilla.fem.pressing.log_polynomial import LogPolynomial
+from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
+from papilla.fem.reduction.transported import MovedContact, on_each_side
+from papilla.finger import Finger, Gauge
+from papilla.mesh import build
+from papilla.mesh.body import narrowest_mm
+from papilla.units import to_microstrain
+
+STEP_MM = 0.5
+"""Half the distance of the touches whose difference is a slope by the place."""
+DEGREES, TOTAL = (3, 5), 1.5
+"""Of the polynomial in ln force and ln modulus through the presses of a scene."""
+DIRECTIONS_DEG = (0.0, 90.0)
+"""Along which gauges may lie."""
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """Readings in microstrain of gauges at k places, by p touches: the points of a scene, touched at two places.
+
+    gauges : at the places. sites : (k, 3) in mm. reading : (p, k) by stuck touches; slopes : by ln E, ln force, none
+    instead of full friction, and the place x and y (1/mm): (5, p, k). force_N : (p,).
+    """
+
+    gauges: tuple[Gauge, ...]
+    sites: np.ndarray
+    reading: np.ndarray
+    slopes: np.ndarray
+    force_N: np.ndarray
+
+
+def influence(finger: Finger, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Influence:
+    """That of a finger in a scene, touched at the apex and at `scene.place_mm` beside it in x and y.
+
+    Raises `InputError` where a press of the scene leaves what the model covers.
+    """
+    foil = foil_of(finger.gauges)
+    whole = replace(Places.whole(foil), turned=True)
+    quarter = [one for one in whole.gauges(finger.shape) if one.direction_deg in DIRECTIONS_DEG]
+    first = finger.gauges[0]
+    quarter = [replace(one, membrane_gain=first.membrane_gain, lever_mm=first.lever_mm) for one in quarter]
+    meshed = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
+    size = SIZE * narrowest_mm(finger)
+    mesh = build(replace(finger, gauges=meshed), size_mm=size, progress=say)
+    model = FingerModel(replace(finger, gauges=tuple(quarter)), mesh)
+    say("reducing the finger")
+    reduced = model.reduce()
+    tractions = [_tractions(reduced, finger, scene, friction, say) for friction in ENDS]
+    say(f"gauges at {len(quarter)} places")
+    functionals = gauge_functionals(model.finger, model.surfaces["interface"])
+    mixing = sp.hstack([sp.diags(row) for row in gauge_weights(model.finger)])
+    fields = on_each_side(model.adjoints(functionals, None, mixing))
+
+    def read(x: float, y: float) -> np.ndarray:
+        """(2, n, k) readings over force of touches at (x, y) mm, without friction and stuck."""
+        rows = MovedContact.at(model, reduced.patch, (x, y)).rows(fields)
+        found = np.array([np.einsum("kcn,mcn->mk", rows, one, optimize=True) for one in tractions])
+        return to_microstrain(found) / scene.grid[0][:, None]
+
+    return _everywhere(quarter, finger, scene, read, say)
+
+
+def _tractions(reduced, finger: Finger, scene: Scene, friction, say) -> np.ndarray:
+    """(n, 3, nodes) tractions of the presses of the scene's grid."""
+    say("presses of the scene" + (", stuck" if friction else ""))
+    forces, moduli = (np.unique(part) for part in scene.grid)
+    found = press_grid(reduced, partial(with_modulus, finger.bench.specimen(1.0)), moduli, forces, friction)
+    by_modulus = [one for _, one in found]
+    if refused := next((one for one in by_modulus if isinstance(one, Exception)), None):
+        raise InputError(f"a press of the scene leaves what the model covers: {refused}")
+    table = np.array([one.traction for one in by_modulus])  # type: ignore[union-attr]
+    return np.moveaxis(table.reshape(len(moduli), len(forces), *table.shape[1:]), 1, 0).reshape(table.shape)
+
+
+def _everywhere(quarter: list[Gauge], finger: Finger, scene: Scene, read, say) -> Influence:
+    """The influence of gauges in all quarters, from touches in all quarters of gauges in one."""
+    force, modulus = scene.grid
+    limits = (force.min(), force.max()), (modulus.min(), modulus.max())
+    polynomial = LogPolynomial(limits, DEGREES, TOTAL)
+    solve = np.linalg.pinv(polynomial.terms((force, modulus))[0])
+    at = [part.ravel() for part in np.meshgrid(*scene.points, indexing="ij")]
+    terms = polynomial.terms((at[0], at[1]))
+    gauges: list[Gauge] = []
+    columns: list[np.ndarray] = []
+    h, off = STEP_MM, scene.place_mm
+    for sx, sy in product((1, -1), (1, -1)):
+        say(f"touches seen from quarter {2 * (sx < 0) + (sy < 0) + 1} of 4")
+        kept = [k for k, one in enumerate(quarter) if (sx > 0 or one.angle_deg) and (sy > 0 or one.y_mm)]
+        parts = []
+        for x, y in ((0.0, 0.0), (sx * off, sy * off)):
+            centre, right, left, up, down = (
+                np.einsum("tpm,mn,enk->etpk", terms, solve, read(*place)[:, :, kept])
+                for place in ((x, y), (x + h, y), (x - h, y), (x, y + h), (x, y - h))
+            )
+            force_N = at[0][:, None]
+            value, by_force, by_modulus = centre[1]
+            free = centre[0, 0] - value
+            along, across = (sx * (right - left)[1, 0], sy * (up - down)[1, 0])
+            rows = [value, by_modulus, value + by_force, free, along / (2 * h), across / (2 * h)]
+            parts.append(force_N * np.array(rows))
+        columns.append(np.concatenate(parts, axis=1))
+        gauges += [_mirrored(quarter[k], sx, sy) for k in kept]
+    table = np.concatenate(columns, axis=2)
+    gauges = [replace(one, name=f"p{k}") for k, one in enumerate(gauges)]
+    return Influence(tuple(gauges), _sites(gauges, finger), table[0], table[1:], np.tile(at[0], 2))
+
+
+def _mirrored(gauge: Gauge, sx: int, sy: int) -> Gauge:
+    return replace(gauge, angle_deg=sx * (gauge.angle_deg or 0.0), y_mm=sy * gauge.y_mm)
+
+
+def _sites(gauges: list[Gauge], finger: Finger) -> np.ndarray:
+    """(k, 3) where gauges lie, mm."""
+    a, c, b = finger.shape.interface[0], finger.shape.interface[-1], half_length(finger.shape)
+    angle, y = np.radians([one.angle_deg or 0.0 for one in gauges]), np.array([one.y_mm for one in gauges])
+    narrow = np.sqrt(1 - (y / b) ** 2) if len(finger.shape.interface) == 3 else np.ones(len(y))
+    return np.column_stack([a * narrow * np.sin(angle), y, c * narrow * np.cos(angle)])

@@ -1,0 +1,59 @@
+"""Places of gauges: greedy choice and exchange against all sets, and the rows of influence against presses."""
+
+import numpy as np
+import pytest
+
+from papilla import fem
+from papilla.design.influence import influence
+from papilla.design.placement import Problem, brute_force, place, problem
+from papilla.design.scene import Scene
+from papilla.finger import Finger
+
+
+def made_up(seed: int, k: int = 14) -> Problem:
+    """A row of k places, touched in six ways; slopes are smooth along the row, and neighbours overlap."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(-1, 1, k)
+    waves = np.array([np.cos(n * x) for n in range(4)] + [np.sin(n * x) for n in (1, 2)])
+    slopes = np.einsum("pin,nk->pki", rng.standard_normal((6, 6, 6)) * [1.0, 1.0, 0.7, 0.5, 0.5, 0.3], waves)
+    prior = np.tile(np.diag([1.0, 4.0, 4.0, 1.0, 1.0, 9.0]), (6, 1, 1))
+    overlap = np.abs(np.subtract.outer(np.arange(k), np.arange(k))) < 2
+    return Problem(slopes, 0.05 + 0.1 * rng.random((6, k)), prior, overlap)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_greedy_choice_with_exchange_finds_the_best_set_of_a_small_grid(seed):
+    one = made_up(seed)
+    for count, chosen in enumerate(place(one, 4), start=1):
+        assert one.sigma(chosen) == pytest.approx(one.sigma(brute_force(one, count)), rel=1e-9)
+
+
+def test_the_update_for_a_further_gauge_is_the_inverse_with_it():
+    one = made_up(3)
+    after = one.better([2, 9])
+    for k in (0, 5, 13):
+        assert after[k] == pytest.approx(one.sigma([2, 9, k]) ** 2, rel=1e-10)
+    assert np.isinf(after[[1, 2, 3, 8, 9, 10]]).all()
+
+
+def test_there_are_as_many_gauges_as_there_is_room_for():
+    one = made_up(0)
+    among = np.arange(14) < 3
+    assert [len(chosen) for chosen in place(one, 5, among)] == [1, 2]
+
+
+@pytest.mark.slow
+def test_rows_of_influence_read_what_presses_read_and_a_row_cannot_see_y():
+    finger, scene = Finger.default(), Scene(forces=2, moduli=2)
+    found = influence(finger, scene)
+    k = [(g.angle_deg, g.y_mm, g.direction_deg) for g in found.gauges].index((20.0, 0.0, 0.0))
+    reduced = fem.prepare(finger)
+    for row, (force, modulus) in enumerate([(0.2, 0.05), (0.2, 0.72), (0.98, 0.05), (0.98, 0.72)]):
+        pressed = fem.press(reduced, finger.bench.specimen(modulus), force=force, fidelity="contact", friction="stick")
+        assert found.reading[row, k] == pytest.approx(pressed.reading[3], rel=0.03)
+    along, across = found.slopes[3, :4, k], found.slopes[4, :4, k]
+    assert np.abs(across).max() < 0.02 * np.abs(along).max()
+    row = np.array([g.y_mm == 0 and g.direction_deg == 0 for g in found.gauges])
+    unsure = problem(found, scene)
+    anywhere, in_a_row = place(unsure, 4), place(unsure, 4, row)
+    assert unsure.sigma(anywhere[-1]) < unsure.sigma(in_a_row[-1])
