@@ -6,6 +6,7 @@ from papilla.studies.figures import (
     paper_2007,
     paper_oddo,
     paper_okamoto,
+    paper_okamoto_displays,
     paper_textiles,
 )
 from papilla.studies.figures.registry import Paper
@@ -25,7 +26,7 @@ PAPERS: dict[str, Paper] = {
     ),
     "2011_okamoto": Paper(
         "2011: remote tactile transmission with time delay",
-        paper_okamoto.FIGURES,
+        (*paper_okamoto.FIGURES, *paper_okamoto_displays.FIGURES),
         {
             "figs 1, 2, 6, 12, 13": DIAGRAM,
             "figs 3, 4, 5, 7, 8, 14": PHOTO,

@@ -10,6 +10,7 @@ from papilla.studies.figures import (
     paper_2007,
     paper_oddo,
     paper_okamoto,
+    paper_okamoto_displays,
     paper_textiles,
 )
 from papilla.studies.figures.papers import PAPERS
@@ -132,20 +133,34 @@ class TestSlides:
         points, quartic, *_ = paper_okamoto.power_over_wavelength().panels[0].curves
         assert 1.0 < points.x[np.argmax(points.y)] < 1.6 and "R²" in quartic.label
 
+    def test_displays(self):
+        late = curves(paper_okamoto_displays.with_delay(), 0)
+        at_once = curves(paper_okamoto_displays.without_delay(), 0)
+        match = at_once["match"].x
+        assert at_once["local model"].y[[0, -1]] == pytest.approx(match, rel=0.03)
+        assert late["local model, delayed"].y[[0, -1]] == pytest.approx(match, rel=0.03)
+        assert np.nanmean(np.abs(late["direct, delayed"].y / late["direct, delayed"].x - 1)) > 0.2
+        lags = paper_okamoto_displays.with_delay().panels[2].curves
+        assert np.nanmedian(lags[0].y) > paper_okamoto_displays.NOTICED_MS > 5 > abs(np.nanmedian(lags[1].y))
+        assert len(paper_okamoto_displays.signals().table.rows) == 28
+
     def test_textiles(self):
-        spectra = paper_textiles.vibration().panels[1].curves
-        pitch = [10 / (2 * one.pitch_mm) for one in paper_textiles.FABRICS.values()]
-        tops = [one.x[10:][np.argmax(one.y[10:])] for one in spectra]
-        assert sum(abs(top / line - 1) < 0.1 for top, line in zip(tops[1:3], pitch[1:3], strict=True)) >= 1
-        bars = paper_textiles.bands().panels[0].curves[0]
-        assert bars.y[6] > bars.y[5] and bars.y[6] > bars.y[7]
-        map_ = paper_textiles.contour().panels[0].shade
-        assert np.nanmax(map_.value) == map_.value[-1, 0]
-        heard, rough = paper_textiles.agreement().panels[0].curves
-        assert heard.y.max() == rough.y.max() == 1 and np.corrcoef(heard.y, rough.y)[0, 1] > 0.5
+        made = paper_textiles.vibration()
+        halves = [10 / (2 * one.pitch_mm) for one in paper_textiles.FABRICS.values()]
+        tops = [one.x[10:][np.argmax(one.y[10:])] for one in made.panels[1].curves]
+        assert sum(abs(top / line - 1) < 0.1 for top, line in zip(tops[1:3], halves[1:3], strict=True)) >= 1
+        for panel in paper_textiles.bands().panels:
+            bars = panel.curves[0]
+            assert bars.y[6] > bars.y[5] and bars.y[6] > bars.y[7]
+            assert panel.names[6] in ("18-118", "19-119", "20-120"), "the lowest and widest of the grid, or next to it"
+        for panel in paper_textiles.contour().panels:
+            assert np.nanmax(panel.shade.value) == panel.shade.value[-1, 0] > 0
+        *heard, rough = paper_textiles.agreement().panels[0].curves
+        assert all(one.y.max() == 1 for one in (*heard, rough)) and len(heard) == 2
+        assert np.corrcoef(heard[1].y, rough.y)[0, 1] > 0.5, "by finite elements rougher weaves are louder"
         assert np.argmax(paper_textiles.roughness().panels[0].curves[0].y) == 3
 
 
 def test_every_paper_has_figures():
     assert {name: len(paper.figures) for name, paper in PAPERS.items()}.keys() >= {"2006", "2007", "textiles"}
-    assert sum(len(paper.figures) for paper in PAPERS.values()) >= 30
+    assert sum(len(paper.figures) for paper in PAPERS.values()) >= 35
