@@ -19,7 +19,7 @@ from scipy.optimize import brentq, least_squares, minimize_scalar
 from papilla import fem
 from papilla.calibrate.press_table import corrected
 from papilla.calibrate.published_depths import PUBLISHED_POINTS, RIGID
-from papilla.calibrate.published_form import SPECIMENS_MPA, published_sd
+from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.fem.finite.strain_tables import measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli

@@ -3,8 +3,8 @@
 from typing import Literal
 
 from papilla.calibrate.compact_fit import fit_compact
-from papilla.calibration import Calibration
-from papilla.calibration.compact import NORMAL_95, Compact
+from papilla.calibration import NORMAL_FACTOR, Calibration
+from papilla.calibration.compact import Compact
 
 HEADER = """\
 /* Young's modulus of what a soft tactile finger presses on, from the spread of its gauges and the force.
@@ -139,7 +139,7 @@ def c_header(calibration: Calibration, real: Literal["double", "float"] = "doubl
         real=real,
         f=f,
         largest=largest,
-        normal=exact(NORMAL_95),
+        normal=exact(NORMAL_FACTOR),
         version=__version__,
         finger=plain,
         force_low=form.force_N[0],

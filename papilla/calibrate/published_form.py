@@ -10,32 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla.calibration import Calibration
-from papilla.calibration.published import (
-    PUBLISHED_FORWARD,
-    PUBLISHED_INVERSE,
-    SPECIMENS_MPA,
-    compare_with_published,
-    exact_inverse,
-    published_sd,
-)
+from papilla.calibration.published import SPECIMENS_MPA, compare_with_published, published_sd
 from papilla.calibration.record import FORWARD_TERMS, Quadratic, QuadraticInverse
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
 from papilla.units import newton_to_gf
 
-__all__ = [
-    "PUBLISHED_FORWARD",
-    "PUBLISHED_INVERSE",
-    "SPECIMENS_MPA",
-    "Comparison",
-    "RoundingError",
-    "compare",
-    "covered_comparison",
-    "exact_inverse",
-    "fit_quadratic",
-    "published_sd",
-    "rounding_error",
-]
 HEAVY_GF = 30.0
 """Force from which S_d of (9) depends little on what no contact can have: its modulus term where there is no force."""
 DEAD = 1e-10

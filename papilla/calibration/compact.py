@@ -11,15 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from papilla.calibration.readouts import NORMAL_FACTOR
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
 from papilla.status import Named
 
 TERMS = ("1", "ln_f", "ln_f2", "spring", "spring_ln_f")
-
-
-NORMAL_95 = 1.959963984540054
-"""Half-width of the 95 % interval of a normal distribution, in standard deviations."""
 
 
 class CompactStatus(Named):
@@ -105,7 +102,7 @@ class Compact:
         along_force = b + 2 * c * x - e * along_modulus
         noise = math.sqrt(self.doubt**2 + (sd_sigma / sd_microstrain) ** 2 + (along_force * force_sigma / force_N) ** 2)
         relative = math.sqrt(self.rms**2 + (noise / along_modulus) ** 2)
-        ends = (modulus * math.exp(sign * NORMAL_95 * relative) for sign in (-1, 1))
+        ends = (modulus * math.exp(sign * NORMAL_FACTOR * relative) for sign in (-1, 1))
         return CompactAnswer(CompactStatus.OK, modulus, modulus * relative, *ends)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from papilla.calibrate.job import Calibrated
 from papilla.calibrate.press_table import Sweep
-from papilla.calibrate.published_form import SPECIMENS_MPA
 from papilla.calibration import Calibration, SoftnessStatus
+from papilla.calibration.published import SPECIMENS_MPA
 from papilla.units import gf_to_newton, newton_to_gf
 
 FORCE_ERROR = 0.01

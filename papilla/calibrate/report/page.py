@@ -11,17 +11,10 @@ from markupsafe import Markup, escape
 
 from papilla import mesh, view
 from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
-from papilla.calibrate.published_form import (
-    PUBLISHED_FORWARD,
-    PUBLISHED_INVERSE,
-    SPECIMENS_MPA,
-    Comparison,
-    covered_comparison,
-    exact_inverse,
-    rounding_error,
-)
+from papilla.calibrate.published_form import Comparison, covered_comparison, rounding_error
 from papilla.calibrate.report import facts
 from papilla.calibrate.report.facts import AnswerMap
+from papilla.calibration.published import PUBLISHED_FORWARD, PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
