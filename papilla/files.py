@@ -52,7 +52,7 @@ def replacing_set(paths: Sequence[str | PathLike]) -> Iterator[list[Path]]:
     the new ones are moved. Functions that call `replacing` themselves may write to these paths. Raises
     `FileAccessError` as `replacing` does; the old files then remain.
     """
-    targets = [_target(path) for path in paths]
+    targets = [target_of(path) for path in paths]
     temporaries = [_temporary(target) for target in targets]
     for folder in {target.parent for target in targets}:
         sweep(folder)
@@ -198,7 +198,8 @@ def _temporary(target: Path) -> Path:
     return target.with_name(f".{target.name[:100]}.papilla-{_HOST}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
 
 
-def _target(path) -> Path:
+def target_of(path: str | PathLike) -> Path:
+    """The file that is written where `path` is, which may be a link to it; raises `FileAccessError` if it cannot be."""
     try:
         target = Path(path).resolve()
         if target.exists() and not target.is_file():

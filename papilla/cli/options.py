@@ -230,14 +230,24 @@ def scene_of(touched: "Specimen", found: "Press") -> dict:
 
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
-    """Refuse an output that is an input, or another output, under whatever name: a link, another spelling."""
-    given, written = [Path(name) for name in inputs if name is not None], [*outputs]
+    """Refuse an output that is an input, or another output, under whatever name (a link, another spelling), or that
+    cannot be replaced; name the target of one that is a link."""
+    from papilla.files import target_of
+
+    named, written = [*inputs], [*outputs]
+    given = [Path(name) for name in named if name is not None]
     for number, output in enumerate(written):
         if any(_same(output, other) for other in written[:number]):
             raise InputError(f"{output} is given for two outputs, of which one would be lost: choose another name")
         for name in given:
             if _same(name, output):
                 raise InputError(f"{output} would overwrite the input {name}: choose another name")
+        target = target_of(output)
+        if target.exists() and not target.stat().st_mode & 0o222:
+            raise InputError(f"cannot write {output}: it is read-only, and its content would be lost")
+        # Not again where the surfaces of a design are checked, which most designs have not
+        if named and output.is_symlink():
+            say(f"{output} is a link: {target} is written")
 
 
 def read_press_log(path: Path, **how: Any) -> "PressLog":

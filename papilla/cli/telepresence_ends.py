@@ -1,6 +1,7 @@
 """`papilla telepresence sensor | display`: the two ends of the real link, as processes."""
 
 import gc
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -59,6 +60,8 @@ class SensorAddress:
         from papilla.telepresence.udp import Address, Endpoint
 
         key = None if self.key_file is None else read_bytes(self.key_file).strip()
+        if self.key_file is not None and os.name != "nt" and self.key_file.stat().st_mode & 0o077:
+            say(f"{self.key_file} can be read by others: chmod 600 {self.key_file}")
         own, other = Address.of(self.listen, "--listen"), Address.of(self.peer, "--peer")
         if own == other:
             raise InputError(f"--listen and --peer must differ, got {own} twice")

@@ -55,6 +55,7 @@ def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_pat
     assert found["presses"] == 10 and found["friction"] == "not told" and found["finger"] == str(out)
     assert found["physics"] == "block 10 mm thick, friction not told, large strain included"
     assert any("g2 reads backwards" in doubt for doubt in found["doubts"])
+    assert "but 1 of 5 gauges read backwards: identified from 10 presses" in found["status"]
     finger = Finger.load(out)
     assert finger.outer.modulus == outer["value"] and finger.gauges[1].membrane_gain < 0
     assert finger.identified.zeros_microstrain[2] == found["parameters"]["zero_microstrain.g3"]["value"]

@@ -6,6 +6,7 @@ import pytest
 
 from papilla.cli.options import keep_inputs
 from papilla.errors import InputError
+from papilla.files import sidecar
 from papilla.finger import DEFAULT_FINGER
 
 LOG = "t_s,g1\n0,1\n0.001,2\n0.002,3\n"
@@ -69,7 +70,7 @@ def test_a_loop_of_links_is_one_line(folder, refused):
     (folder / "loop.csv").symlink_to("loop.csv")
     assert "cannot write loop.csv" in refused("estimate", "in.csv", "--out", "loop.csv")
     (folder / "calibration").symlink_to("calibration")
-    assert "cannot write to folder calibration" in refused("calibrate")
+    assert "cannot write calibration/calibration.json: Symlink loop" in refused("calibrate")
 
 
 def test_one_name_for_two_outputs_is_refused(refused, tmp_path):
@@ -81,3 +82,20 @@ def test_one_name_for_two_outputs_is_refused(refused, tmp_path):
 def test_a_message_that_quotes_a_whole_file_is_cut(refused):
     said = refused("press", "--modulus", "0.1", "--force", "0.1", "--finger", "x" * 100_000)
     assert len(said) < 2100 and " ... " in said
+
+
+def test_a_link_is_followed_and_named_and_a_read_only_file_is_kept(papilla, refused, tmp_path):
+    (tmp_path / "log.csv").write_text("time,ch1\n0,1\n0.001,2\n0.002,4\n")
+    (tmp_path / "other.toml").write_text("old")
+    (tmp_path / "map.toml").symlink_to(tmp_path / "other.toml")
+    answer = papilla("log", "map", "log.csv", "--out", "map.toml")
+    assert answer.code == 0 and f"map.toml is a link: {tmp_path / 'other.toml'} is written" in answer.err
+    assert (tmp_path / "map.toml").is_symlink() and "[columns]" in (tmp_path / "other.toml").read_text()
+    (tmp_path / "other.toml").chmod(0o444)
+    for name in ("map.toml", "other.toml"):
+        assert f"cannot write {name}: it is read-only" in refused("log", "map", "log.csv", "--out", name)
+
+
+def test_files_beside_outputs_of_one_stem_differ():
+    names = [sidecar(name, "truth.json").name for name in ("a.csv", "a.dat", "a.b.csv")]
+    assert names == ["a.truth.json", "a.dat.truth.json", "a.b.truth.json"]

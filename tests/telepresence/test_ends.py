@@ -1,6 +1,7 @@
 """What each end of the loop sends and when, over a wire that only keeps what is sent."""
 
 import math
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -161,3 +162,16 @@ def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
     run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)
     assert [live.time_s for live in told] == pytest.approx([0.25 * number for number in range(7)])
     assert all(live.state == "no display is heard" and live.said == "" for live in told)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+@pytest.mark.parametrize("mode, told", [(0o600, False), (0o640, True), (0o604, True)])
+def test_a_key_that_others_can_read_gets_a_remark(tmp_path, capsys, mode, told):
+    from papilla.cli.telepresence_ends import SensorAddress
+
+    key = tmp_path / "key"
+    key.write_bytes(b"k" * 20)
+    key.chmod(mode)
+    with SensorAddress("127.0.0.1:47631", "127.0.0.1:47632", key).endpoint():
+        pass
+    assert ("can be read by others: chmod 600" in capsys.readouterr().err) == told

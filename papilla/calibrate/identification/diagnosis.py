@@ -78,7 +78,9 @@ def diagnose(found: Identification) -> Diagnosis:
         doubts += (f"press {row + 1} alone moves a modulus by {moved[row]:.2g} of its standard deviations",)
     n = len(found.problem.log)
     good = "ok" if not doubts else "doubtful"
-    doubts += (*_backwards(found), *_rubbing(found, intervals))
+    if turned := _backwards(found):
+        good += f", but {len(turned)} of {len(found.problem.gauges)} gauges read backwards"
+    doubts += (*turned, *_rubbing(found, intervals))
     status = f"{good}: identified from {n} presses, chi-square {found.chi_square:.3g} at {found.freedom:.3g} of freedom"
     return Diagnosis(status, doubts, intervals, profiles, moved, _condition(found))
 
