@@ -1,6 +1,7 @@
 """The finger's TOML design file: its keys, types and defaults are those of `papilla.Finger` and its parts."""
 
 import json
+import math
 import os
 import re
 import reprlib
@@ -86,9 +87,9 @@ _SHAPES: Any = (
 )
 _SHAPE: Any = Annotated[Annotated[_SHAPES, Field(discriminator="kind")], BeforeValidator(_of_known_kind)]
 _GAUGE = table(Gauge, keys_of(Gauge), known=True)
-_BENCH = table(
-    Bench, keys_of(Bench, unit={"thickness": "_mm", "touch_down": "_mm"}, friction=float | str | None), known=True
-)
+_OR_INFINITE: Any = Annotated[float, Field(allow_inf_nan=True)]
+_OF_BENCH: Any = {"friction": float | str | None, "thickness": _OR_INFINITE}
+_BENCH = table(Bench, keys_of(Bench, unit={"thickness": "_mm", "touch_down": "_mm"}, **_OF_BENCH), known=True)
 _ROW: Any = Annotated[tuple[float, ...], Field(strict=False)]
 _IDENTIFIED: Any = table(Identified, keys_of(Identified, covariance=tuple[_ROW, ...]), known=True)
 _TABLES: dict[str, Any] = {
@@ -185,5 +186,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, list | tuple):
         rows, nested = [_toml(one) for one in value], any(isinstance(one, tuple) for one in value)
         return "[\n  " + ",\n  ".join(rows) + ",\n]" if nested else f"[{', '.join(rows)}]"
+    if value == math.inf:
+        return "inf"
     # What JSON writes of text, booleans and finite numbers is TOML too, but for DEL
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

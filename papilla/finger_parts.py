@@ -1,11 +1,12 @@
 """What a finger is made of: layers, shapes, gauges, ridges and the bench, as frozen values in mm and MPa."""
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.specimen import THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.specimen import THICKNESS_MM, Block, Friction, HalfSpace, friction_coefficient
 
 if TYPE_CHECKING:
     from papilla.materials import Material
@@ -154,8 +155,9 @@ class Ridges:
 class Bench:
     """The bench on which a finger was identified: specimen and friction that presses and sweeps use by default.
 
-    thickness : of the blocks, mm. friction : Coulomb coefficient, "stick", or None if unknown. touch_down : by how much
-    a depth measured on the bench exceeds the indentation (mm), because the bench reports the touch too early.
+    thickness : of the blocks, mm; infinite where the specimens are half-spaces. friction : Coulomb coefficient,
+    "stick", or None if unknown. touch_down : by how much a depth measured on the bench exceeds the indentation (mm),
+    because the bench reports the touch too early.
     """
 
     thickness: float = THICKNESS_MM
@@ -163,14 +165,15 @@ class Bench:
     touch_down: float = 0.0
 
     def __post_init__(self) -> None:
-        checks.positive("bench thickness (mm)", self.thickness)
+        if self.thickness != math.inf:
+            checks.positive("bench thickness (mm)", self.thickness)
         checks.finite("bench touch_down (mm)", self.touch_down)
         if self.friction is not None:
             friction_coefficient(self.friction)
 
-    def specimen(self, modulus: float) -> Block:
-        """The block of this bench with a modulus (MPa)."""
-        return Block(modulus, self.thickness)
+    def specimen(self, modulus: float) -> Block | HalfSpace:
+        """The block, or half-space, of this bench with a modulus (MPa)."""
+        return HalfSpace(modulus) if self.thickness == math.inf else Block(modulus, self.thickness)
 
 
 def _small_strain_modulus(material: "Material", nu: float) -> float:

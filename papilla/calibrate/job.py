@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,12 @@ from papilla.workers import workers
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Independent meshes whose sweeps say how far the mesh moves S_d."""
-SCATTER_FORCES, SCATTER_MODULI = DEFAULT_FORCES[::6], DEFAULT_MODULI[::6]
+SCATTER_STEP, SHORT_STEP, SHORT = 6, 2, 24
+"""Of the forces and moduli of a sweep, one in so many is pressed on each other mesh; of up to `SHORT`, `SHORT_STEP`."""
+QUICK = "quick: one other mesh instead of three, not compared with presses at finite strain, contacts at the apex alone"
+"""Note of a quick calibration."""
+QUICK_FORCES, QUICK_MODULI = 15, 12
+"""Of a quick calibration: S_d between them is off by up to 1 %, which is in its intervals."""
 
 CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
 CHECKED_MODULUS_MPA = (0.05, 0.72)
@@ -77,6 +83,9 @@ def calibrate_finger(
     progress: Callable[[str], None] = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
     processes: int = 1,
+    forces: Sequence[float] = DEFAULT_FORCES,
+    moduli: Sequence[float] = DEFAULT_MODULI,
+    quick: bool = False,
 ) -> Calibrated:
     """Mesh, model, sweep, mesh scatter and fit of a finger; meshes, reduced fingers and sweeps come from the cache.
 
@@ -89,6 +98,9 @@ def calibrate_finger(
         uncertainty of an identification is computed that of `identify`.
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
     processes : that work at the same time, where much is not in the cache (`papilla.workers`).
+    forces, moduli : of the sweep, N and MPa; at least three each.
+    quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
+        apex; the notes say so.
 
     Raises what meshing, reduction and fitting raise.
     """
@@ -96,21 +108,23 @@ def calibrate_finger(
     size = size_mm or DEFAULT_SIZE_MM
     block, known = finger.bench.specimen, friction is not None
     pressed: tuple[Friction, ...] = (STICK, 0.0) if friction is None else (friction,)
-    cold = not all(truth_is_known(finger, size, one) for one in pressed)
+    against: tuple[Friction, ...] = () if quick else pressed
+    cold = not all(truth_is_known(finger, size, one) for one in against)
     with workers(processes if cold else 1, progress) as start:
         ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
         tables = begin_large_strain(finger, ends, start, progress=progress)
-        truth = [start(press_truth, finger, size, one) for one in pressed]
+        truth = [start(press_truth, finger, size, one) for one in against]
         reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
         doubt = tables()
         # Their sweeps need the tables
-        scatter = [start(_scatter, finger, size, variant) for variant in SCATTER_VARIANTS]
+        thin = [one[:: SHORT_STEP if len(one) <= SHORT else SCATTER_STEP] for one in (forces, moduli)]
+        scatter = [start(_scatter, finger, size, one, *thin) for one in SCATTER_VARIANTS[: 1 if quick else None]]
         if friction is None:
             friction = 0.0 if doubt else STICK
         error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
         progress("sweeping over force and modulus")
-        presses = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, friction, steps)
-        free = cached_sweep(reduced, DEFAULT_MODULI, DEFAULT_FORCES, block, 0.0, steps) if friction else None
+        presses = cached_sweep(reduced, moduli, forces, block, friction, steps)
+        free = cached_sweep(reduced, moduli, forces, block, 0.0, steps) if friction else None
         others = []
         for number, swept in enumerate(scatter, 1):
             progress(f"mesh scatter: {number} of {len(scatter)} meshes")
@@ -120,23 +134,24 @@ def calibrate_finger(
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
         calibration = with_identification(calibration, finger, progress, size_mm)
-        progress("contacts beside the apex")
-        calibration = with_positions(calibration, finger, reduced, friction)
-        recovery = recover(calibration, reduced, friction)
+        if not quick:
+            progress("contacts beside the apex")
+            calibration = with_positions(calibration, finger, reduced, friction)
+        recovery = recover(calibration, reduced, friction, forces, moduli)
         progress("against physics: presses at finite strain on another mesh")
-        unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True)
+        unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True) if truth else ((), ())
     law = worst_law(laws)
-    notes = (*calibration.notes, *([law] if "unstable" in law else []))
+    notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
-    checked = np.concatenate(unseen)
+    checked = np.concatenate(unseen) if unseen else np.empty((0, 4))
     judged = Truth.of(calibration, checked) if len(checked) else None
     return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
 
 
-def _scatter(finger: Finger, size_mm: float, variant: int, say: Callable[[str], None]) -> Sweep:
+def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: Callable[[str], None]) -> Sweep:
     """A thin sweep without friction on another mesh."""
     other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, say))
-    return cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, finger.bench.specimen, 0.0)
+    return cached_sweep(other, moduli, forces, finger.bench.specimen, 0.0)
 
 
 def calibrate_bench(
@@ -148,11 +163,12 @@ def calibrate_bench(
     progress: Callable[[str], None] = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
     processes: int = 1,
+    **table: Any,
 ) -> Calibrated:
     """Identify the finger that made presses, calibrate it, and recover the presses' own moduli by it.
 
-    Arguments as of `identify` and `calibrate_finger`; raises what these raise, and `InputError` for presses beside the
-    apex, which no calibration at the apex recovers.
+    Arguments as of `identify` and `calibrate_finger`, to which `table` is handed on (forces, moduli, quick); raises
+    what these raise, and `InputError` for presses beside the apex, which no calibration at the apex recovers.
     """
     if (beside := places(log).any(axis=1)).any():
         raise InputError(
@@ -165,7 +181,7 @@ def calibrate_bench(
     words = found.problem.shapes[0].responses[0].specimen
     identified = found.with_record(record(found, diagnosis, words))
     done = calibrate_finger(
-        identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes
+        identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
     )
     g = found.problem.gauge_count
     noise, modelled = found.problem.noise, found.problem.modelled(found.vector)
@@ -190,21 +206,28 @@ def _friction_notes(known: bool, doubt: str) -> list[str]:
     return ["friction is not known: stick is taken, and intervals take in presses without (--friction says it)"]
 
 
-def recover(calibration: Calibration, reduced: fem.ReducedFinger, friction: Friction) -> Recovery:
-    """Press blocks of the finger's bench between the points of the default sweep, and let the calibration's surface
-    tell their moduli; presses that leave what the model covers are left out."""
-    moduli, forces = _between(DEFAULT_MODULI, CHECKED_MODULUS_MPA), _between(DEFAULT_FORCES, CHECKED_FORCE_N)
-    pressed = sweep(reduced, moduli, forces, reduced.bench.specimen, friction=friction)
+def recover(
+    calibration: Calibration,
+    reduced: fem.ReducedFinger,
+    friction: Friction,
+    forces: Sequence[float] = DEFAULT_FORCES,
+    moduli: Sequence[float] = DEFAULT_MODULI,
+) -> Recovery:
+    """Press specimens of the finger's bench between the points of a sweep, and let the calibration's surface tell their
+    moduli; presses that leave what the model covers are left out."""
+    between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
+    pressed = sweep(reduced, *between, reduced.bench.specimen, friction=friction)
     force, modulus, sd = (
         part[pressed.valid] for part in (pressed.force_N, pressed.modulus_MPa, pressed.sd_microstrain)
     )
     return Recovery(force, modulus, np.asarray(calibration.invert(sd, force).modulus_MPa))
 
 
-def _between(grid: tuple[float, ...], limits: tuple[float, float]) -> list[float]:
-    """Geometric midpoints of neighbouring grid values inside the limits, evenly thinned out."""
+def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
+    """Geometric midpoints of neighbouring grid values, thinned out: those inside the limits, or if none is, all."""
     middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
-    middles = middles[_within(middles, limits)]
+    inside = _within(middles, limits)
+    middles = middles[inside] if inside.any() else middles
     picked = np.linspace(0, len(middles) - 1, min(CHECKED_PER_AXIS, len(middles))).round().astype(int)
     return middles[picked].tolist()
 

@@ -1,8 +1,10 @@
 """`papilla calibrate`: the main job, from a design file or a bench log to calibration coefficients."""
 
+import math
 from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
@@ -17,6 +19,7 @@ from papilla.cli.options import (
     SizeOption,
     about,
     keep_inputs,
+    number,
     option,
     read_friction,
     read_press_log,
@@ -34,7 +37,70 @@ if TYPE_CHECKING:
 DEFAULT_OUT = Path("calibration")
 
 
+@dataclass(frozen=True)
+class SweepOptions:
+    """What is swept over, and on what."""
+
+    specimen: Literal["block", "half-space"] = option("block", "What the sweep presses on.")
+    thickness: float | None = option(
+        None, "Thickness of the blocks, mm.  [default: the bench's of the finger, else 10]"
+    )
+    force_range: tuple[float, float] | None = option(
+        None, "Least and largest force, N.  [default: 0.05 1]", metavar="LO HI"
+    )
+    moduli: str | None = option(
+        None, "Moduli, MPa, with commas; two are the ends of a range.  [default: 0.02,5]", metavar="E,E,.."
+    )
+    quick: bool = option(
+        False, "Fewer presses, one other mesh, no comparison with finite strain; the notes say so.", "--quick"
+    )
+
+    def bench_of(self, design: "Finger") -> "Finger":
+        """The design with these specimens; raises `InputError`."""
+        if self.specimen == "half-space":
+            if self.thickness is not None:
+                raise InputError("--thickness is for a block, not for a half-space")
+            return replace(design, bench=replace(design.bench, thickness=math.inf))
+        if self.thickness is None:
+            return design
+        return replace(design, bench=replace(design.bench, thickness=positive("--thickness (mm)", self.thickness)))
+
+    def table(self) -> dict[str, Any]:
+        """Forces, moduli and `quick` as `calibrate_finger` takes them; raises `InputError`."""
+        import numpy as np
+
+        from papilla.calibrate.job import DEFAULT_FORCES, DEFAULT_MODULI, QUICK_FORCES, QUICK_MODULI
+
+        given = {"forces": self.force_range, "moduli": self._moduli()}
+        usual = {"forces": DEFAULT_FORCES, "moduli": DEFAULT_MODULI}
+        counts = {"forces": QUICK_FORCES, "moduli": QUICK_MODULI} if self.quick else {}
+        table: dict[str, Any] = {"quick": self.quick}
+        for name, values in usual.items():
+            chosen = given[name] or (values[0], values[-1])
+            if len(chosen) > 2:
+                table[name] = chosen
+            elif given[name] or self.quick:
+                low, high = (positive(f"--{_OPTIONS[name]}", one) for one in chosen)
+                if low >= high:
+                    raise InputError(f"--{_OPTIONS[name]} must rise, got {low:g} and {high:g}")
+                table[name] = tuple(np.geomspace(low, high, counts.get(name, len(values))).tolist())
+        return table
+
+    def _moduli(self) -> tuple[float, ...] | None:
+        if self.moduli is None:
+            return None
+        rule = "--moduli must be numbers in MPa with commas"
+        moduli = tuple(sorted(positive("--moduli (MPa)", number(rule, one)) for one in self.moduli.split(",")))
+        if len(moduli) < 2:
+            raise InputError("--moduli needs the two ends of a range, or three or more moduli")
+        return moduli
+
+
+_OPTIONS = {"forces": "force-range (N)", "moduli": "moduli (MPa)"}
+
+
 def calibrate(
+    swept: SweepOptions,
     finger: FingerOption = None,
     bench: Path | None = option(None, "Identify the finger from this log of real presses (CSV), and calibrate it."),
     friction: FrictionOption = None,
@@ -61,7 +127,9 @@ def calibrate(
     watch = Stopwatch()
     if size_mm is not None:
         positive("--size-mm", size_mm)
-    rubbing = read_friction(friction)
+    rubbing, table = read_friction(friction), swept.table()
+    if bench is not None and swept.specimen != "block":
+        raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
     from papilla.files import check_writable, write_text
     from papilla.finger import Finger
 
@@ -70,7 +138,7 @@ def calibrate(
         paths["finger"] = out / "finger.toml"
     written = [*paths.values(), *([export_c] if export_c else [])]
     keep_inputs([finger, bench, check, log_map], written)
-    design = Finger.load(finger) if finger else Finger.default()
+    design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
     keep_inputs(surface_files(design), written)
     log, presses = (None if one is None else read_press_log(one, log_map=log_map) for one in (bench, check))
     if presses is not None and len(design.gauges) != len(presses.gauge_names):
@@ -82,7 +150,7 @@ def calibrate(
 
     with progress() as shown:
         with about(bench) if bench else nullcontext():
-            done = _calibrated(log, design, rubbing, size_mm, shown)
+            done = _calibrated(log, design, rubbing, size_mm, shown, table)
         check_writable(out)
         from papilla.calibrate import c_header
         from papilla.calibrate import check as recovered
@@ -108,12 +176,17 @@ def calibrate(
 
 
 def _calibrated(
-    log: "PressLog | None", design: "Finger", rubbing: "Friction | None", size_mm: float | None, shown: Progress
+    log: "PressLog | None",
+    design: "Finger",
+    rubbing: "Friction | None",
+    size_mm: float | None,
+    shown: Progress,
+    table: dict[str, Any],
 ) -> "Calibrated":
     """The calibration of a design, or of the finger that made the presses of a log."""
     from papilla.calibrate import job
 
-    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": PROCESSES}
+    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": PROCESSES, **table}
     how |= {"progress": shown.line, "steps": shown.steps}
     if log is None:
         return job.calibrate_finger(design, **how)
