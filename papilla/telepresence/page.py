@@ -12,7 +12,7 @@ from papilla.telepresence.local_model import RAMP_S
 from papilla.telepresence.motion import WANDER_HZ, Motion
 from papilla.telepresence.safety import Safety
 
-MARK = "/*SETTINGS*/{}"
+MARK, STYLE = "/*SETTINGS*/{}", "/*STYLE*/"
 
 
 def settings(
@@ -60,5 +60,7 @@ def settings(
 
 def write_page(path: str | PathLike, begin: dict[str, Any]) -> None:
     """Write the page that begins with these `settings`; raises `FileAccessError`."""
-    template = (files("papilla") / "telepresence" / "templates" / "page.html").read_text(encoding="utf-8")
-    write_text(path, template.replace(MARK, json.dumps(begin, allow_nan=False).replace("</", "<\\/")))
+    here = files("papilla")
+    text = (here / "telepresence" / "templates" / "page.html").read_text(encoding="utf-8")
+    text = text.replace(STYLE, (here / "data" / "page.css").read_text(encoding="utf-8"))
+    write_text(path, text.replace(MARK, json.dumps(begin, allow_nan=False).replace("</", "<\\/")))

@@ -1,6 +1,7 @@
 """Self-contained pages of HTML: one look for all, how numbers are set in them, pictures inline.
 
-A page's own template stands with the package that writes it and extends `page.html` of this one.
+A page's own template stands with the package that writes it and extends `page.html` of this one; the style is
+`papilla/data/page.css`.
 """
 
 import base64
@@ -13,7 +14,7 @@ from markupsafe import Markup
 def environment(package: str) -> Environment:
     """Templates of a package and the page they extend, with the filters that set numbers."""
     made = Environment(
-        loader=ChoiceLoader([PackageLoader(package), PackageLoader("papilla.view")]),
+        loader=ChoiceLoader([PackageLoader(package), PackageLoader("papilla.view"), PackageLoader("papilla", "data")]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -11,7 +11,7 @@ import pytest
 from papilla.calibrate import fit
 from papilla.calibrate.job import Calibrated, Recovery
 from papilla.calibrate.physics import Truth
-from papilla.calibrate.report import page
+from papilla.calibrate.report import facts, page
 from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
 from papilla.calibrate.report.page import symbols, write_report
 from papilla.calibration import SoftnessStatus
@@ -19,7 +19,7 @@ from papilla.errors import FileAccessError, InputError
 from papilla.fem import prepare
 from papilla.finger import Finger
 from papilla.specimen import Block
-from papilla.view.page import number, plain
+from papilla.view.page import number, percent, plain
 
 VOID = {"meta", "img", "br"}
 
@@ -126,6 +126,37 @@ def test_no_error_without_the_share_of_answers(read, swept):
     text = read(replace(swept, recovery=none)).text
     assert f"– % largest error of recovered E, same mesh, no noise; 0 of {len(none.error)} answered" in text
     assert none.answered == 0 and np.isnan(none.max_error) and np.isnan(none.rms_error)
+
+
+def test_the_surface_comes_before_the_quadratic_and_both_are_explained(sweep_page):
+    text = sweep_page.text
+    assert text.index("Sd is the standard deviation") < text.index("What the gauges do")
+    assert text.index("How well the modulus comes back from the surface") < text.index("The quadratic of the papers")
+    assert "Regression (9) of the 2006 paper" in text and "(10) is its inverse" in text
+
+
+def test_a_domain_that_is_not_identifiable_is_the_first_card_with_what_would_help(read, swept, monkeypatch):
+    monkeypatch.setattr(facts, "WELL_IDENTIFIABLE", 1.1)
+    text = read(swept).text
+    share = AnswerMap.of(swept.calibration).share
+    card = f"{percent(1 - share, 2)} of the domain (in ln force and ln modulus) is not identifiable".replace(
+        "\u00a0", " "
+    )
+    assert text.index(card) < text.index("largest error of recovered E")
+    assert "more force, a harder finger" in text
+    assert "the friction stated" not in text, "it is known here"
+
+
+def test_friction_that_is_not_known_costs_a_part_of_the_domain(swept):
+    known = swept.calibration
+    assert facts.share_with_known_friction(known) is None
+    surface, wider = known.surface, known.surface.surface
+    unknown = replace(
+        surface,
+        uncertainty=replace(surface.uncertainty, friction=replace(wider, coefficients=0.2 + 0 * wider.coefficients)),
+    )
+    doubted = replace(known, surface=unknown)
+    assert facts.share_with_known_friction(doubted) == AnswerMap.of(known).share > AnswerMap.of(doubted).share
 
 
 def test_a_negative_branch_is_named(sweep_page, swept):

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,9 @@ SLOPE_FORCE_N = gf_to_newton(50.0)
 SLOPE_MODULI = (0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0)
 CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)
 MAP_POINTS = 48
+WELL_IDENTIFIABLE = 0.7
+"""Share of the domain in which the modulus can be told, below which the page opens with what is missing: 0.57 for the
+default finger, 0.96 for the same finger with the friction stated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,15 @@ class AnswerMap:
         if not len(told):
             return float(self.force_N[row]), None, np.nan
         return float(self.force_N[row]), float(self.modulus_MPa[told[-1]]), float(self.relative_sigma[row, told[-1]])
+
+
+def share_with_known_friction(calibration: Calibration) -> float | None:
+    """`AnswerMap.share` if the friction were known; None where it is."""
+    surface = calibration.surface
+    if surface.uncertainty.friction is None:
+        return None
+    known = replace(surface, uncertainty=replace(surface.uncertainty, friction=None))
+    return AnswerMap.of(replace(calibration, surface=known)).share
 
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:

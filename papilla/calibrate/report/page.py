@@ -58,6 +58,9 @@ def write_report(
         finger=finger,
         seconds=seconds,
         answers=answers,
+        friction_known=facts.share_with_known_friction(done.calibration)
+        if answers.share < facts.WELL_IDENTIFIABLE
+        else None,
         comparison=comparison,
         depths=done.depths,
         published=PUBLISHED_FORWARD,
