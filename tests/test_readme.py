@@ -1,6 +1,7 @@
 """README's Python examples run as printed, and its commands exist."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,84 @@ def test_the_examples_run_as_printed_one_after_the_other(tmp_path, monkeypatch, 
     for example in EXAMPLES:
         exec(compile(example, "README.md", "exec"), names)
         assert capsys.readouterr().out.strip()
+
+
+COMMANDS = [
+    line
+    for block in re.findall(r"```\n(.*?)```", README, re.DOTALL)
+    for line in block.splitlines()
+    if line.startswith("papilla ")
+]
+SHORTER = {
+    "verify": "--only hertz",
+    "reproduce": "--only A14",
+    "figures": "--paper textiles",
+    "bench": "--short",
+    "telepresence simulate": "--seconds 2",
+    "texture train": "--window 20 --wavelengths 1 10 --bands 5",
+}
+"""What a command gets besides, so that it takes seconds."""
+FAILS = ("--compare", "--check")
+"""Options by which a command may say "no" with exit code 1."""
+
+
+def shortened(line: str) -> list[str]:
+    """Arguments of a command of README."""
+    said = shlex.split(line, comments=True)[1:]
+    for name, more in SHORTER.items():
+        if " ".join(said).startswith(name):
+            options = shlex.split(more)
+            return [*(one for one in said if not (one == "2006" and "--paper" in options)), *options]
+    return said
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory):
+    """A folder with the files that README's commands read, made by papilla."""
+    import numpy as np
+
+    import papilla
+
+    folder = tmp_path_factory.mktemp("laboratory")
+    finger = papilla.Finger.default()
+    reduced = papilla.fem.prepare(finger)
+    grid = [(force, modulus) for modulus in (0.089, 0.51) for force in (0.1, 0.2, 0.4, 0.7, 0.95)]
+    presses = [papilla.fem.press(reduced, papilla.Block(modulus, 10), force=force) for force, modulus in grid]
+    rng = np.random.default_rng(1)
+    rows = [
+        [force, modulus, *(press.reading + rng.normal(0, 5, 5)), press.indentation]
+        for (force, modulus), press in zip(grid, presses, strict=True)
+    ]
+    names = "force_N,modulus_MPa,g1,g2,g3,g4,g5,indentation_mm"
+    for name in ("presses", "today", "known"):
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=names, comments="")
+    time = np.arange(2000) / 1000
+    for name, wavelength, speed in (("a", 1.5, 30), ("b", 1.5, 60), ("c", 4, 30), ("d", 4, 60), ("log", 4, 45)):
+        waves = 50 * np.sin(2 * np.pi * (speed * time[:, None] - np.arange(5)) / wavelength)
+        columns = [time, waves + rng.normal(0, 5, waves.shape), np.full_like(time, speed)]
+        header = "t_s,g1,g2,g3,g4,g5,velocity_mm_s"
+        np.savetxt(folder / f"{name}.csv", np.column_stack(columns), delimiter=",", header=header, comments="")
+    (folder / "their_log.csv").write_text("time (ms),Fz [N],ch1,ch2\n0,0.1,1,2\n1,0.2,2,3\n2,0.2,2,3\n")
+    table = papilla.calibrate.sweep(reduced, moduli=np.geomspace(0.05, 2, 14), forces=np.geomspace(0.05, 1, 16))
+    (folder / "calibration").mkdir()
+    papilla.calibrate.fit(table).save(folder / "calibration" / "calibration.json")
+    finger.save(folder / "finger.toml")
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", COMMANDS, ids=lambda line: " ".join(shlex.split(line, comments=True)[1:4]))
+def test_a_command_runs(line, laboratory, monkeypatch, capsys):
+    from papilla.cli.main import run
+
+    monkeypatch.chdir(laboratory)
+    if line.startswith("papilla new"):
+        Path("finger.toml").rename("kept.toml")
+    with pytest.raises(SystemExit) as end:
+        run(shortened(line))
+    if line.startswith("papilla new"):
+        Path("kept.toml").rename("finger.toml")
+    assert end.value.code in (0, *(1 for option in FAILS if option in line)), capsys.readouterr().err
 
 
 def test_the_commands_exist():
