@@ -284,3 +284,21 @@ def test_parquet(tmp_path):
 def test_units_by_their_size(file, content, remark):
     notes = read_time_log(file(content)).report.sizes
     assert len(notes) == (remark is not None) and all(note.startswith(str(remark)) for note in notes)
+
+
+@pytest.mark.parametrize(
+    "row, remark",
+    [
+        ("0.3,0.1,10,0.5", None),
+        ("30,0.1,10,0.5", "force_N comes to 31: this looks like gf"),
+        ("0.3,100,10,0.5", "no modulus_MPa is below 100: this looks like kPa"),
+        ("0.3,0.1,10,500", "indentation_mm comes to 501: this looks like micrometres"),
+        ("0.3,0.1,1e-5,0.5", "no reading is above 2e-05: this looks like strain"),
+    ],
+)
+def test_units_of_presses_by_their_size(file, row, remark):
+    cells = [float(cell) for cell in row.split(",")]
+    more = ",".join(str(cell * 2 if number == 2 else cell + (cell >= 30)) for number, cell in enumerate(cells))
+    notes = read_presses(file(f"force_N,modulus_MPa,g1,indentation_mm\n{row}\n{more}\n")).notes
+    assert len(notes) == (remark is not None) and all(note.startswith(str(remark)) for note in notes)
+    assert remark is None or "(if so: --map with " in notes[0]

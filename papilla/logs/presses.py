@@ -11,6 +11,7 @@ from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.loading import Loop, loading, loops
 from papilla.logs.log_map import LogMap
+from papilla.logs.sizes import of_presses
 from papilla.short_repr import short_repr
 from papilla.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 from papilla.tables import Table, write_table
@@ -129,6 +130,8 @@ def read_presses(
         readings=readings, gauge_names=gauges, notes=reader.notes, stated_sd=None if gauges else stated, **columns
     )
     _check_sd(table, log, stated)
+    sizes = of_presses(log.readings, log.force_N, log.modulus_MPa, log.indentation_mm)
+    log = replace(log, notes=(*log.notes, *sizes))
     if log.t_s is None:
         return log
     if (late := np.diff(log.t_s) <= 0).any():

@@ -16,6 +16,10 @@ FORCE_ABOVE_N = 20.0
 SPEED_BELOW_MM_S = 0.5
 """A hand moves at 1 to 500 mm/s. If all speeds are smaller than this number, they are probably in m/s."""
 
+MODULUS_ABOVE_MPA, DEPTH_ABOVE_MM = 20.0, 15.0
+"""Specimens of silicone have 0.02 to 5 MPa; if all moduli are above 20 they are probably in kPa. No finger is pressed
+in by 15 mm: such depths are probably in micrometres."""
+
 
 class Sizes:
     """Collects, block by block, the largest magnitude of each column and whether readings are whole numbers."""
@@ -42,6 +46,20 @@ class Sizes:
                 yield f"{name} comes to {largest:.3g}: this looks like gf" + _mend(name, "gf")
             if name == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
                 yield f"velocity_mm_s stays below {largest:.2g}: this looks like m/s" + _mend(name, "m/s")
+
+
+def of_presses(
+    readings: np.ndarray, force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarray | None
+) -> Iterator[str]:
+    """The same remarks on presses: readings (n, g), and what they were made with (n,)."""
+    sizes = Sizes((*(f"g{number + 1}" for number in range(readings.shape[1])), "force_N"), readings.shape[1])
+    sizes.add(np.column_stack([readings, force_N]))
+    yield from sizes.remarks()
+    if modulus_MPa.min() > MODULUS_ABOVE_MPA:
+        yield f"no modulus_MPa is below {modulus_MPa.min():.3g}: this looks like kPa" + _mend("modulus_MPa", "kPa")
+    if indentation_mm is not None and indentation_mm.max() > DEPTH_ABOVE_MM:
+        deepest = f"indentation_mm comes to {indentation_mm.max():.3g}"
+        yield f"{deepest}: this looks like micrometres" + _mend("indentation_mm", "um")
 
 
 def _mend(column: str, unit: str) -> str:
