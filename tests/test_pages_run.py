@@ -1,7 +1,7 @@
 """Every program and command of the documentation, run from top to bottom of its page.
 
 A block ```python runs, in the names of its page; of a block ```sh every line is a command of papilla; a block that
-opens with "# NAME.toml" is that file. Blocks ```text are shown only.
+opens with "# NAME.toml" is that file. Blocks ```text are shown only. Calibrations are the quick ones.
 """
 
 import re
@@ -44,6 +44,7 @@ def test_what_a_page_shows_runs(page, tmp_path, monkeypatch, capsys):
             for line in text.splitlines():
                 program, *arguments = shlex.split(line, comments=True)
                 assert program == "papilla"
+                arguments += ["--quick"] if arguments[0] == "calibrate" else []
                 with pytest.raises(SystemExit) as end:
                     run(arguments)
                 assert end.value.code == 0, (line, capsys.readouterr().err)

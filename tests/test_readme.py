@@ -32,6 +32,7 @@ COMMANDS = [
     if line.startswith("papilla ")
 ]
 SHORTER = {
+    "calibrate": "--quick",
     "verify": "--only hertz",
     "reproduce": "--only A14",
     "figures": "--paper textiles",
