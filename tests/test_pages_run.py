@@ -6,6 +6,7 @@ opens with "# NAME.toml" is that file. Blocks ```text are shown only. Calibratio
 
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ SKIPPED = ("adr", "generated", "_build")
 PAGES = sorted(page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in SKIPPED)
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# (\w+\.toml)\n")
-QUICK = ("foreign_log",)
+QUICK = ("foreign_log", "design_studies")
 """Pages of a few seconds; the others are slow."""
 DRAWN = ("surfaces",)
 """Pages whose finger needs a mesh of its own."""
@@ -49,8 +50,9 @@ def test_what_a_page_shows_runs(page, tmp_path, monkeypatch, capsys):
                     run(arguments)
                 assert end.value.code == 0, (line, capsys.readouterr().err)
         else:
-            assert kind == "toml"
-            Path(FILE.match(text)[1]).write_text(text, encoding="utf-8")
+            assert kind == "toml" and tomllib.loads(text)
+            if named := FILE.match(text):
+                Path(named[1]).write_text(text, encoding="utf-8")
 
 
 def test_blocks_are_of_known_kinds():

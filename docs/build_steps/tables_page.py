@@ -81,8 +81,8 @@ FIXED = ("form", "terms", "units", "quantity", "level")
 """Keys of a calibration that have one value, which says what the part holds."""
 OF_STATUSES = """## Statuses
 
-Every answer has a status, and may be used where its status begins with `ok`. More words may follow the sentence (a
-delay, the name of a gauge, what is switched off).
+Every answer has a status, and may be used where its status begins with `ok`. Tables have the code; the sentence stands
+in the summary (`NAME.summary.json`), in `Pipeline.legend`, and with single answers.
 """
 STATUSES = {
     "modulus_status": SoftnessStatus,
@@ -152,7 +152,8 @@ def _calibration() -> list[str]:
 def _statuses() -> list[str]:
     said = [OF_STATUSES]
     for column, kind in STATUSES.items():
-        said += [f"### {column}\n", table(("sentence",), [(one.sentence,) for one in kind if one.sentence])]
+        rows = [(code(one.code), one.sentence) for one in kind if one.sentence]
+        said += [f"### {column}\n", table(("code", "sentence"), rows)]
     return said
 
 
