@@ -218,6 +218,7 @@ def _check_own(path: Path) -> None:
 
 
 def _check_status(place: Path, status: os.stat_result) -> None:
+    """Raise `_NotOwnError` where another user owns a place or may write to it."""
     if not hasattr(os, "geteuid"):
         return
     if status.st_uid != os.geteuid():
@@ -231,6 +232,7 @@ _warned: set[str] = set()
 
 
 def _go_on_without(error: BaseException) -> None:
+    """Warn, once for each folder, that the cache cannot be used."""
     place = str(folder())
     if place not in _warned:
         _warned.add(place)

@@ -165,6 +165,7 @@ def write_design(finger: Any, path: Path) -> None:
 
 
 def _layer_table(layer: Layer | None) -> dict[str, Any] | None:
+    """A layer as the file has it; None for no layer."""
     if layer is None:
         return None
     found: dict[str, Any] = {"modulus_MPa": layer.modulus, "nu": layer.nu}

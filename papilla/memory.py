@@ -105,6 +105,7 @@ def refuse_beyond(needed: float, job: str, advice: Callable[[int], str]) -> None
 
 
 def _coarser(size_mm: float, needed: Callable[[float], float], free: int) -> str:
+    """Advice: the smallest size_mm, up to 100 times the wanted one, whose need of memory is within `free` bytes."""
     ratios = (10 ** (step / 200) for step in range(401))
     fitting = next((ratio for ratio in ratios if needed(ratio) <= free), None)
     if fitting is None:
@@ -126,6 +127,7 @@ def available_bytes() -> int | None:
 
 
 def _of_machine() -> int | None:
+    """Bytes that the machine has left: of /proc/meminfo, else its free or whole pages; None where nothing says."""
     try:
         lines = MEMINFO.read_text().splitlines()
         return next(1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
@@ -159,6 +161,7 @@ def _of_cgroups() -> list[int]:
 
 
 def _left_in(group: Path, limit: str, usage: str, cached: str) -> int | None:
+    """Bytes that a control group of processes may still take; None where it has no limit."""
     try:
         allowed, used = int((group / limit).read_text()), int((group / usage).read_text())
         counts = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())

@@ -244,6 +244,7 @@ class TableReader:
             return [name.strip() for name in next(rows, [])], rows
 
     def _table(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> Table:
+        """Rows and their line numbers as a `Table`; raises `FileFormatError` for rows of another length and for text."""
         width = len(self.header)
         for row, line in zip(rows, lines, strict=True):
             if len(row) != width:
@@ -388,6 +389,7 @@ def _last_byte(stream: IO[bytes]) -> bytes:
 
 
 def _check_header(path: Path, names: list[str], line: int) -> None:
+    """Raise `FileFormatError` for a header without names, with too many, or with one that is empty or occurs twice."""
     if not any(names):
         begins = "starts with an empty line" if line == 1 else f"has nothing in line {line}"
         raise FileFormatError(f"{path} is empty or {begins}; expected a header of column names")

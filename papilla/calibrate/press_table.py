@@ -223,6 +223,7 @@ def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press
 
 
 def _rising(name: str, values: Sequence[float]) -> list[float]:
+    """Positive values in rising order; raises `InputError` for none, or for one that occurs twice."""
     numbers = sorted(checks.positive(name, value) for value in values)
     if not numbers:
         raise InputError(f"a sweep needs at least one {name}")

@@ -67,6 +67,7 @@ def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: Ar
 
 
 def _refuse_dead_terms(singular: np.ndarray, right: np.ndarray) -> None:
+    """Raise `InputError` naming the terms in combinations of vanishing singular value."""
     void = right[singular < DEAD * singular[0]]
     if len(void):
         dead = [name for name, share in zip(FORWARD_TERMS, np.abs(void).max(axis=0), strict=True) if share > 1e-3]

@@ -210,6 +210,7 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 
 
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
+    """Sentences on times outside of what the log resolves, and on shares that may be zero."""
     said = []
     shortest, longest = RESOLVED[0] * float(np.median(np.diff(time))), float(time[-1] - time[0]) / RESOLVED[1]
     for share, tau, one in zip(shares, taus, sigma, strict=True):

@@ -110,6 +110,7 @@ def _numbers(*shape: int, gaps: bool = False, least: float = -math.inf) -> Any:
     """
 
     def array(values: Any) -> np.ndarray:
+        """The array of nested lists; raises `InputError`."""
         found = np.array(values, dtype=object)
         flat = [math.nan if value is None and gaps else value for value in found.ravel().tolist()]
         if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):

@@ -293,6 +293,7 @@ class Calibration:
         return Inversion(*(np.array(column).reshape(given[0].shape) for column in columns))
 
     def _invert_one(self, sd: float, force: float, sd_sigma: float, force_sigma: float, *, interval: bool) -> Inversion:
+        """`invert` of numbers."""
         if not (sd_sigma >= 0 and force_sigma >= 0):
             raise InputError(f"sd_sigma and force_sigma must not be negative, got {sd_sigma} and {force_sigma}")
         status = self.check_force(force) if 0 < sd < math.inf else SoftnessStatus.BAD_INPUT

@@ -101,6 +101,7 @@ def press(
 
 
 def _print(found: "Press", named: dict, gauges: list[str]) -> None:
+    """Print a press as a table, with its specimen, physics and status."""
     measures = {key: value for key, value in named["specimen"].items() if key != "kind"}
     specimen = ", ".join(f"{key} {value:g}" for key, value in measures.items())
     rows = [

@@ -55,6 +55,8 @@ def _model(finger: Finger, mesh: LayeredMesh):
 
 
 def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
+    """What tangential tractions add to the finger (`ReducedFinger.tangential`), from the cache."""
+
     def make():
         return dict(zip(("compliance", "rows"), _model(finger, mesh).reduce_tangential(at), strict=True))
 

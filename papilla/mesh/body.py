@@ -94,6 +94,7 @@ def narrowest_mm(finger: Finger) -> float:
 
 
 def _triangulated(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
+    """A closed triangulation of a surface with edges of about `facet` mm; shifted along the surface where `random`."""
     if not isinstance(surface, Ellipsoid):
         from papilla.mesh.triangle_surface import TriangleSurface
 

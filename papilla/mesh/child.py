@@ -77,6 +77,7 @@ def run(
 
 
 def _start(folder: Path, job: str, log) -> subprocess.Popen:
+    """Start the watchdog, which runs the worker's job in the folder."""
     command = [sys.executable, "-P", str(WATCHDOG), str(folder), sys.executable, "-P", str(WORKER), job]
     # The child must find this very package, installed or not.
     places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]

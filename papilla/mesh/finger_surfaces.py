@@ -30,6 +30,7 @@ def surfaces_of(finger: Finger) -> dict[str, Surface]:
 
 
 def _from_files(finger: Finger, shape: Surfaces) -> dict[str, Surface]:
+    """The surfaces of a finger that reads them from files, with its gauges checked."""
     surfaces = read_nested((shape.outer, shape.interface, shape.bone))
     for gauge in finger.gauges:
         if np.isnan(surfaces[1].height(np.array([[gauge.x_mm, gauge.y_mm]]))[0]):

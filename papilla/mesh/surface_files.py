@@ -64,6 +64,7 @@ def read_closed(path: str) -> Triangulation:
 
 
 def _read(path: str) -> Triangulation:
+    """Vertices and triangles of a surface file, read in a child process; cached by the file's content."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise FileFormatError(f"{path}: surfaces are read from {', '.join(SUFFIXES)} files")

@@ -55,6 +55,7 @@ def _inside(body: Body, centroids: np.ndarray) -> np.ndarray:
 
 
 def _sort_faces(body, points, tets, layer, reach) -> TaggedCells:
+    """Sort the outer faces onto planes, skin and bone, and find those between layers; raises `MeshError`."""
     faces, cells = paired_faces(tets)
     outside = cells[:, 1] < 0
     rim, rim_layer = faces[outside], layer[cells[outside, 0]]

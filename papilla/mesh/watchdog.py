@@ -39,6 +39,7 @@ def keep(folder: str, command: list[str]) -> None:
 
 
 def _die_with_parent():
+    """On Linux, a function that makes a new process die with its parent; None elsewhere."""
     if sys.platform != "linux":
         return None
     import ctypes

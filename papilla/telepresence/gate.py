@@ -144,6 +144,7 @@ class Gate:
         return self._judge(message, now_ns)
 
     def _judge(self, message: Message, now_ns: int) -> Heard | None:
+        """Accept a decoded message or count why not: its session must be proven by an echo, its number new."""
         header, counts = message.header, self.counts
         proven = header.echo_session == self.session and 0 <= now_ns - header.echo_ns <= FRESH_NS
         if header.session == self.session:

@@ -85,6 +85,7 @@ class Link:
         return self._drawn[slot]
 
     def _draw(self) -> float:
+        """A one-way delay in s, drawn from a normal distribution that is cut at 0."""
         model = self.model
         if model.one_way_sd_ms == 0:
             return 1e-3 * model.one_way_ms

@@ -149,6 +149,7 @@ class LocalModel:
         return moved, abs(moved) / since
 
     def _condition(self, time_s: float) -> DisplayStatus:
+        """What silences the display now, or OK."""
         if math.isnan(self._heard_s):
             return DisplayStatus.NO_MESSAGE
         if not 0 <= time_s - self._heard_s + 1e-9 <= self.safety.hold_s:

@@ -101,6 +101,7 @@ class Touch:
         return *gauges, force_N + FORCE_SIGMA_N * normal[-2], place_mm, pull
 
     def _pressed(self, force_N: float) -> Sequence[float]:
+        """Readings of all gauges under a force (N), on a straight line between tabulated forces; NaN outside."""
         after = bisect_left(self._forces, force_N)
         if not (force_N >= 0 and after < len(self._forces)):
             return [math.nan] * self.gauges

@@ -93,6 +93,7 @@ def compare(
 
 
 def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
+    """Chi-square of the measurements against the recorded vector (f,), and of each change that may explain them."""
     weights = problem.weighted(vector).weights
     assert weights is not None
     modelled = problem.modelled(vector)

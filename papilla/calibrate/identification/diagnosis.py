@@ -190,6 +190,7 @@ def _of_the_presses(found: Identification) -> list[str]:
 
 
 def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[str]:
+    """Doubts about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
     problem, said = found.problem, []
     said += [
         f"{name} ended at its bound, beyond what is known of silicones"
@@ -245,6 +246,7 @@ def _swapped(found: Identification) -> list[str]:
 
 
 def _of_gauges(found: Identification) -> list[str]:
+    """Doubts about single gauges: that hardly follow, or whose gain and lever are not determined apart."""
     said: list[str] = []
     problem = found.problem
     if problem.log.stated_sd is not None:

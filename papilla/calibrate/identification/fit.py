@@ -211,6 +211,7 @@ def _covariance(problem: Problem, vector: np.ndarray) -> np.ndarray:
 
 
 def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identification:
+    """The result of a fit: covariance, chi-square and freedom; sigmas are widened where the model does not fit."""
     priors = len(problem.free) + 1
     residuals, jacobian = problem.residuals(vector), problem.jacobian(vector)
     of_presses = residuals[:-priors]

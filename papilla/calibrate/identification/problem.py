@@ -325,6 +325,7 @@ class Problem:
         return np.append(rows @ vector - target, self.beyond(vector) / BEYOND)
 
     def _prior_slope(self, vector: np.ndarray) -> np.ndarray:
+        """(p + 1, f) derivatives of the priors, the last of them that of the moduli's ratio beyond the family."""
         last = np.zeros(len(self.free))
         if self.beyond(vector):
             for name, sign in (("outer_modulus_MPa", 1.0), ("inner_modulus_MPa", -1.0)):

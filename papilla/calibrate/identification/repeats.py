@@ -35,6 +35,7 @@ def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
     freedom = sum(len(contrasts) for contrasts, _ in parts)
 
     def minus_twice_log_likelihood(ln_variance: np.ndarray) -> float:
+        """Of the logarithms of the variances: readings, force and, if measured, indentation."""
         variance = np.exp(ln_variance)
         own = np.full(problem.measured.shape[1], variance[0])
         own[problem.reading_count :] = variance[-1]

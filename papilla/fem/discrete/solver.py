@@ -121,6 +121,7 @@ def factorise(
 
 
 def _factor_rslab(matrix, to_factor, negative) -> Factor:
+    """Factor by rslab; raises `SolverError` where the inertia is not the expected one, and what rslab raises."""
     import rslab
 
     symbolic = rslab.analyze(to_factor, path="ldlt", **ORDERING, threads=os.cpu_count() or 1)
@@ -146,6 +147,7 @@ def _refuse_factor(needed: float, matrix: sp.csc_matrix) -> None:
 
 
 def _factor_superlu(matrix, to_factor) -> Factor:
+    """Factor by SuperLU, which takes the whole symmetric matrix; raises `SolverError`."""
     _refuse_factor(SUPERLU_BYTES * matrix.shape[0] ** (4 / 3), matrix)
     full = (to_factor + sp.tril(to_factor, -1).T).tocsc()
     try:

@@ -146,6 +146,7 @@ class LargeStrain:
 
     @kept(8)
     def _sd_error(self, rows: tuple[tuple[float, ...], ...]) -> float:
+        """`sd_error` of weights as a tuple, which can be hashed: it is kept."""
         weights = np.array(rows)
         predicted = self.finite[:, 3:] + self.fit.errors[:, 3:] * self.fit.norms[:, 3:]
         both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, 3:]))
@@ -388,6 +389,7 @@ def shipped_text(key: str, tables: Iterable[LargeStrain]) -> str:
 
 @lru_cache(maxsize=16)
 def _known(key: str, _folder: Path) -> Family | None:
+    """`known`, kept for each folder of the cache."""
     kept = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
     if kept is not None:
         return Family(tuple(LargeStrain.from_json(table) for table in json.loads(str(kept["json"]))))

@@ -165,6 +165,7 @@ def off_apex_change(
 def _made(
     family: FingerFamily, specimen: Specimen, friction: Friction, progress: Callable[[str], None] | None
 ) -> dict[str, np.ndarray]:
+    """Coefficients and error of an `OffApex`: solves the gauges' adjoint fields, moves presses along the skin, fits."""
     first = family.model(float(family.ratios[0]))
     limits = MoveLimits.of(family)
     reach, shift = limits.reach, limits.shift

@@ -227,6 +227,7 @@ def _compliance(reduced: ReducedFinger, unit: Specimen) -> np.ndarray:
 
 @kept(4)
 def _traction_compliance(reduced: ReducedFinger, unit: Specimen) -> np.ndarray:
+    """The same against pressure and shear; raises `InputError` where both disagree for pressure alone."""
     found = _kept(reduced, unit, "traction_compliance")
     n, normal = len(reduced.patch.xy), _compliance(reduced, unit)
     if np.abs(found[:n, :n] - normal).max() > UNLIKE * normal.max():

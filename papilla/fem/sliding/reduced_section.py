@@ -94,6 +94,7 @@ def prepare_section(
 
 
 def _arrays(model: SectionModel) -> dict[str, np.ndarray]:
+    """The arrays of a `ReducedSection`, as they are cached."""
     compliance, rows = model.condense()
     modes = model.modes(MODES)
     section, vertices = model.section, model.patch_vertices

@@ -181,6 +181,7 @@ class SectionModel:
         return sp.vstack([self._row(f.points[:, [0, 2]], f.weights[:, [0, 2]]) for f in functionals]).tocsr()
 
     def _row(self, points: np.ndarray, weights: np.ndarray) -> sp.csr_matrix:
+        """A functional of the displacement at points (k, 2), with weights (k, 2), as a row (1, 2 nodes)."""
         try:
             values = self.scalar.probes(points.T).tocsr()
         except ValueError as error:

@@ -254,6 +254,7 @@ class _Run:
         return replace(landed, state=np.where(landed.state == OPEN, OPEN, held))
 
     def _step(self, inertia: Inertia, before: Rubbed, x: float, drift: float) -> Rubbed:
+        """One step: the contact at the place x of the finger, which has moved by `drift` since the step `before`."""
         n, body = self.n, self.body
         place = body.x + x + self.carried
         recess = self.felt.recess(place)
@@ -297,6 +298,7 @@ class _Run:
             self.flank_push = max(self.flank_push, deepest / min(self.texture.wavelength or width, width))
 
     def _status(self, touched: bool, deepest: float) -> str:
+        """The status of the whole scene: what makes it doubtful, or "ok"."""
         tissue = float(self.body.z.max()) - self.body.bone_top
         doubts = []
         if not touched:
