@@ -1,7 +1,7 @@
-"""What is touched: specimens with their modulus in MPa, lengths in mm, and the physics that a press asks of them.
+"""Specimens: their modulus in MPa, lengths in mm, and the mechanics that a press needs of them.
 
-A press sees a specimen through its `gap`, its `compliance`, its `curvature` and its limits. One of your own derives
-from `Specimen` and overrides what differs from a flat half-space.
+A press uses a specimen's `gap`, `compliance`, `curvature` and limits. A specimen of your own derives from `Specimen`
+and overrides what differs from a flat half-space.
 """
 
 import math
@@ -58,7 +58,7 @@ def friction_coefficient(friction: Friction) -> float:
 
 
 def physics_words(specimen: "Specimen", friction: Friction, large_strain: bool) -> str:
-    """What a press was made under, in the words of every command: the specimen, the friction (Coulomb's coefficient,
+    """The physics of a press in the words that every command uses: the specimen, the friction (Coulomb's coefficient,
     infinite for stick, or a word), and whether large strain is included."""
     strain = "included" if large_strain else "not included"
     said = friction if isinstance(friction, str) else friction_words(friction)
@@ -66,7 +66,7 @@ def physics_words(specimen: "Specimen", friction: Friction, large_strain: bool) 
 
 
 class Surface(Protocol):
-    """What the compliance of a specimen is made of; n nodes of a contact patch."""
+    """The patch on which a specimen computes its compliance; n nodes."""
 
     @property
     def half_space(self) -> "np.ndarray":
@@ -83,22 +83,23 @@ class Surface(Protocol):
 
 
 _OF_THE_MODULUS = {"compliance", "traction_compliance", "contact_modulus", "gap", "curvature"}
-"""What may depend on the modulus otherwise than the specimens of this module do, once a class overrides it."""
+"""Members that may depend on the modulus in another way than here, once a class of your own overrides them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
-    """A flat, thick and wide specimen of Young's `modulus` (MPa): what the others refine.
+    """A flat, thick and wide specimen of Young's `modulus` (MPa); the base of all specimens.
 
-    What a specimen gives on a patch is kept for the next press: two of one class are the same where all fields are
-    equal, and arrays among them where they are the same object.
+    What a press computes of a specimen is kept for the next one. Two specimens of one class are equal if all their
+    fields are equal; array fields are equal only if they are the same object.
     """
 
     modulus: float
     nu = NU
     elastic: ClassVar[bool] = True
-    """Whether its compliances go with 1 / modulus and its shape does not depend on it, so that a press takes both from
-    the specimen of 1 MPa. A class of your own that overrides one of them says so itself; else it is asked each time."""
+    """Whether compliances are proportional to 1 / modulus and the shape does not depend on it: then a press computes
+    both once, for 1 MPa. A class that overrides one of them and does not state `elastic` gets False: a press computes
+    both for every modulus."""
 
     def __init_subclass__(cls, **others):
         super().__init_subclass__(**others)
@@ -172,7 +173,8 @@ class Specimen:
         return surface.half_space_tractions(self.nu) / self.modulus
 
     def refuse(self, taken: float, radius: float) -> None:
-        """Raise `ContactRangeError` where `taken` mm off it, or a contact `radius` (mm), is beyond its law."""
+        """Raise `ContactRangeError` if the specimen's law does not hold for an indentation of `taken` mm into it, or
+        for a contact `radius` (mm)."""
 
     @property
     def words(self) -> str:

@@ -244,7 +244,7 @@ class TableReader:
             return [name.strip() for name in next(rows, [])], rows
 
     def _table(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> Table:
-        """Rows and their line numbers as a `Table`; raises `FileFormatError` for rows of another length and for text."""
+        """Rows and their line numbers as a `Table`; raises `FileFormatError` for a row of another length, and text."""
         width = len(self.header)
         for row, line in zip(rows, lines, strict=True):
             if len(row) != width:

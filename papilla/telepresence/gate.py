@@ -1,8 +1,8 @@
-"""What is let in: authentic, well-formed, from the peer's present run, new. All else is counted and dropped.
+"""Accepts messages that are authentic, well-formed, new, and from the peer's present run; counts and drops all others.
 
-A run of a process is a session with a random number. A session is believed once it echoes something that we sent in
-the last seconds: a replayed or forged datagram of another time cannot, with or without a key. A peer that was killed
-and started again is therefore taken up after one round trip, and nobody needs a clock that agrees.
+Each run of a process is a session with a random number. A session is accepted once it echoes a number that we sent in
+the last seconds. A datagram that was recorded earlier, or forged, cannot do that, with or without a key. A peer that
+was killed and started again is therefore accepted after one round trip, and the clocks need not agree.
 """
 
 import hmac

@@ -20,7 +20,7 @@ LIVE_HZ = 4.0
 
 
 class Live(NamedTuple):
-    """What a live line tells: time_s, in what state this end is, numbers of now, what came in and how time was kept."""
+    """The content of a live line: time_s, the state of this end, its present values, messages received, timing."""
 
     time_s: float
     state: str

@@ -1,4 +1,4 @@
-"""When the display must fall silent, and how: without a step, within a stated time, and back without one."""
+"""When the display must fall silent, and how: it fades out within a stated time and fades in again, without a step."""
 
 import math
 from dataclasses import dataclass

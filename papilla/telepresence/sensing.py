@@ -1,4 +1,4 @@
-"""The sensor's side: estimates of every sample made into the few quantities that are sent."""
+"""The sensor's side: turns the estimates of every sample into the few quantities that are sent."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""What a sensor process samples: a texture under the remote hand, or a log that is played again."""
+"""Sources of a sensor process's samples: a simulated texture under the remote hand, or a log that is played again."""
 
 import math
 from typing import Protocol

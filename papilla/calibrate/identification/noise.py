@@ -7,15 +7,15 @@ from papilla import checks
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of what is not in the model, each independent from press to press.
+    """Standard deviations of the errors that are not in the model, each independent from press to press.
 
-    readings_microstrain : of a gauge. force : relative, and all gauges of a press share it. indentation_mm : of the
-    stage. model, depth : relative to what gauges feel (twice as much for curvature) and to an indentation, what the
-    model is off by besides the response's own error, alike in all presses (`problem.PATTERNS`): on a dome of one's own,
-    against an independent code at finite strain, strain is 0.1 to 1.7 % off, curvature 0.2 to 4 %, an indentation 0.5
-    to 2 %, most of it the mesh of 1 mm. beyond : added to it where a press strains the finger more than was measured at
-    finite strain. repeats : degrees of freedom
-    of repeated presses from which the first three were estimated; 0 where they are stated.
+    readings_microstrain : of a gauge. force : relative; all gauges of a press share it. indentation_mm : of the stage.
+    model, depth : relative errors of the model in what gauges feel (twice as much in curvature) and in an indentation,
+    besides the response's own error; they are alike in all presses (`problem.PATTERNS`). On a dome of one's own strain
+    was 0.1 to 1.7 % off an independent code at finite strain, curvature 0.2 to 4 %, an indentation 0.5 to 2 %, most of
+    it by the mesh of 1 mm.
+    beyond : added to `model` where a press strains the finger more than was measured at finite strain.
+    repeats : degrees of freedom of repeated presses from which the first three were estimated; 0 if they are stated.
     """
 
     readings_microstrain: float = 5.0

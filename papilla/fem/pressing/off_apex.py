@@ -1,4 +1,4 @@
-"""What changes in a press where its contact lies off the apex, or where gauges were moved: `OffApex`.
+"""`OffApex`: the change of gauges' values where a contact lies off the apex, or where gauges were moved.
 
 Quantity: the change of what each gauge feels, for all fingers of one geometry. A contact at (x, y) is taken to have the
 tractions of the same press at the apex, moved along the skin (`papilla.fem.reduction.transported`); the adjoint field

@@ -1,7 +1,7 @@
-"""What each fidelity is known to be off by, and costs, for one finger on one mesh: measured once, read by `auto`.
+"""Known errors and costs of each fidelity, for one finger on one mesh. They are measured once and read by `auto`.
 
-Figures come from `pricing` (`papilla bench` calls it) and lie in the cache, by the content of finger,
-mesh and code. Those of the default finger on the mesh that ships with the package ship beside it.
+`pricing` measures them (`papilla bench` calls it), and the cache keeps them by the content of finger, mesh and code.
+Those of the default finger on its shipped mesh ship with the package.
 """
 
 from dataclasses import asdict
@@ -28,7 +28,7 @@ STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 @dataclass(frozen=True, config=STRICT)
 class Loss:
-    """What one answer is off by against a better one: relative errors, signed, at each of `forces` (N), rising."""
+    """Errors of one answer against a better one: relative, signed, at each of `forces` (N), which rise."""
 
     forces: tuple[float, ...]
     sd: tuple[float, ...]
@@ -36,7 +36,7 @@ class Loss:
     contact_area: tuple[float, ...]
 
     def __post_init__(self):
-        """Refuse tables of no two forces, of forces that do not rise, or with an error missing."""
+        """Refuse fewer than two forces, forces that do not rise, and missing errors."""
         lengths = {len(values) for values in (self.forces, self.sd, self.indentation, self.contact_area)}
         if len(lengths) != 1 or len(self.forces) < 2 or list(self.forces) != sorted(set(self.forces)):
             raise InputError("two forces at least must rise, each with an error in each quantity")
@@ -59,7 +59,7 @@ class Cost:
 
 @dataclass(frozen=True, config=STRICT)
 class Prices:
-    """What is known of the fidelities of one finger on one mesh.
+    """Errors and costs of the fidelities of one finger on one mesh.
 
     specimen : what was pressed, in words; it is the same in all measurements.
     hertz : hertz against contact, None where it has no answer on this mesh.

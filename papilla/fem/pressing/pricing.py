@@ -1,4 +1,4 @@
-"""What each fidelity is off by on a finger, and cost: measured at a few forces, kept for `fidelity="auto"`.
+"""Measures errors and costs of each fidelity of a finger at a few forces, and keeps them for `fidelity="auto"`.
 
 `python -m papilla.fem.pressing.pricing` measures the default finger and writes the file that ships with the package.
 """
@@ -71,7 +71,7 @@ def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progres
 
 
 def loss(cheaper: list[Press], better: list[Press]) -> Loss:
-    """What presses at the same rising forces are off by against better ones."""
+    """Errors of presses against better ones at the same rising forces."""
     errors = {
         name: tuple(getattr(a, name) / getattr(b, name) - 1 for a, b in zip(cheaper, better, strict=True))
         for name in QUANTITIES

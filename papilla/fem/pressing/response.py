@@ -193,8 +193,8 @@ def _measures(found: Press) -> np.ndarray:
 def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
     """Fit the polynomials to rows of `_presses`: the arrays of a `Response`.
 
-    Presses that are too light for the mesh have the weight `UNRESOLVED`. The error is that of presses predicted by a fit
-    of the others.
+    Presses that are too light for the mesh have the weight `UNRESOLVED`. The error is that of presses predicted by a
+    fit of the others.
     """
     if len(rows) < 2 * len(POLYNOMIAL.powers):
         raise InputError(f"only {len(rows)} of {len(FORCES) * len(MODULI) * 7} presses of the family can be made")

@@ -1,6 +1,7 @@
-"""`kept`: what is worked out of a reduced finger once lives as long as the finger, and no longer.
+"""`kept`: keeps results that are computed from an object as long as that object lives, and no longer.
 
-A cache of the module would hold the last fingers and, through them, their models and factors: hundreds of MB each.
+A cache of the module would keep the last reduced fingers alive and, through them, their models and factors: hundreds
+of MB each.
 """
 
 from collections import OrderedDict
@@ -14,9 +15,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def kept(most: int) -> Callable[[Function], Function]:
-    """Keep the last `most` results of a function by its other arguments with the object that is its first one.
+    """Keep the last `most` results of a function with the object that is its first argument, by its other arguments.
 
-    Arguments can be hashed. A `ContactRangeError` is kept, too, and raised again.
+    These must be hashable. A `ContactRangeError` is kept, too, and raised again.
     """
 
     def decorate(function: Function) -> Function:
