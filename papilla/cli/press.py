@@ -1,5 +1,6 @@
 """`papilla press`: one scene."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,10 +20,11 @@ from papilla.cli.options import (
 )
 from papilla.cli.output import print_json, print_table, progress, tell
 from papilla.cli.touch_log import write_touch_log
-from papilla.errors import InputError
+from papilla.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:
-    from papilla.fem import Press
+    from papilla.fem import Press, ReducedFinger
+    from papilla.finger import Finger
 
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
@@ -40,6 +42,9 @@ def press(
     finger: FingerOption = None,
     size_mm: SizeOption = None,
     log: Path | None = option(None, "Log over time of this touch to write as well (CSV), for papilla estimate."),
+    export: Path | None = option(
+        None, "Field to write as well: displacement, strain and stress for ParaView.", metavar="FILE.vtu"
+    ),
     as_json: JsonOption = False,
 ) -> None:
     """Press a specimen on the finger: indentation, contact, gauge readings.
@@ -56,10 +61,8 @@ def press(
     else:
         positive("--indentation (mm)", indentation)
     place("--at", at)
-    if log is not None:
-        if fidelity == "finite":
-            raise InputError("--log makes hundreds of presses: leave --fidelity finite out")
-        keep_inputs([finger], [log])
+    written = _outputs(log, export, fidelity)
+    keep_inputs([finger], list(written.values()))
 
     from papilla import fem
     from papilla.fem.preparing import prepare
@@ -71,8 +74,8 @@ def press(
     design, size = Finger.load(finger or "default"), mesh_size(size_mm)
     touched = specimen.of(modulus, design)
     with progress() as shown:
-        if log is not None:
-            check_writable(log.parent)
+        for path in written.values():
+            check_writable(path.parent)
         if fidelity == "finite":
             mesh = build(design, size, progress=shown.line)
             found = fem.press_finite(
@@ -91,13 +94,34 @@ def press(
             found = fem.press(reduced, touched, force=force, indentation=indentation, **how)
             if log is not None:
                 write_touch_log(log, found, lambda own: fem.press(reduced, touched, force=own, **how), shown.line)
+            if export is not None:
+                _export(export, design, reduced, found, shown.line)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
     if as_json:
-        print_json({**found.to_json(), **named} | ({"log": str(log)} if log else {}))
+        print_json({**found.to_json(), **named} | {name: str(path) for name, path in written.items()})
     else:
         _print(found, named, [gauge.name for gauge in design.gauges])
-        if log is not None:
-            tell(f"Wrote {log}")
+        for path in written.values():
+            tell(f"Wrote {path}")
+
+
+def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[str, Path]:
+    """The files to write, by what they hold; raises `InputError` and `FileFormatError`."""
+    written = {name: path for name, path in (("log", log), ("field", export)) if path is not None}
+    if log is not None and fidelity == "finite":
+        raise InputError("--log makes hundreds of presses: leave --fidelity finite out")
+    if export is not None and fidelity == "finite":
+        raise InputError("--export writes the field of a linear press: leave --fidelity finite out")
+    if export is not None and export.suffix.lower() != ".vtu":
+        raise FileFormatError(f"{export}: fields are written as .vtu files")
+    return written
+
+
+def _export(path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]) -> None:
+    from papilla.fem.field_files import save_field
+    from papilla.view.pictures import fields
+
+    save_field(fields(design, reduced, [found], progress=say)[0], path)
 
 
 def _print(found: "Press", named: dict, gauges: list[str]) -> None:

@@ -192,3 +192,23 @@ def test_a_press_as_a_log_over_time_ends_in_the_same_press(papilla, tmp_path):
 def test_a_log_of_a_press_on_the_whole_mesh_is_refused(refused):
     scene = ("press", "--modulus", 0.1, "--force", 0.4, "--fidelity", "finite", "--log", "touch.csv")
     assert "--log makes hundreds of presses" in refused(*scene)
+
+
+@pytest.mark.slow
+def test_the_field_of_a_press_is_written_beside_it(papilla, tmp_path):
+    import meshio
+
+    answer = papilla("press", "--modulus", 0.51, "--force", 0.3, "--export", "field.vtu", "--json")
+    assert answer.code == 0, answer.err
+    field = meshio.vtu.read(str(tmp_path / "field.vtu"))
+    assert json.loads(answer.out)["field"] == "field.vtu"
+    assert field.point_data["displacement_mm"][:, 2].min() < -0.3 and "stress_MPa" in field.cell_data
+
+
+def test_another_field_file_is_refused(refused):
+    assert "fields are written as .vtu files" in refused(
+        "press", "--modulus", 0.1, "--force", 0.4, "--export", "field.csv"
+    )
+    assert "linear press" in refused(
+        "press", "--modulus", 0.1, "--force", 0.4, "--fidelity", "finite", "--export", "field.vtu"
+    )
