@@ -18,14 +18,17 @@ from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, STRAIN, nice_limit
 if TYPE_CHECKING:
     from pyvista import PolyData
 
-EYE, ZOOM = (0.0, -1.6, 0.58), 2.0
-"""Where the page is first seen from, and size of the finger: at 2 it fills a page that is as wide as a desk's screen.
-The side that was cut faces the viewer."""
+EYE, ZOOM = (0.0, -1.6, 0.58), 1.65
+"""Where the page is first seen from, and size of the finger: it fills the width of a phone. The side that was cut faces
+the viewer."""
+
+LIFTED_MM, NAMES_MM = 0.3, 2.0
+"""Distance of gauges and lines, and of names, from the cut face, which would else hide them."""
 
 FLAT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
 """Light of the coloured faces: their shades must stay those of the colour bar."""
 
-SOFT = {"ambient": 0.75, "diffuse": 0.4, "specular": 0.0}
+SOFT = {"ambient": 0.9, "diffuse": 0.25, "specular": 0.0}
 """Light of skin and specimen."""
 
 
@@ -40,7 +43,11 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
         raise MissingExtraError("plotly is not installed; pip install 'papilla[view]'") from error
     parts = [drawn(scene, reduced, finger, shown) for scene in scenes]
     limit = nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
-    groups = [_solids(one, limit) + [_gauges(one, scene, finger)] for one, scene in zip(parts, scenes, strict=True)]
+    lift = np.array([0, -side_of(reduced), 0])
+    groups = [
+        [*_solids(one, limit, LIFTED_MM * lift), *_gauges(one, scene, finger, lift)]
+        for one, scene in zip(parts, scenes, strict=True)
+    ]
     titles = [_title(scene, finger) for scene in scenes]
     figure = go.Figure([trace for group in groups for trace in group])
     steps: list[dict[str, Any]] = []
@@ -69,7 +76,8 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
         "colorbar": bar,
     }
     seen = np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)])
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    # plotly leaves out what is beyond the ends of an axis, lines in front of the cut among it
+    low, high = seen.min(axis=0) - 1.5 * NAMES_MM, seen.max(axis=0) + 1.5 * NAMES_MM
     axes = {
         f"{axis}axis": {"visible": False, "range": [float(a), float(b)]}
         for axis, a, b in zip("xyz", low, high, strict=True)
@@ -105,7 +113,7 @@ def _title(scene: Scene, finger: Finger) -> str:
     return f"<b>{finger.name}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
 
 
-def _solids(one: Drawn, limit: float) -> list[Any]:
+def _solids(one: Drawn, limit: float, lift: np.ndarray) -> list[Any]:
     """The cut, the skin behind it, the bone, the specimen and the lines on them."""
     import plotly.graph_objects as go
 
@@ -133,26 +141,30 @@ def _solids(one: Drawn, limit: float) -> list[Any]:
     for lines, dash in ((outlines, "solid"), (one.outline, "dash")):
         ends = np.vstack([np.vstack([line, np.full((1, 3), np.nan)]) for line in lines]) if lines else np.empty((0, 3))
         traces.append(
-            go.Scatter3d(**_places(ends), mode="lines", line={"color": INK, "width": 3, "dash": dash}, **quiet)
+            go.Scatter3d(**_places(ends + lift), mode="lines", line={"color": INK, "width": 3, "dash": dash}, **quiet)
         )
     return traces
 
 
-def _gauges(one: Drawn, scene: Scene, finger: Finger) -> Any:
-    """The gauges' grids, each with what it tells under the pointer."""
+def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[Any]:
+    """The gauges' grids, each with what it tells under the pointer, and their names."""
     import plotly.graph_objects as go
 
-    press, ends, told, names = scene.press, [], [], []
+    press, ends, told = scene.press, [], []
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
         words = f"{gauge.name}: reading {reading:+,.0f} µε<br>strain {PERCENT * strain:+.2f} %".replace("-", "−")
         ends += [bar[0], bar.mean(axis=0), bar[1], np.full(3, np.nan)]
         told += [words, words, words, ""]
-        names += ["", gauge.name, "", ""]
-    return go.Scatter3d(
-        **_places(np.array(ends)), mode="lines+markers+text", text=names, hovertext=told, hoverinfo="text",
-        textposition="bottom center", line={"color": GAUGE_COLOR, "width": 12},
-        marker={"color": GAUGE_COLOR, "size": 3},
+    grids = go.Scatter3d(
+        **_places(np.array(ends) + LIFTED_MM * lift), mode="lines+markers", hovertext=told, hoverinfo="text",
+        line={"color": GAUGE_COLOR, "width": 12}, marker={"color": GAUGE_COLOR, "size": 3},
     )  # fmt: skip
+    middles = one.section.gauges.mean(axis=1) + NAMES_MM * lift
+    names = [gauge.name for gauge in finger.gauges]
+    return [
+        grids,
+        go.Scatter3d(**_places(middles), mode="text", text=names, textposition="top center", hoverinfo="skip"),
+    ]
 
 
 def _triangles(surface: "PolyData") -> tuple[np.ndarray, np.ndarray]:
