@@ -41,7 +41,11 @@ def reproduce(
         write_page(out / PAGE, found, watch.seconds)
     answers = [answer for result in found for answer in result.answers]
     if as_json:
-        rows = [answer.to_json() for answer in answers]
+        rows = [
+            answer.to_json() | {"noise": result.experiment.noise, "seeds": result.experiment.seeds}
+            for result in found
+            for answer in result.answers
+        ]
         page = None if out is None else str(out / PAGE)
         counts = {"counts": summary(answers), "reproduced": by_evidence(answers)}
         print_json({"claims": rows, **counts, "seconds": watch.seconds, "page": page})

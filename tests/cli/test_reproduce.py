@@ -11,6 +11,7 @@ def test_json_has_the_documented_keys(papilla, tmp_path):
     assert done.code == 0, done.err
     (claim,) = json.loads(done.out)["claims"]
     assert {"source", "claim", "published", "measured", "unit", "verdict", "note"} <= set(claim)
+    assert {"evidence", "contradiction", "tolerance", "test", "noise", "seeds"} <= set(claim)
     assert claim["verdict"] == "reproduced" and abs(claim["measured"] - 31.25) < 0.01
     assert (tmp_path / "pages" / "reproduce.html").read_text().count('id="C22"') == 1
 
