@@ -1,9 +1,9 @@
 """How figures are made: computed once, kept in the cache, drawn, and written with their data and one page."""
 
 import difflib
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -87,22 +87,24 @@ def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Pat
 
 
 def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> list[Made]:
-    """The figures of one group, from the cache where their code and the designs are the same."""
+    """The figures of one group."""
     made = []
-    designs = [Finger.load(name).sha256 for name in DESIGNS]
     for figure in (one for one in PAPERS[paper].figures if one.name in names):
         say(f"{paper}, {figure.name}")
-        key = cache.key(figure.make.__module__, paper, figure.name, designs, read_curve())
-        packed = cache.fetch("figure", key, partial(_packed, figure))["picture"]
-        picture = Picture.unpacked(packed)
-        drawn = cache.fetch("figure", cache.key(drawing.__name__, packed), partial(_drawn, picture))
-        made.append(Made(paper, figure, picture, drawn["svg"].tobytes()))
+        with warnings.catch_warnings():
+            # Two groups may need one section of the finger at once; the progress that is shown says enough of it
+            warnings.filterwarnings("ignore", "waiting for another process", RuntimeWarning)
+            made.append(_kept(paper, figure))
     return made
 
 
-def _packed(figure: Figure) -> dict[str, np.ndarray]:
-    return {"picture": figure.make().packed()}
-
-
-def _drawn(picture: Picture) -> dict[str, np.ndarray]:
-    return {"svg": np.frombuffer(drawing.as_svg(picture), np.uint8)}
+def _kept(paper: str, figure: Figure) -> Made:
+    """A figure, from the cache where its code and the designs are the same."""
+    designs = [Finger.load(name).sha256 for name in DESIGNS]
+    key = cache.key(figure.make.__module__, paper, figure.name, designs, read_curve())
+    packed = cache.fetch("figure", key, lambda: {"picture": figure.make().packed()})["picture"]
+    picture = Picture.unpacked(packed)
+    drawn = cache.fetch(
+        "figure", cache.key(drawing.__name__, packed), lambda: {"svg": np.frombuffer(drawing.as_svg(picture), np.uint8)}
+    )
+    return Made(paper, figure, picture, drawn["svg"].tobytes())
