@@ -36,7 +36,7 @@ def _scene(way: str, kind: str, wavelength_mm: float, seconds: float) -> Scene:
 
 
 def two_grooves() -> Picture:
-    """Two grooves give impulses whose interval tells their distance.
+    """Impulses at the edges of two grooves.
 
     Two grooves of 1.5 mm, 1.5 mm apart, pass at 60 mm/s. Left: one point of a skin that follows the edges within 0.2
     mm, which is how the paper explains the method. Right: the middle gauge of the default finger by finite elements,
@@ -107,7 +107,7 @@ def five_gratings() -> Picture:
 
 
 def depths() -> Picture:
-    """Two gratings told apart at pressing depths of 0.2 to 0.8 mm.
+    """Wavelengths of two gratings, and the reaction, at pressing depths of 0.2 to 0.8 mm.
 
     Left: the default finger by finite elements slides over 3.0 and 0.6 mm at 100 mm/s, friction 0.3, the depth held;
     points are medians of the impulse density's wavelength over 0.4 s, bars hold two thirds of it, no noise; dashed
@@ -173,7 +173,7 @@ WINDOW = (1.0, 3.0)
 
 
 def natural_touch() -> Picture:
-    """Natural touch: the frequency follows about 100 ms late, the wavelength is best when fast.
+    """Natural touch: speed, frequency by impulses, and wavelength.
 
     A grating of 1.8 mm under strokes of 1 Hz and 100 mm/s at 40 dB, as a synthetic gauge feels it and as the middle
     gauge of the default finger by finite elements does (0.3 N). (a) speed, (b) frequency by the density of impulses as

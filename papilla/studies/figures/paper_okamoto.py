@@ -25,7 +25,7 @@ DEPTH_MM = 1.0
 
 
 def wavelengths() -> Picture:
-    """Wavelengths by the greatest line of a spectrum of 32 ms: right below 2 mm, worse above.
+    """Wavelengths by the greatest line of a spectrum of 32 ms, in natural touch.
 
     Gratings of 0.5 to 3.0 mm under strokes of 197 sin(2 pi 1.07 t) mm/s, noise at 20 dB. Points are the means of every
     millisecond above 0.3 of the greatest speed, bars their standard deviation; dashed is the truth. Synthetic gauges

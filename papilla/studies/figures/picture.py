@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-MOST_ROWS, MOST_CELLS = 1000, 80
+MOST_ROWS, MOST_CELLS = 1000, 50
 """Of a curve, and of a map along each of its axes, in the CSV; both are drawn whole."""
 
 

@@ -20,6 +20,8 @@ from papilla.studies.runner import Progress, no_progress, run_jobs
 from papilla.telepresence import read_curve
 
 PAGE = "figures.html"
+KIND = "figure"
+"""Of entries in the cache."""
 DESIGNS = ("default", "published", "one-gauge")
 """Fingers that figures are computed with: their content decides whether a kept figure is still right."""
 
@@ -100,11 +102,14 @@ def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> lis
 
 def _kept(paper: str, figure: Figure) -> Made:
     """A figure, from the cache where its code and the designs are the same."""
-    designs = [Finger.load(name).sha256 for name in DESIGNS]
-    key = cache.key(figure.make.__module__, paper, figure.name, designs, read_curve())
-    packed = cache.fetch("figure", key, lambda: {"picture": figure.make().packed()})["picture"]
+    packed = cache.fetch(KIND, _key(paper, figure), lambda: {"picture": figure.make().packed()})["picture"]
     picture = Picture.unpacked(packed)
     drawn = cache.fetch(
         "figure", cache.key(drawing.__name__, packed), lambda: {"svg": np.frombuffer(drawing.as_svg(picture), np.uint8)}
     )
     return Made(paper, figure, picture, drawn["svg"].tobytes())
+
+
+def _key(paper: str, figure: Figure) -> str:
+    designs = [Finger.load(name).sha256 for name in DESIGNS]
+    return cache.key(figure.make.__module__, paper, figure.name, designs, read_curve())
