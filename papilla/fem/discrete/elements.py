@@ -395,7 +395,8 @@ def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     worst = margin[pick, best]
     if worst.min() < -TOLERANCE:
         x, y, z = points[worst.argmin()]
-        raise InputError(f"point ({x:.3g}, {y:.3g}, {z:.3g}) mm lies outside the mesh")
+        place = f"point ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+        raise InputError(f"{place} lies outside the mesh: a gauge (or its backing) reaches over the edge of the finger")
     return candidates[pick, best], local[pick, best]
 
 
