@@ -42,9 +42,9 @@ SHORTER = {
     "texture train": "--window 20 --wavelengths 1 10 --bands 5",
 }
 """What a command gets besides, so that it takes seconds."""
-ELSEWHERE = {"--relaxation": "cli/test_identify_rate.py"}
-"""Options that need a log of their own, and the test that has it."""
-FAILS = ("--compare", "--check")
+ELSEWHERE = {"--relaxation": "cli/test_identify_rate.py", "--compare": "cli/test_identify.py"}
+"""Options that need a log or an identified finger of their own, and the test that has it."""
+FAILS = ("--check",)
 """Options by which a command may say "no" with exit code 1."""
 
 
@@ -88,7 +88,7 @@ def laboratory(tmp_path_factory):
     table = papilla.calibrate.sweep(reduced, moduli=np.geomspace(0.05, 2, 14), forces=np.geomspace(0.05, 1, 16))
     (folder / "calibration").mkdir()
     papilla.calibrate.fit(table).save(folder / "calibration" / "calibration.json")
-    papilla.Finger.published().save(folder / "finger.toml")  # An identified one, as --compare needs
+    finger.save(folder / "finger.toml")
     ramp = np.linspace(0, 1, 200)
     touch = np.column_stack([ramp, ramp[:, None] * presses[2].reading, 0.4 * ramp])
     np.savetxt(folder / "touch.csv", touch, delimiter=",", header="t_s,g1,g2,g3,g4,g5,force_N", comments="")
