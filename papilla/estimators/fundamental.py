@@ -4,7 +4,6 @@ import math
 from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple
 
-from papilla.estimators.peaks import Peak
 from papilla.estimators.spectrum import Line, Spectrum
 
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
@@ -45,9 +44,7 @@ def no_multiples(lines: Sequence[Any], wavenumber: float, reach: float) -> list[
     return [line for n, line in zip(order, lines, strict=True) if abs(line.wavenumber - n * wavenumber) > reach]
 
 
-def fundamental_of(
-    chosen: Line | Peak, others: Sequence[Line | Peak], reach: float, own: Collection[Line | Peak], ridged: bool
-) -> Period:
+def fundamental_of(chosen: Line, others: Sequence[Line], reach: float, own: Collection[Line], ridged: bool) -> Period:
     """The greatest common divisor, in wavenumber, of the chosen line and the others; the chosen's where there is no
     sign of another.
 

@@ -14,8 +14,8 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.background import background
 from papilla.estimators.fundamental import SLACK, fundamental_of
-from papilla.estimators.peaks import Peak, order_of, with_harmonics
-from papilla.estimators.spectrum import Spectrum, Strokes, spectrum_of, strokes_of
+from papilla.estimators.peaks import order_of, with_harmonics
+from papilla.estimators.spectrum import Line, Spectrum, Strokes, spectrum_of, strokes_of
 from papilla.estimators.spread import completed
 
 FALSE_ALARM = 0.01
@@ -215,10 +215,10 @@ def _spread(strokes: Strokes) -> float:
     return float(np.sqrt(variance) / (2 * np.pi))
 
 
-def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], octaves: float) -> list[SpectralLine]:
+def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], octaves: float) -> list[SpectralLine]:
     """The peaks inside the searched range as lines: strongest first, the later ones may be harmonics of them."""
     lines: list[SpectralLine] = []
-    fundamentals: list[tuple[Peak, float]] = []
+    fundamentals: list[tuple[Line, float]] = []
     for peak in peaks:
         if not searched[0] <= 1 / peak.wavenumber <= searched[1]:
             continue
@@ -237,7 +237,7 @@ def _lines(peaks: list[Peak], resolution: float, searched: tuple[float, float], 
     return lines
 
 
-def _common(peak: Peak, peaks: list[Peak], resolution: float, longest_mm: float) -> float:
+def _common(peak: Line, peaks: list[Line], resolution: float, longest_mm: float) -> float:
     """The wavenumber of which this peak and others as loud are or may be harmonics though no peak has it: its own where
     there is none in the range."""
     k, reach = peak.wavenumber, SLACK * resolution
@@ -252,7 +252,7 @@ def _trials(octaves: float, wavenumber):
     return np.maximum(octaves * wavenumber, 1.0)
 
 
-def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Peak]:
+def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Line]:
     """All peaks that noise reaches more rarely than `false_alarm` in all trials, greatest first; used : the channels'
     numbers."""
     power, each, resolution = spectrum.power, np.maximum(spectrum.each, 1e-300), spectrum.resolution
@@ -267,6 +267,6 @@ def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: 
     # Channels that share their noise count as often as the scatter of the power says, not as they are many.
     sigma = _spread(strokes) / np.sqrt(ratio * np.minimum(level.freedom / 2, len(used)))
     amplitude = np.sqrt(np.mean(spectrum.each[:, tops], axis=0)) / (0.5 * float(strokes.weight.sum()))
-    rows = (own.tolist() for own in (spectrum.vertices(tops), sigma, amplitude, ratio, chance))
+    rows = (own.tolist() for own in (spectrum.vertices(tops), ratio, amplitude, chance, sigma))
     channels = (tuple(used[own].tolist()) for own in shown.T)
-    return sorted(map(Peak._make, zip(*rows, channels, strict=True)), key=lambda peak: -peak.amplitude)
+    return sorted(map(Line._make, zip(*rows, channels, strict=True)), key=lambda peak: -peak.amplitude)

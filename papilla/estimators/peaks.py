@@ -2,25 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
+
+from papilla.estimators.spectrum import Line
 
 MOST_HARMONICS = 12
 SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
 """How far from a multiple a peak may be: so many sigmas of the difference plus a part of the resolution."""
-
-
-class Peak(NamedTuple):
-    """wavenumber and its sigma in 1/mm, amplitude in units of the readings, power over the background, and the
-    probability that noise reaches it there; numbers of the channels that show it by themselves."""
-
-    wavenumber: float
-    sigma: float
-    amplitude: float
-    ratio: float
-    chance: float
-    channels: tuple[int, ...] = ()
 
 
 def vertex(powers: Sequence[float] | np.ndarray) -> float:
@@ -32,7 +21,7 @@ def vertex(powers: Sequence[float] | np.ndarray) -> float:
     return 0.5 * (left - right) / curvature if curvature < 0 else 0.0
 
 
-def order_of(peak: Peak, fundamental: Peak, resolution: float) -> int:
+def order_of(peak: Line, fundamental: Line, resolution: float) -> int:
     """Which harmonic of the fundamental a peak may be, 1 for none."""
     order = round(peak.wavenumber / fundamental.wavenumber)
     if not 2 <= order <= MOST_HARMONICS:
@@ -42,7 +31,7 @@ def order_of(peak: Peak, fundamental: Peak, resolution: float) -> int:
     return order if off <= min(slack, 0.25 * fundamental.wavenumber) else 1
 
 
-def with_harmonics(fundamental: Peak, peaks: list[Peak], resolution: float) -> Peak:
+def with_harmonics(fundamental: Line, peaks: list[Line], resolution: float) -> Line:
     """The fundamental with the wavenumber that it and its weaker harmonics give together, by inverse variance.
 
     The n-th harmonic knows the wavenumber n times better for the same power. Where they disagree by more than their

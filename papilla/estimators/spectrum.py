@@ -49,12 +49,15 @@ class Strokes(NamedTuple):
 
 class Line(NamedTuple):
     """A peak: wavenumber (or frequency), power over the background, amplitude in units of the gauges' own noise,
-    and the probability that noise reaches it."""
+    and the probability that noise reaches it. In a whole log (`lines`) the amplitude is in units of the readings;
+    sigma : of the wavenumber; channels : numbers of those that show it by themselves."""
 
     wavenumber: float
     ratio: float
     amplitude: float
     chance: float
+    sigma: float = 0.0
+    channels: tuple[int, ...] = ()
 
 
 class Spectrum(NamedTuple):

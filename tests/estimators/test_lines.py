@@ -7,7 +7,8 @@ from papilla.errors import InputError
 from papilla.estimators.background import background
 from papilla.estimators.lags import channel_lags
 from papilla.estimators.lines import find_lines, latest_stretch, travelled
-from papilla.estimators.peaks import Peak, with_harmonics
+from papilla.estimators.peaks import with_harmonics
+from papilla.estimators.spectrum import Line
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
@@ -274,12 +275,12 @@ def test_the_latest_stretch_of_a_long_path_is_searched(monkeypatch):
 
 def test_harmonics_sharpen_the_fundamental_by_their_order():
     """Inverse variances: the n-th harmonic knows the wavenumber n times better; louder lines are no harmonics."""
-    base = Peak(0.25, 1e-3, 1.0, 50.0, 1e-9)
-    third = Peak(0.7506, 1.2e-3, 0.4, 20.0, 1e-6)
+    base = Line(0.25, 50.0, 1.0, 1e-9, 1e-3)
+    third = Line(0.7506, 20.0, 0.4, 1e-6, 1.2e-3)
     found = with_harmonics(base, [third, base], 0.01)
     weights = np.array([1e-3, 0.4e-3]) ** -2.0
     assert found.wavenumber == pytest.approx(weights @ [0.25, 0.2502] / weights.sum(), rel=1e-12)
-    assert found.sigma == pytest.approx(weights.sum() ** -0.5, rel=1e-9) and found[2:] == base[2:]
+    assert found.sigma == pytest.approx(weights.sum() ** -0.5, rel=1e-9) and found[1:4] == base[1:4]
     assert with_harmonics(base, [third._replace(amplitude=1.5)], 0.01) == base
     assert with_harmonics(base, [third._replace(wavenumber=0.77)], 0.01) == base
     apart = with_harmonics(base, [third._replace(wavenumber=0.759)], 0.01)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.peaks import Peak, order_of, vertex
+from papilla.estimators.peaks import order_of, vertex
+from papilla.estimators.spectrum import Line
 
 
 @pytest.mark.parametrize("at", [-0.45, 0.0, 0.3])
@@ -20,10 +21,10 @@ def test_without_a_top_it_is_the_middle():
 
 def test_a_harmonic_is_a_multiple_within_the_slack():
     """Three sigmas of the difference and a quarter of the resolution, but never a quarter of the fundamental."""
-    fundamental = Peak(1.0, 0.001, 1.0, 50.0, 1e-9)
+    fundamental = Line(1.0, 50.0, 1.0, 1e-9, 0.001)
 
     def order(wavenumber, sigma=0.001, resolution=0.04):
-        return order_of(Peak(wavenumber, sigma, 0.5, 20.0, 1e-6), fundamental, resolution)
+        return order_of(Line(wavenumber, 20.0, 0.5, 1e-6, sigma), fundamental, resolution)
 
     slack = 3 * np.hypot(0.001, 3 * 0.001) + 0.25 * 0.04
     assert order(3 + 0.99 * slack) == order(3 - 0.99 * slack) == 3
