@@ -46,7 +46,8 @@ PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
 is the error of its place); and by how much time's must be more."""
 MOTORS_HZ = 25.0, 90.0
-"""What motors and mounts make: at a constant speed a line there with no harmonic beside it is not believed."""
+"""What motors and mounts make: at a constant speed a line there, for all that its resolution tells, with no harmonic
+beside it is not believed."""
 KNOWN = 0.02
 """Of the wavenumber, by which a line may differ from the known one and be it."""
 COHERENT, SCATTERED = 0.8, 0.12
@@ -254,8 +255,9 @@ class LineSearch:
     def _motor_like(self, wavenumber: float) -> bool:
         """Whether a line may be a motor's or a mount's: at their frequencies, and without a sign of the harmonics that
         most surfaces have, though the sampling rate would show the second one."""
-        frequency = wavenumber * self._usual
-        if not MOTORS_HZ[0] < frequency < min(MOTORS_HZ[1], SHOWN * self._options.rate_Hz / 2):
+        frequency, resolution = wavenumber * self._usual, 1 / max(float(self._spans.min()), 1e-9)
+        slowest, fastest = MOTORS_HZ[0] - resolution, MOTORS_HZ[1] + resolution
+        if not slowest < frequency < min(fastest, SHOWN * self._options.rate_Hz / 2):
             return False
         return min(self._spectrum.chance(order * wavenumber) for order in range(2, HARMONICS + 1)) > FALSE_ALARM
 

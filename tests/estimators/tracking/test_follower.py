@@ -105,6 +105,15 @@ def test_a_texture_beside_the_mains_is_told_once_the_path_is_long_enough(speed, 
         assert found.wavelength_mm[-1] == pytest.approx(wavelength, rel=5e-3)
 
 
+@pytest.mark.parametrize("frequency, ok", [(22.0, True), (24.6, False), (90.4, False), (93.0, True)])
+def test_a_lone_line_that_only_noise_places_beside_a_motor_s_frequencies_is_refused(frequency, ok):
+    """From 25 to 90 Hz, less and more by the resolution of 1.3 s."""
+    time, speed = np.arange(1500) / RATE, 126.0
+    readings = np.sin(2 * np.pi * frequency * time) + np.random.default_rng(0).normal(0, 0.1, 1500)
+    found = SpaceTracker().process(np.column_stack([readings, np.full(1500, speed)]))
+    assert good(found)[-1] == ok
+
+
 def test_a_surface_that_may_be_the_mains_after_a_step_is_called_so():
     time = np.arange(2500) / RATE
     phase = np.where(time < 1.2, 40 * time, 48 + 120 * (time - 1.2))
