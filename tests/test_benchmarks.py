@@ -48,6 +48,7 @@ SHORT = {
         },
         "places held at 0: inner modulus",
     ),
+    "design_studies": (["--designs", "120"], {}, "efficiency of two workers"),
     "friction_honesty": (["--runs", "3"], {}, "every drawn log"),
     "log_throughput": (["--rows", "1500"], {"NOISE": {"a line": 1.0}}, "a line: "),
     "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),

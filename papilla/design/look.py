@@ -13,6 +13,7 @@ from papilla.design.geometry import GeometryMap
 from papilla.design.scene import Scene
 from papilla.design.touch import sigma_from_depth, sigma_from_gauges, sigma_from_sd
 from papilla.errors import InputError
+from papilla.fem.finite.strain_tables import MODULI
 from papilla.fem.pressing.response import Response
 from papilla.finger import Finger
 from papilla.units import to_microstrain
@@ -20,6 +21,9 @@ from papilla.units import to_microstrain
 SD_ERROR, GAUGE_ERROR, DEPTH_ERROR = 0.003, 0.004, 0.005
 """Relative one sigma of a calibration that is still to be made, friction apart: mesh scatter, fit and large strain of
 the default finger's are 0.2 to 0.33 % of S_d and 0.3 to 0.4 % of a gauge, 0.2 to 0.98 N."""
+SOFTEST = MODULI[0]
+"""Modulus of the softest specimen over that of the inner layer whose large strain is measured: a calibration of a
+harder finger left softer ones out."""
 NEIGHBOUR = 0.005
 """Relative one sigma of S_d and of gauges where large strain is that of a neighbour."""
 
@@ -39,6 +43,12 @@ class Look:
         scene."""
         found, (outer, inner) = self.geometry.of(self.finger), self._moduli
         force, modulus = self.scene.grid
+        softest = self.scene.modulus_MPa[0]
+        if found[0].large_strain and softest < SOFTEST * inner:
+            raise InputError(
+                f"a specimen of {softest:g} MPa is softer than half the inner layer ({inner:.3g} MPa): large strain is "
+                "not known there, and no calibration covers it"
+            )
         for one in found:
             inside = one.inside(force, modulus, outer, inner)
             if not inside.all():

@@ -70,5 +70,6 @@ def made_up(monkeypatch):
     for module in (batch, job, explaining):
         monkeypatch.setattr(module, "geometry_map", made_up_map)
     monkeypatch.setattr("papilla.design.objectives.worst_over_tolerances.geometry_map", made_up_map)
-    monkeypatch.setattr("papilla.design.running.measure_base", lambda *_: "")
+    for name in ("running", "explaining"):
+        monkeypatch.setattr(f"papilla.design.{name}.measure_base", lambda *_: "")
     monkeypatch.setattr("papilla.design.page._strain", lambda *_: None)

@@ -1,0 +1,62 @@
+"""`papilla design` on a made-up geometry: what it says, what it refuses, what it writes."""
+
+import json
+
+import pytest
+
+from papilla.cli import main
+from papilla.design import running
+from papilla.design.explaining import price
+from papilla.design.study import read_study
+
+pytestmark = pytest.mark.usefixtures("made_up")
+
+
+@pytest.fixture
+def papilla(capsys, monkeypatch):
+    """Runs the command in this process, the study too: exit code, stdout, stderr."""
+    true = running.run
+    monkeypatch.setattr("papilla.design.job.run", lambda *given, **how: true(*given, **how | {"workers": 0}))
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as left:
+            main.run(["design", *map(str, arguments)])
+        out, said = capsys.readouterr()
+        return left.value.code, out, said
+
+    return run
+
+
+def test_a_study_as_json_and_as_text(papilla, study_file, tmp_path):
+    code, out, _ = papilla(study_file(), "--out", tmp_path / "a", "--json")
+    found = json.loads(out)
+    assert code == 0 and found["designs"] == 12 and found["objectives"] == ["sigma_sd", "signal_over_noise"]
+    assert set(found["best"][0]) == {"design", "finger", "free", "objectives"}
+    code, out, said = papilla(study_file(), "--out", tmp_path / "b")
+    assert code == 0 and "finger_1.toml" in out and "12 of 12" in said
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--workers", "0"], "--workers must be from 1"),
+        (["--workers", "1", "--scheduler", "tcp://host:1"], "not both"),
+        (["--place", "9"], "--place must be from 1 to 8"),
+    ],
+)
+def test_bad_options_are_one_line(papilla, study_file, options, said):
+    code, out, line = papilla(study_file(), *options)
+    assert code == 2 and out == "" and said in line and line.count("\n") == 1
+
+
+def test_a_bad_study_is_one_line(papilla, study_file):
+    code, _, line = papilla(study_file(("spread_deg", "spread")))
+    assert code == 2 and "did you mean 'gauges.spread_deg'" in line and line.count("\n") == 1
+
+
+def test_explain_says_what_a_study_costs_and_runs_nothing(papilla, study_file, tmp_path):
+    code, out, _ = papilla(study_file(), "--explain", "--out", tmp_path / "out")
+    assert code == 0 and "12 designs of 1 geometries, gauges at 17 places" in out
+    assert not (tmp_path / "out").exists()
+    found = price(read_study(study_file()), lambda line: None)
+    assert found.seconds(2) == pytest.approx(found.seconds(1) / 2) and found.per_design > 0
