@@ -37,7 +37,7 @@ CONSTANT_SPEED = "ok, constant speed"
 ALIKE = 0.02
 """Relative difference of wavelength up to which the wavelength of a row is that of a line of the whole log."""
 
-LONGEST_ROWS = 2**19  # Rows that spectral lines are looked for in at once: 9 minutes at 1 kHz, 200 MB
+LONGEST_ROWS = 2**19  # Rows that spectral lines are looked for in at once: 9 minutes at 1 kHz
 
 
 class _Combinations(dict[tuple[str, str, str], int]):
