@@ -12,7 +12,7 @@ import numpy as np
 
 from papilla import fem
 from papilla.calibrate.fitting import fit
-from papilla.calibrate.job import SCATTER_FORCES, SCATTER_MODULI, SCATTER_VARIANTS, cached_sweep
+from papilla.calibrate.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED
 from papilla.calibration import Calibration
 from papilla.design.look import Look
@@ -87,7 +87,7 @@ def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callabl
     for number, variant in enumerate(SCATTER_VARIANTS, start=1):
         say(f"mesh scatter, {number} of {len(SCATTER_VARIANTS)} meshes")
         other = fem.prepare(finger, variant=variant, progress=say)
-        others.append(cached_sweep(other, SCATTER_MODULI, SCATTER_FORCES, block, 0.0))
+        others.append(cached_sweep(other, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
     error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
     return fit(presses, others, frictionless=free, friction_known=told is not None, strain=error)
 
