@@ -3,11 +3,10 @@
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from papilla.design import couplings as formulas
@@ -313,8 +312,3 @@ def probes(study: Study) -> Iterator[dict[str, float]]:
     for one in study.free:
         for end in (0.0, 1.0):
             yield middle | {one.name: one.at(end)}
-
-
-def described(scene: Scene) -> dict:
-    """A scene as plain values."""
-    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(scene).items()}
