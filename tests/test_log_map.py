@@ -299,6 +299,6 @@ def test_units_by_their_size(file, content, remark):
 def test_units_of_presses_by_their_size(file, row, remark):
     cells = [float(cell) for cell in row.split(",")]
     more = ",".join(str(cell * 2 if number == 2 else cell + (cell >= 30)) for number, cell in enumerate(cells))
-    notes = read_presses(file(f"force_N,modulus_MPa,g1,indentation_mm\n{row}\n{more}\n")).notes
+    notes = read_presses(file(f"force_N,modulus_MPa,g1,indentation_mm\n{row}\n{more}\n")).sizes
     assert len(notes) == (remark is not None) and all(note.startswith(str(remark)) for note in notes)
     assert remark is None or "(if so: --map with " in notes[0]

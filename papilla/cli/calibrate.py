@@ -25,7 +25,7 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, tell
+from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -141,6 +141,8 @@ def calibrate(
     design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
     keep_inputs(surface_files(design), written)
     log, presses = (None if one is None else read_press_log(one, log_map=log_map) for one in (bench, check))
+    for remark in () if presses is None else presses.sizes:
+        say(f"{check}: {remark}")
     if presses is not None and len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:

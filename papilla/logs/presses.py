@@ -41,7 +41,7 @@ class PressLog:
     modulus_sigma_MPa : (n,) standard deviations of the specimens' moduli, 0 if exact, or None.
     stated_sd : (n,) S_d in microstrain of a log without gauge readings (g = 0), else None.
     t_s : (n,) rising times, or None. loops : of the touches with loading and unloading.
-    notes : remarks for the user, a sentence each.
+    notes : remarks for the user, a sentence each. sizes : those on columns that seem to have another unit.
     """
 
     force_N: np.ndarray
@@ -52,6 +52,7 @@ class PressLog:
     x_mm: np.ndarray | None = None
     y_mm: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+    sizes: tuple[str, ...] = ()
     t_s: np.ndarray | None = None
     loops: tuple[Loop, ...] = ()
     specimens: tuple[Specimen, ...] = ()
@@ -130,8 +131,7 @@ def read_presses(
         readings=readings, gauge_names=gauges, notes=reader.notes, stated_sd=None if gauges else stated, **columns
     )
     _check_sd(table, log, stated)
-    sizes = of_presses(log.readings, log.force_N, log.modulus_MPa, log.indentation_mm)
-    log = replace(log, notes=(*log.notes, *sizes))
+    log = replace(log, sizes=(*of_presses(log.readings, log.force_N, log.modulus_MPa, log.indentation_mm),))
     if log.t_s is None:
         return log
     if (late := np.diff(log.t_s) <= 0).any():

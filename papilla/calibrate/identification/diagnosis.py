@@ -68,6 +68,7 @@ def diagnose(found: Identification) -> Diagnosis:
     doubts = (
         *asked,
         *found.problem.log.notes,
+        *found.problem.log.sizes,
         *_of_the_presses(found),
         *_of_the_fit(found, profiles),
         *_of_gauges(found),

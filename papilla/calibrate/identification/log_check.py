@@ -38,12 +38,12 @@ def refuse(log: PressLog, finger: Finger) -> None:
     if softest > SOFT_MPA or hardest > RUBBER_MPA:
         raise InputError(
             f"modulus_MPa goes from {softest:g} to {hardest:g} MPa, which is no softness: is it in kPa? "
-            f"Specimens are of {RUBBER_MPA:g} MPa at most, the softest below {SOFT_MPA:g}"
+            f"Specimens are of {RUBBER_MPA:g} MPa at most, the softest below {SOFT_MPA:g}{_sizes(log)}"
         )
     largest = float(np.abs(log.readings if log.stated_sd is None else log.stated_sd).max())
     if largest < LEAST_MICROSTRAIN:
         what = "all gauges read 0" if largest == 0 else f"no gauge reads more than {largest:.3g}"
-        raise InputError(f"{what}: readings are expected in microstrain, are these strains?")
+        raise InputError(f"{what}: readings are expected in microstrain, are these strains?{_sizes(log)}")
 
 
 def refuse_beyond(problem: Problem) -> None:
@@ -61,4 +61,10 @@ def refuse_beyond(problem: Problem) -> None:
         raise InputError(
             f"press {row + 1}, {log.force_N[row]:g} N on {log.modulus_MPa[row]:g} MPa, is beyond the model of a finger "
             f"of {inner:g} MPa inside: is force_N in N (1 gf is 0.0098 N), modulus_MPa in MPa? Leave it out otherwise"
+            f"{_sizes(log)}"
         )
+
+
+def _sizes(log: PressLog) -> str:
+    """The remarks on units, with the maps that mend them, as the end of a sentence."""
+    return "".join(f"; {remark}" for remark in log.sizes)
