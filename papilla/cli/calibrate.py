@@ -25,7 +25,7 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, say, tell
+from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -134,15 +134,13 @@ def calibrate(
     from papilla.finger import Finger
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
-    if bench is not None:
-        paths["finger"] = out / "finger.toml"
+    paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
     keep_inputs([finger, bench, check, log_map], written)
     design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
     keep_inputs(surface_files(design), written)
-    log, presses = (None if one is None else read_press_log(one, log_map=log_map) for one in (bench, check))
-    for remark in () if presses is None else presses.sizes:
-        say(f"{check}: {remark}")
+    log = None if bench is None else read_press_log(bench, False, log_map=log_map)
+    presses = None if check is None else read_press_log(check, True, log_map=log_map)
     if presses is not None and len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:

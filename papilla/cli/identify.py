@@ -80,7 +80,7 @@ def identify(
     if log is None:
         protocol = further.protocol(design, touched, stated)
         return print_json(protocol) if as_json else print_suggestion(protocol)
-    presses = read_press_log(log, mixed=touched, log_map=log_map)
+    presses = read_press_log(log, False, mixed=touched, log_map=log_map)
     if relaxation is not None and presses.t_s is None:
         raise InputError(f"{log}: --relaxation needs a column t_s: when each row was taken")
     for path in outputs:

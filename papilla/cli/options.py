@@ -250,12 +250,15 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
             say(f"{output} is a link: {target} is written")
 
 
-def read_press_log(path: Path, **how: Any) -> "PressLog":
-    """The presses of a log, read as `how` says; its notes are shown."""
+def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
+    """The presses of a log, read as `how` says; its notes are shown, and its remarks on units if `units`.
+
+    An identification tells the remarks on units itself, among its doubts or in what it refuses.
+    """
     from papilla.logs import read_presses
 
     log = read_presses(path, **how)
-    for note in log.notes:
+    for note in (*log.notes, *(log.sizes if units else ())):
         say(f"{path}: {note}")
     return log
 
