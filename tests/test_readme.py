@@ -54,7 +54,9 @@ def shortened(line: str) -> list[str]:
     for name, more in SHORTER.items():
         if " ".join(said).startswith(name):
             options = shlex.split(more)
-            return [*(one for one in said if not (one == "2006" and "--paper" in options)), *options]
+            # An option that README gives gets the shorter value
+            given = {said.index(one) + shift for one in options if one in said for shift in (0, 1)}
+            return [*(one for place, one in enumerate(said) if place not in given), *options]
     return said
 
 

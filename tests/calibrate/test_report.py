@@ -259,12 +259,13 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     reduced = SimpleNamespace(gains=np.ones(5), levers=np.zeros(5), mesh_size_mm=0.7, patch=patch)
     figures = {"cells": 37000, "points": 7000, "volume_mm3": {"outer": 1234.5}, "mean_ratio_mean": 0.8}
     figures |= {"mean_ratio_min": 0.2, "dihedral_min_deg": 9.0, "dihedral_max_deg": 160.0, "edge_min_mm": 0.5}
-    monkeypatch.setattr(page.mesh, "build", lambda given, size_mm: (given, size_mm))
-    monkeypatch.setattr(page.mesh, "quality", lambda built: figures | {"edge_max_mm": built[1]})
-    monkeypatch.setattr(page.view, "shown", lambda *given, **options: (given[1], options["force"]))
     drawn = []
     draw = lambda *given, **options: drawn.append(given) or b"a picture"  # noqa: E731
+    # First the names of view: their modules are imported with the true names of mesh
     monkeypatch.setattr(page.view, "strain_picture", draw)
+    monkeypatch.setattr(page.view, "shown", lambda *given, **options: (given[1], options["force"]))
+    monkeypatch.setattr(page.mesh, "build", lambda given, size_mm: (given, size_mm))
+    monkeypatch.setattr(page.mesh, "quality", lambda built: figures | {"edge_max_mm": built[1]})
     found = read(replace(swept, reduced=reduced), finger=finger)
     assert drawn == [(finger, reduced, (Block(0.51, 10.0), 0.588), Block(0.51, 10.0))]
     assert "data:image/png;base64,YSBwaWN0dXJl" in found.images
@@ -281,7 +282,7 @@ def test_a_folder_that_is_not_there_is_refused_in_one_line(swept, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_report_of_the_default_finger_shows_its_field_and_mesh(read):
+def test_the_report_of_the_default_finger_shows_its_field_and_mesh(read, tmp_path, monkeypatch):
     from papilla import fem
     from papilla.calibrate import sweep
     from papilla.calibrate.job import recover
@@ -292,11 +293,12 @@ def test_the_report_of_the_default_finger_shows_its_field_and_mesh(read):
     calibration = fit(presses)
     lines: list[str] = []
     done = Calibrated(calibration, presses, recover(calibration, reduced, "stick"), reduced)
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))  # Other tests draw this field, too
     found = read(done, finger=finger, progress=lines.append)
     assert any(source.startswith("data:image/png") for source in found.images)
     assert "tetrahedra" in found.text and "No independent mesh" in found.text
     assert "The readings are strains, not a foil's output" in found.text
-    assert "recovering and drawing the strain field" in lines
+    assert "recovering the strain field" in lines
     again: list[str] = []
     assert read(done, finger=finger, progress=again.append).text == found.text
     assert not again, "the second report computed its field anew"
