@@ -119,6 +119,7 @@ def along(name: str, modulus: float, ratio: float, friction: Friction) -> np.nda
     geometry, coefficient = GEOMETRIES[name], friction_coefficient(friction)
 
     def make() -> dict[str, np.ndarray]:
+        """The path, with finer steps where a coarse one does not converge."""
         bodies, began = (
             Bodies(geometry.shape, [Rubber(ratio), Rubber(1.0), Rubber(modulus, SPECIMEN_NU)]),
             perf_counter(),

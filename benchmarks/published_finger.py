@@ -207,6 +207,7 @@ def fit(model: Model, fixed: dict[str, float] | None = None, start: dict[str, fl
         return fixed | dict(zip(free, unknowns.tolist(), strict=True))
 
     def residuals(unknowns: np.ndarray) -> np.ndarray:
+        """What the fit makes small, each over its sigma: misfits of S_d and depths, and distances from the priors."""
         values = values_of(unknowns)
         _, left = scaled(model.sd(values))
         regression = left.ravel() / np.sqrt((PUBLISHED**2).mean()) / MISFIT * np.sqrt(NUMBERS / PUBLISHED.size)

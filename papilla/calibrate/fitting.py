@@ -182,5 +182,5 @@ def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, lacks: list[str]
     if "mesh scatter" in lacks:
         notes.append("no independent mesh was compared: intervals do not include mesh scatter")
     if "friction" in lacks:
-        notes.append("friction was not told: stick is taken, and intervals do not take in presses without")
+        notes.append("friction was not stated: stick is assumed, and intervals do not include presses without friction")
     return notes

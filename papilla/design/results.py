@@ -150,6 +150,7 @@ def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -
     on_front = set(front)
 
     def blocks():
+        """Columns of at most `BLOCK` designs at a time."""
         block: list[list] = []
         for number, free, record in store.rows(study.sha256):
             well = record.status == OK

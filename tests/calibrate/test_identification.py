@@ -68,7 +68,7 @@ def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
     told = diagnose(found)
     low, high = told.intervals["stick_share"]
     assert 0 <= low <= found["stick_share"][0] <= high <= 1
-    assert any(doubt.startswith("friction was not told") for doubt in told.doubts) and told.profiles == ()
+    assert any(doubt.startswith("friction was not stated") for doubt in told.doubts) and told.profiles == ()
     stored = found.with_record(record(found, told, "block"))
     assert stored.identified.friction == "not told" and stored.bench.friction is None
     assert compare(stored, log, size_mm=SIZE_MM).same

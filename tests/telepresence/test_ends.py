@@ -5,6 +5,7 @@ import os
 from types import SimpleNamespace
 
 import pytest
+from stepped_clock import SteppedClock
 
 from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
 from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer
@@ -117,19 +118,6 @@ def test_the_display_learns_from_parameters_alone(wire):
     assert all(one.displacement_um == 0 for one in shown[:100]) and shown[-1].wavelength_mm == 2.0
     assert max(abs(one.displacement_um) for one in shown[100:]) > 5
     assert display.message.lines == (line,) and display.age_ns == 3e6
-
-
-class SteppedClock:
-    """A clock in ns that only sleep moves."""
-
-    def __init__(self):
-        self.now = 10**12
-
-    def __call__(self):
-        return self.now
-
-    def sleep(self, seconds):
-        self.now += round(1e9 * seconds)
 
 
 def on_a_stepped_clock(wire):

@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 import pytest
+from stepped_clock import SteppedClock
 
 from papilla.errors import FileAccessError, InputError
 from papilla.telepresence import Address, Endpoint
@@ -174,21 +175,8 @@ def test_an_address_in_use_is_one_clear_error():
         Endpoint(address, Address("127.0.0.1", other))
 
 
-class Clock:
-    """A clock that goes on when somebody sleeps or works."""
-
-    def __init__(self):
-        self.now = 10**12
-
-    def __call__(self):
-        return self.now
-
-    def sleep(self, seconds):
-        self.now += round(1e9 * seconds)
-
-
 def test_the_loop_keeps_its_grid_and_counts_what_it_missed():
-    clock = Clock()
+    clock = SteppedClock()
     period, times = Period(1e-3, clock, clock.sleep), []
     for now in period.ticks(0.1):
         times.append(now)

@@ -280,6 +280,6 @@ def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -
         return []
     low, high = intervals["stick_share"]
     return [
-        f"friction was not told: of what stick changes the presses have {100 * found['stick_share'][0]:.0f} % "
+        f"friction was not stated: of what stick changes the presses have {100 * found['stick_share'][0]:.0f} % "
         f"({100 * low:.0f} to {100 * high:.0f}), which intervals take in; --friction says it"
     ]

@@ -174,6 +174,7 @@ def begin_large_strain(
     begun = [start(measure_few, finger, *one) for one in missing]
 
     def wait() -> str:
+        """Keep the tables when they are done; why there are none, or an empty text."""
         try:
             for number, table in enumerate(begun, 1):
                 keep(key, [LargeStrain.from_json(table())])

@@ -133,6 +133,7 @@ def family(
             yield member.reduce_tangential(at) if tangential else member.reduce(at)
 
     def make() -> dict[str, np.ndarray]:
+        """Reduce the finger at all ratios; the probes measure what interpolation misses."""
         reduced = list(members((*nodes, *PROBES), False))
         arrays = {name: inner * np.stack([getattr(one, name) for one in reduced]) for name in OF_THE_RATIO}
         basis = _cardinal(nodes)(np.log(PROBES))

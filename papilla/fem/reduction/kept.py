@@ -21,6 +21,7 @@ def kept(most: int) -> Callable[[Function], Function]:
     """
 
     def decorate(function: Function) -> Function:
+        """The function that keeps its results."""
         name = f"_kept_{function.__module__}.{function.__name__}"
 
         @wraps(function)
