@@ -1,9 +1,9 @@
 """Fingers of one's own, identified from presses that papilla did not make: parameters, S_d, E and what is doubted.
 
-`python benchmarks/own_identification.py [--geometry A] [--fingers 12] [--seed 1] [--presses 15 5] [--check]`
+`python benchmarks/own_identification.py [--geometry A] [--fingers 12] [--seed 1] [--presses 15 5]`
 
 Truths are paths of `papilla.studies.verify.axisymmetric` (finger and block at finite strain) over forces, at a few
-moduli and ratios, between which a polynomial goes (`--check`: what it is off by at others). Of each finger the inner
+moduli and ratios, between which a polynomial goes. Of each finger the inner
 modulus is 0.9 to 1.6 of the design's, the outer 2 to 8 times that, gains 0.02 to 0.2 of either sign, levers -2 to 1 mm
 of the gain, zeros up to 20 microstrain; its presses stick, have a friction of 0.1 or none, in turn. Noise is 5
 microstrain, 1 % of force, 0.02 mm of depth. Each is identified with its friction told and not told. E is told from S_d
@@ -18,7 +18,7 @@ from functools import lru_cache
 from time import perf_counter
 
 import numpy as np
-from identified_fingers import ln_sd
+from identified_fingers import FORCE_ERROR, NOISE, Drawn, ln_sd
 from own_fingers import GEOMETRIES, SPECIMEN_NU
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
@@ -33,12 +33,12 @@ from papilla.specimen import STICK, Friction, friction_coefficient
 from papilla.studies.verify.axisymmetric import path as presses_of
 from papilla.studies.verify.axisymmetric.bodies import Bodies
 from papilla.studies.verify.axisymmetric.law import Rubber
-from papilla.units import gf_to_newton, to_microstrain
+from papilla.units import gf_to_newton
 
 SIZE_MM: float | None = None
 """Elements at the contact of the fit; None is what `identify` takes."""
 FRICTIONS: tuple[Friction, ...] = (STICK, 0.1, 0.0)
-NOISE, FORCE_ERROR, DEPTH_NOISE_MM, ZERO, TOUCH_DOWN_MM = 5.0, 0.01, 0.02, 20.0, 0.15
+GAINS = (0.02, 0.2)
 ON_MPA = (0.089, 0.51, 0.72)
 """Moduli of the specimens that are pressed."""
 TESTS_MPA, SCENES = (0.05, 0.72), 6
@@ -103,7 +103,7 @@ class Truth:
         return cls(free + BarycentricInterpolator(LN_RATIOS[at[1]], changed, axis=2)(LN_RATIOS))
 
     def felt(self, force: np.ndarray, modulus: np.ndarray, outer: float, inner: float) -> tuple[np.ndarray, np.ndarray]:
-        """Indentations (n,) in mm and what gauges feel (n, q, g) of presses by forces (n,) on moduli (n,)."""
+        """What gauges feel (n, q, g) and indentations (n,) in mm of presses by forces (n,) on moduli (n,)."""
         x, found = force / inner, []
         by_ratio = BarycentricInterpolator(LN_RATIOS, self.values, axis=2)(math.log(outer / inner))
         for one, share in zip(x, rigid(modulus / inner), strict=True):
@@ -111,7 +111,7 @@ class Truth:
                 CubicSpline(np.log(LOADS), BarycentricInterpolator(SHARES, by_ratio, axis=1)(share))(np.log(one))
             )
         table = np.array(found)
-        return table[:, 0] * x ** (2 / 3), (table[:, 1:] * x[:, None]).reshape(len(x), 2, -1)
+        return (table[:, 1:] * x[:, None]).reshape(len(x), 2, -1), table[:, 0] * x ** (2 / 3)
 
 
 def along(name: str, modulus: float, ratio: float, friction: Friction) -> np.ndarray:
@@ -146,45 +146,6 @@ def along(name: str, modulus: float, ratio: float, friction: Friction) -> np.nda
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """A finger that was drawn, by its parameters' names, and how its presses rub."""
-
-    design: Finger
-    truth: Truth
-    values: dict[str, float]
-
-    @classmethod
-    def by(cls, rng: np.random.Generator, design: Finger, truth: Truth) -> "Drawn":
-        """One at random."""
-        inner = design.inner.modulus * rng.uniform(0.9, 1.6)
-        outer = inner * math.exp(rng.uniform(math.log(2.0), math.log(8.0)))
-        values = {"outer_modulus_MPa": outer, "inner_modulus_MPa": inner, "touch_down_mm": TOUCH_DOWN_MM}
-        for gauge in design.gauges:
-            gain = math.exp(rng.uniform(math.log(0.02), math.log(0.2))) * rng.choice([-1, 1])
-            values[f"gain.{gauge.name}"] = gain
-            values[f"lever_mm.{gauge.name}"] = gain * rng.uniform(-2, 1)
-            values[f"zero_microstrain.{gauge.name}"] = rng.uniform(-ZERO, ZERO)
-        return cls(design, truth, values)
-
-    def of(self, name: str) -> np.ndarray:
-        """(g,) a parameter of all gauges."""
-        return np.array([self.values[f"{name}.{gauge.name}"] for gauge in self.design.gauges])
-
-    def felt(self, force: np.ndarray, modulus: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Indentations (n,) and readings (n, g) without zeros and noise."""
-        moduli = self.values["outer_modulus_MPa"], self.values["inner_modulus_MPa"]
-        depth, values = self.truth.felt(force, modulus, *moduli)
-        return depth, to_microstrain(self.of("gain") * values[:, 0] + self.of("lever_mm") * values[:, 1])
-
-    def log(self, rng: np.random.Generator, force: np.ndarray, modulus: np.ndarray) -> PressLog:
-        """The log of presses on a bench."""
-        depth, readings = self.felt(force * (1 + FORCE_ERROR * rng.normal(size=len(force))), modulus)
-        readings = readings + self.of("zero_microstrain") + NOISE * rng.normal(size=readings.shape)
-        depth = depth + TOUCH_DOWN_MM + DEPTH_NOISE_MM * rng.normal(size=len(depth))
-        return PressLog(force, modulus, readings, tuple(gauge.name for gauge in self.design.gauges), depth)
-
-
-@dataclass(frozen=True)
 class Outcome:
     """One identification: rms error of S_d of unseen presses; error and half-width of each parameter's interval, by
     name, in the scale of the fit; errors of E over their sigma; what was freed; seconds; chi-square by freedom."""
@@ -205,7 +166,7 @@ def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int) -
     force, modulus = (
         one.ravel() for one in np.meshgrid(gf_to_newton(np.geomspace(10.0, 100.0, 5)), np.geomspace(*TESTS_MPA, 5))
     )
-    sd = drawn.felt(force, modulus)[1].std(axis=1)
+    sd = drawn.readings(force, modulus)[0].std(axis=1)
     off = np.exp(ln_sd(found, force, modulus)[0]) / sd - 1
     parameters = {}
     for name in found.names:
@@ -219,7 +180,7 @@ def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int) -
         parameters[name] = float(value - true), float(high - low) / 2, bool(inside)
     fresh = np.exp(rng.uniform(np.log(gf_to_newton(10.0)), np.log(gf_to_newton(100.0)), SCENES))
     E = np.exp(rng.uniform(*np.log(TESTS_MPA), SCENES))
-    readings = drawn.felt(fresh * (1 + FORCE_ERROR * rng.normal(size=SCENES)), E)[1] + drawn.of("zero_microstrain")
+    readings = drawn.readings(fresh * (1 + FORCE_ERROR * rng.normal(size=SCENES)), E)[0] + drawn.of("zero_microstrain")
     zeros = np.array([found.values[f"zero_microstrain.{gauge.name}"] for gauge in drawn.design.gauges])
     read = (readings + NOISE * rng.normal(size=readings.shape) - zeros).std(axis=1)
     ln_told, by_force, sigma = ln_sd(found, fresh, E)
@@ -271,24 +232,6 @@ def report(title: str, found: list[Outcome]) -> None:
         print(f"in half-widths {rms:.2f}; median half-width over 1.96 rms {wide:.2f}", flush=True)
 
 
-def check(name: str) -> None:
-    """What the polynomial between paths is off by, on a path of its own."""
-    for friction in FRICTIONS:
-        for modulus, ratio in ((1.4, 2.8), (13.0, 5.6)):
-            true = along(name, modulus, ratio, friction)
-            depth, values = Truth.of(name, friction).felt(LOADS, np.full(len(LOADS), modulus), ratio, 1.0)
-            strain = true[:, 1:].reshape(values.shape) * LOADS[:, None, None]
-            sd = values[:, 0].std(axis=1) / strain[:, 0].std(axis=1) - 1
-            gauge = np.abs(values[:, 0] - strain[:, 0]).max(axis=1) / np.abs(strain[:, 0]).max(axis=1)
-            deep = depth / (true[:, 0] * LOADS ** (2 / 3)) - 1
-            worst = [100 * np.abs(one[LOADS > 1.5]).max() for one in (sd, gauge, deep)]
-            print(
-                f"{name}, {friction}, E/E_inner {modulus:g}, ratio {ratio:g}: S_d {worst[0]:.2f} %, ",
-                end="",
-            )
-            print(f"gauges {worst[1]:.2f} %, indentation {worst[2]:.2f} % at most", flush=True)
-
-
 def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -297,19 +240,17 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--presses", nargs="*", type=int, default=[15, 5])
     parser.add_argument("--friction", nargs="*", default=["told", "open"], choices=["told", "open"])
-    parser.add_argument("--check", action="store_true", help="what the truth's polynomial is off by")
     given = parser.parse_args()
     for name in given.geometry:
-        if given.check:
-            check(name)
-            continue
         design = GEOMETRIES[name].finger
         for count in given.presses:
             every: dict[str, list[Outcome]] = {}
             for number in range(given.fingers):
                 rng = np.random.default_rng((given.seed, number))
                 friction = FRICTIONS[number % len(FRICTIONS)]
-                drawn = Drawn.by(rng, design, Truth.of(name, friction))
+                inner = design.inner.modulus * rng.uniform(0.9, 1.6)
+                outer = inner * math.exp(rng.uniform(math.log(2.0), math.log(8.0)))
+                drawn = Drawn.by(rng, design, Truth.of(name, friction).felt, (outer, inner), GAINS)
                 log = drawn.log(rng, *presses(count, design))
                 for known in given.friction:
                     one = outcome(drawn, log, friction if known == "told" else None, number)

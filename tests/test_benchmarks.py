@@ -13,12 +13,8 @@ from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, Friction
-from papilla.studies.bench.peers import PeerPress
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
-
-PEER = PeerPress("a library", 2.0, 1.0, 1.0, 1.0, 0.0, 900.0, 900.0, 0.0, 10.0, 0.0, ((10.0, 1.0),), 1000, 3)
-"""In place of the peers themselves, whose presses tests/studies looks at."""
 
 
 def along(_name: str, modulus: float, ratio: float, friction: Friction) -> np.ndarray:
@@ -31,22 +27,10 @@ def along(_name: str, modulus: float, ratio: float, friction: Friction) -> np.nd
 
 SHORT = {
     "amplitude_curve": ([], {"WAVELENGTHS_MM": (1.8,)}, "1.8 mm: 1.0000, shipped"),
-    "assembly_against_ngsolve": (["--size", "2"], {}, "first assembly"),
     "identified_fingers": (
-        ["coverage", "--fingers", "2", "--family"],
-        {"SIZE_MM": 2.8, "FIT_SIZE_MM": 2.8, "VARIANT": 0},
-        "E from S_d",
-    ),
-    "identified_places": (
-        ["--draws", "1", "--size-mm", "2.8"],
-        {
-            "VARIANT": 0,
-            "PLACES": ((0.0, 0.0), (3.0, 0.0)),
-            "FINGERS": (
-                {"outer_modulus_MPa": 0.136, "inner_modulus_MPa": 0.034, "row_along_mm": 0.8, "tilt_y_deg": 0.0},
-            ),
-        },
-        "places held at 0: inner modulus",
+        ["presses", "--fingers", "2", "--family"],
+        {"SIZE_MM": 2.8, "FIT_SIZE_MM": 2.8, "VARIANT": 0, "COUNTS": (5,)},
+        "9 of 10: ",
     ),
     "design_studies": (["--designs", "120"], {}, "efficiency of two workers"),
     "friction_honesty": (["--runs", "3"], {}, "every drawn log"),
@@ -63,7 +47,6 @@ SHORT = {
         {"SIZE_MM": 2.8, "GEOMETRIES": {"A": SimpleNamespace(finger=Finger.default())}, "along": along},
         "A, 15 presses, friction told, stick: 1 fingers",
     ),
-    "peers": (["--size", "2"], {"run_peers": lambda *_, **__: (PEER,)}, "one press takes 2.00 s"),
     "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
     "published_finger": (
         [],
@@ -80,7 +63,6 @@ SHORT = {
         {"SIZE_MM": 2.8, "GRATINGS": ((9.0, 0.2),), "PLACES": 4, "fingers": lambda: (Finger.default(),)},
         "swing of the section over that in three dimensions",
     ),
-    "set_up_profile": (["--size", "2"], {}, "factorisation: "),
     "suggested_presses": (["--fingers", "2", "--size", "2.8"], {}, "suggested presses are better by"),
     "thousand_scenes": ([], {}, "peak memory"),
     "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
@@ -121,12 +103,9 @@ def test_every_benchmark_has_a_short_form():
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::DeprecationWarning:felupe")
 @pytest.mark.parametrize("name", SHORT)
 def test_short_form(name, monkeypatch, capsys, tmp_path):
     arguments, constants, expected = SHORT[name]
-    if name in ("assembly_against_ngsolve", "peers"):
-        pytest.importorskip("ngsolve", reason="needs the extra peers")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
     module = loaded(name, monkeypatch)

@@ -30,7 +30,6 @@ from papilla.cli.reproduce import reproduce
 from papilla.cli.slide import slide
 from papilla.cli.telepresence import simulate
 from papilla.cli.telepresence_ends import display, sensor
-from papilla.cli.telepresence_timing import timing
 from papilla.cli.texture import classify, train
 from papilla.cli.verify import verify
 from papilla.cli.view import view
@@ -69,7 +68,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     ),
     "log": (map_log,),
     "texture": (train, classify),
-    "telepresence": (simulate, sensor, display, timing),
+    "telepresence": (simulate, sensor, display),
 }
 HELP = {
     "log": "Logs of other programs: what their columns are.",

@@ -48,7 +48,6 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     # A contact one element wide: 0.055 on the mesh that ships
     assert 0.01 < rows["finite", "Taylor-Hood", 2.8]["small_strain_sd"] < 0.06
     assert any(row["pareto"] for row in found["rows"])
-    assert 1.0 < found["growth"]["factor_nonzeros"]["exponent"] < 1.6, "a cube has 4/3 in the limit of many unknowns"
     (peer,) = found["peers"]
     assert peer["name"] == "another library" and peer["seconds_one_press"] == 50
     assert peer["ratio"] == pytest.approx(by_element["Taylor-Hood"]["seconds_thousand"] / 50)

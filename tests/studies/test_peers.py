@@ -125,10 +125,10 @@ def test_scaled_moduli_scale_the_force_and_nothing_else(name, finger, mesh, quar
 
 
 def test_ngsolve_assembles_the_same_form(finger, quarter):
-    installed("NGSolve")
+    installed("NGSolve + PyPardiso")
     from papilla.studies.bench.peers.ngsolve_press import NgsolvePress, elastic_form
 
-    library = NgsolvePress(quarter, 1, False)
+    library = NgsolvePress(quarter, 1)
     form = elastic_form(library.space, quarter.elasticity)
     form.Assemble()
     nodal = np.random.default_rng(3).normal(size=quarter.nodes.shape)

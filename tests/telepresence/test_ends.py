@@ -1,7 +1,9 @@
 """What each end of the loop sends and when, over a wire that only keeps what is sent."""
 
+import gc
 import math
 import os
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -150,6 +152,28 @@ def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
     run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)
     assert [live.time_s for live in told] == pytest.approx([0.25 * number for number in range(7)])
     assert all(live.state == "no display is heard" and live.said == "" for live in told)
+
+
+@pytest.mark.parametrize("leaks", [False, True])
+def test_a_display_that_runs_holds_no_more_with_time(wire, leaks):
+    """The objects that Python holds grow by none a message or period, unless one is kept."""
+    period, kept, held = on_a_stepped_clock(wire), [], []
+    line = TextureLine(quantity(Length, 2.0), quantity(Strain, 50.0))
+
+    def keep(now, place, shown, message):
+        row = round(1e3 * now)
+        wire.sent.clear()
+        if row % 20 == 0:
+            wire.arrived = [Heard(Parameters(HEADER, 0, (line,)), 0, 0, 3e6)]
+        if leaks and row % 4 == 0:
+            kept.append(object())
+        if row in (10_000, 29_999):
+            gc.collect()
+            held.append(sys.getallocatedblocks())
+
+    run_display(wire, LocalModel(), Motion(100.0, 1.0), seconds=30.0, keep=keep, period=period)
+    grown = held[1] - held[0]
+    assert 4_900 < grown < 5_600 if leaks else grown < 500, "one a message would be 1000, one a period 20,000"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")

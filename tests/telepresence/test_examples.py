@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from free_ports import free_ports
 
-from papilla.studies.telepresence.timing import free_ports
 from papilla.telepresence import Address, Component, Trust
 from papilla.telepresence.messages import (
     Area,
@@ -67,7 +67,7 @@ class FeltError(Exception):
 
 @pytest.mark.slow
 def test_ends_of_ones_own_find_each_other():
-    here, there = (Address("127.0.0.1", port) for port in free_ports())
+    here, there = (Address("127.0.0.1", port) for port in free_ports(2))
     run = f"import runpy; e = runpy.run_path({str(EXAMPLES / 'own_ends.py')!r}); A = e['Address']; "
     run += f"e['sensor'](120.0, A(*{tuple(here)}), A(*{tuple(there)}))"
 

@@ -3,7 +3,6 @@
 import json
 import re
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -11,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+from free_ports import free_ports
 from stepped_clock import SteppedClock
 
 from papilla.errors import FileAccessError, InputError
@@ -19,16 +19,6 @@ from papilla.telepresence.messages import HandReading, Length, quantity
 from papilla.telepresence.period import Period, Spread
 
 PATIENCE_S = 60.0
-
-
-def free_ports(number):
-    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(number)]
-    for one in sockets:
-        one.bind(("127.0.0.1", 0))
-    ports = [one.getsockname()[1] for one in sockets]
-    for one in sockets:
-        one.close()
-    return ports
 
 
 class End:

@@ -15,11 +15,9 @@ from papilla import mesh as meshes
 from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
-from papilla.fem.discrete.solver import BATCH
 from papilla.finger import Finger
-from papilla.studies.bench.limits import factor_flops
 from papilla.studies.bench.row import ANSWERED, BenchRow
-from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, SPECIMEN, answers, fastest, thousand
+from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, SPECIMEN, answers, thousand
 
 REPEATS, ENOUGH_S = 3, 6.0
 """A set-up is repeated so often, or until this time is gone, and the fastest counts: the least disturbed."""
@@ -58,7 +56,7 @@ def measure(job: Job) -> list[BenchRow]:
         values, status = _answers(push, job)
         median = float(np.median(seconds)) if status == ANSWERED else np.nan
         dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC, mesh.mirrors).sum())
-        return [BenchRow("finite", DEFAULT_ELEMENT, job.size_mm, job.forces_gf, dofs, None, None, None, {}, None,
+        return [BenchRow("finite", DEFAULT_ELEMENT, job.size_mm, job.forces_gf, dofs, None, None, {},
                          median, 1000 * median, peak_memory_MiB(), values, status)]  # fmt: skip
     model, reduced, stages = set_up(job.finger, mesh, job.element)
     found: dict[str, dict[str, Any]] = {}
@@ -72,25 +70,15 @@ def measure(job: Job) -> list[BenchRow]:
                 status = f"refused in part: {error}"
         found[fidelity] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
         found[fidelity]["peak_memory_MiB"] = peak_memory_MiB()
-    common = _of_factor(model) | {"element": job.element, "size_mm": job.size_mm, "forces_gf": job.forces_gf}
-    del model
+    free, factor = model.factor()
+    common: dict[str, Any] = {"dofs": int(free.sum()), "factor_nonzeros": factor.nonzeros}
+    common |= {"element": job.element, "size_mm": job.size_mm, "forces_gf": job.forces_gf}
+    del model, factor
     runs = [stages]
     while len(runs) < REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
         runs.append(set_up(job.finger, mesh, job.element)[2])
     common |= {"patch_nodes": len(reduced.patch.xy), "stages": min(runs, key=lambda run: sum(run.values()))}
     return [BenchRow(fidelity, **common, **own) for fidelity, own in found.items()]
-
-
-def _of_factor(model: FingerModel) -> dict[str, Any]:
-    """Size and cost of the model's factor, and what a right-hand side costs."""
-    free, factor = model.factor()
-    rhs = np.random.default_rng(0).standard_normal((factor.matrix.shape[0], BATCH))
-    return {
-        "dofs": int(free.sum()),
-        "factor_nonzeros": factor.nonzeros,
-        "factor_flops": factor_flops(factor.matrix),
-        "seconds_per_column": fastest(lambda: factor.solve(rhs)) / BATCH,
-    }
 
 
 def set_up(finger: Finger, mesh, element: str = DEFAULT_ELEMENT) -> tuple[FingerModel, ReducedFinger, dict[str, float]]:

@@ -9,7 +9,7 @@ import numpy as np
 ANSWERED = "answered"
 """Status of a fidelity that answered every scene."""
 
-HIDDEN = ("seconds_scenes", "factor_flops", "seconds_per_column", "stages", "answers")
+HIDDEN = ("seconds_scenes", "stages", "answers")
 """What rows are made from, and no part of their JSON."""
 
 
@@ -19,9 +19,8 @@ class BenchRow:
 
     fidelity, element, size_mm : what is measured.
     dofs : unknowns factorised (clamped and mirrored ones removed); patch_nodes : of the reduced finger.
-    factor_nonzeros, factor_flops : entries of the factor, and operations that it takes.
+    factor_nonzeros : entries of the factor.
     stages : seconds of basis, assembly, factorisation and reduction, the mesh being cached; seconds_setup is their sum.
-    seconds_per_column : of one of the right-hand sides that the factor solves together.
     seconds_per_scene : median; seconds_scenes : the 1000 scenes of a sweep; seconds_thousand : with the set-up.
     peak_memory_MiB : of the process that did nothing else.
     answers : (3, forces) of `papilla.studies.bench.scenes.QUANTITIES` at `forces_gf`.
@@ -43,9 +42,7 @@ class BenchRow:
     dofs: int
     patch_nodes: int | None
     factor_nonzeros: int | None
-    factor_flops: float | None
     stages: dict[str, float]
-    seconds_per_column: float | None
     seconds_per_scene: float
     seconds_scenes: float
     peak_memory_MiB: float

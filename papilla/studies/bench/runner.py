@@ -2,13 +2,12 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from papilla import mesh as meshes
 from papilla.errors import ContactRangeError
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
 from papilla.finger import Finger
-from papilla.studies.bench.limits import Bound, Growth, Machine, bounds_of
 from papilla.studies.bench.measure import Job, measure_apart
 from papilla.studies.bench.row import ANSWERED, BenchRow, with_front
 from papilla.studies.bench.scenes import FINITE_FORCES_GF
@@ -36,13 +35,10 @@ SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,)
 
 @dataclass(frozen=True)
 class Bench:
-    """All rows, the growth of cost, and the least that factorisation and solves of the default row could take on this
-    machine."""
+    """All rows; `default` is that of the mesh on which other libraries press."""
 
     finger_name: str
     rows: tuple[BenchRow, ...]
-    growth: Growth
-    limits: dict[str, Bound]
     default: BenchRow
     peer_mesh: meshes.LayeredMesh
     cores: int
@@ -58,35 +54,19 @@ class Bench:
             "finger": self.finger_name,
             "cores": self.cores,
             "rows": [row.to_json() for row in self.rows],
-            "growth": asdict(self.growth),
-            "profile": {
-                "size_mm": self.default.size_mm,
-                "seconds": self.default.stages,
-                "limits": {name: bound.to_json() for name, bound in self.limits.items()},
-            },
+            "profile": {"size_mm": self.default.size_mm, "seconds": self.default.stages},
             "largest_contact": {"patch_nodes": contact.patch_nodes, "seconds_per_scene": contact.seconds_per_scene},
         }
 
     def sentences(self) -> list[str]:
         """What the rows say, in words."""
-        growth, row = self.growth, self.default
-        powers = {
-            "entries of the factor": growth.factor_nonzeros,
-            "operations to factor": growth.factor_flops,
-            "seconds to factor": growth.factor_seconds,
-            "seconds a right-hand side": growth.solve_seconds,
-        }
-        said = [f"{name} n^{power.exponent:.2f} (cube: n^{power.bound:.2f})" for name, power in powers.items()]
-        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in self.default.stages.items())
+        row = self.default
+        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in row.stages.items())
         largest = self.to_json()["largest_contact"]
         sentences = [
-            f"growth with unknowns n, {growth.dofs[0]:,} to {growth.dofs[-1]:,}: {', '.join(said)}",
             f"set-up of {row.element} on {row.size_mm:g} mm: {stages}",
             f"a contact scene at {largest['patch_nodes']} patch nodes: {1e3 * largest['seconds_per_scene']:.2f} ms",
         ]
-        # The solves are what takes the time of the reduction
-        measured = {"factorisation": self.default.stages["factorisation"], "solves": self.default.stages["reduction"]}
-        sentences += [bound.sentence(name, measured[name]) for name, bound in self.limits.items()]
         refused = [row for row in self.rows if row.status != ANSWERED]
         sentences += [f"{row.fidelity}, {row.element}, {row.size_mm:g} mm {row.status}" for row in refused]
         finite = [row for row in self.rows if row.small_strain_sd is not None and row.status == ANSWERED]
@@ -134,12 +114,9 @@ def _collected(finger: Finger, plan: Plan, measured: dict[tuple[str, str, float]
         rows[fidelity, element, size] = row.against(other, linear)
     marked = dict(zip(rows, with_front(list(rows.values())), strict=True))
     default = marked["contact", DEFAULT_ELEMENT, plan.default_mm]
-    nonzeros, columns = default.factor_nonzeros or 0, default.patch_nodes or 0
     return Bench(
         finger_name=finger.name,
         rows=tuple(marked.values()),
-        growth=Growth.of([marked["contact", DEFAULT_ELEMENT, size] for size in plan.sizes_mm]),
-        limits=bounds_of(default.factor_flops or 0.0, nonzeros, columns, Machine.measured()),
         default=default,
         peer_mesh=meshes.build(finger, size_mm=plan.default_mm),
         cores=os.cpu_count() or 1,

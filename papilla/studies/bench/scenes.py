@@ -61,12 +61,3 @@ def warm_grid(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
             scene = press(reduced, Block(float(modulus), SPECIMEN.thickness), force=float(force), fidelity=fidelity)
             seconds.append(scene.seconds)
     return perf_counter() - began, float(np.median(seconds))
-
-
-def fastest(work: Callable[[], object], repeats: int = 3) -> float:
-    """Seconds of the fastest run: other work on the machine only adds."""
-    clock = [perf_counter()]
-    for _ in range(repeats):
-        work()
-        clock.append(perf_counter())
-    return float(np.diff(clock).min())

@@ -1,6 +1,5 @@
 """One press by other libraries, and what it costs them: FElupe and NGSolve on the same mesh, in the same run."""
 
-from papilla.studies.bench.peers.assembly import compare_assembly
 from papilla.studies.bench.peers.runner import PeerPress, missing_peers, run_peers
 
-__all__ = ["PeerPress", "compare_assembly", "missing_peers", "run_peers"]
+__all__ = ["PeerPress", "missing_peers", "run_peers"]

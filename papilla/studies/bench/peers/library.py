@@ -88,13 +88,11 @@ class PeerLibrary(ABC):
 
 @dataclass(frozen=True)
 class Peer:
-    """A library by its `name`, the `packages` that it takes, and the class, by module and name, that it is; `options`
-    follow the scene and the number of threads."""
+    """A library by its `name`, the `packages` that it takes, and the class, by module and name, that it is."""
 
     name: str
     packages: tuple[str, ...]
     kind: tuple[str, str]
-    options: tuple = ()
 
     @property
     def missing(self) -> str | None:
@@ -107,15 +105,12 @@ class Peer:
         if self.missing is not None:
             raise MissingExtraError(self.missing)
         try:
-            return getattr(import_module(self.kind[0]), self.kind[1])(scene, threads, *self.options)
+            return getattr(import_module(self.kind[0]), self.kind[1])(scene, threads)
         except ImportError as error:
             raise MissingExtraError(f"{self.name} does not load ({error}); {INSTALL}") from error
 
 
-_FELUPE, _NGSOLVE = (f"papilla.studies.bench.peers.{name}_press" for name in ("felupe", "ngsolve"))
-PEERS = (
-    Peer("FElupe + PyPardiso", ("felupe", "pypardiso"), (_FELUPE, "FelupePress")),
-    Peer("NGSolve", ("ngsolve",), (_NGSOLVE, "NgsolvePress"), (False,)),
-    Peer("NGSolve + PyPardiso", ("ngsolve", "pypardiso"), (_NGSOLVE, "NgsolvePress"), (True,)),
+PEERS = tuple(
+    Peer(f"{name} + PyPardiso", (package, "pypardiso"), (f"{__package__}.{package}_press", f"{package.title()}Press"))
+    for name, package in (("FElupe", "felupe"), ("NGSolve", "ngsolve"))
 )
-"""NGSolve twice: with its own direct solver, and with Pardiso, whichever is faster on the machine at hand."""
