@@ -1,4 +1,4 @@
-"""The recovered field of a press as VTU, for ParaView and other tools."""
+"""Writes the displacement, strain and stress of a press to a VTU file, for ParaView and other tools."""
 
 from pathlib import Path
 
@@ -13,10 +13,10 @@ VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def save_field(field: Field, path: str | Path) -> None:
-    """Write displacement (mm) of the vertices, small strain and stress (MPa; six tensor components each) and layer of
-    the tetrahedra.
+    """Write displacement (mm) of the vertices, small strain and stress (MPa; six components each) and the layer number
+    of the tetrahedra.
 
-    Raises `FileFormatError` for another ending than .vtu, `FileAccessError` where it cannot be written.
+    Raises `FileFormatError` unless the path ends in .vtu, `FileAccessError` if the file cannot be written.
     """
     import meshio
 

@@ -1,4 +1,5 @@
-"""The full field of a press, recovered on demand on the whole mesh: displacement of vertices, strain of cells."""
+"""The full field of a press on the whole mesh, computed only when it is asked for: displacement of the vertices, strain
+of the cells."""
 
 from dataclasses import dataclass
 
@@ -26,7 +27,7 @@ class Field:
 
 
 def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
-    """The field of a press of `reduced`, which must come from `model`; raises `InputError` where it does not."""
+    """The field of a press of `reduced`. Raises `InputError` if `reduced` was not made from `model`."""
     theirs = (reduced.finger_sha256, reduced.mesh_sha256, reduced.element)
     if theirs != (model.finger.sha256, model.mesh.sha256, model.space.name):
         raise InputError("the reduced finger does not come from this model: finger, mesh or element differ")
@@ -57,7 +58,7 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
 
 @dataclass(frozen=True, eq=False)
 class ReceptiveFields:
-    """What each gauge feels of a small load anywhere on the skin; k skin vertices, g gauges.
+    """Response of each gauge to a small load anywhere on the skin; k skin vertices, g gauges.
 
     vertices : (k,) point numbers of the mesh.
     strain_per_newton : (g, k) gauge strain per newton along the inward normal.
@@ -69,7 +70,7 @@ class ReceptiveFields:
 
 
 def receptive_fields(model: FingerModel) -> ReceptiveFields:
-    """Receptive fields of all gauges, by one adjoint solve a gauge and parity."""
+    """Receptive fields of all gauges. Each gauge costs one adjoint solve per parity."""
     mesh = model.mesh
     vertices = np.unique(mesh.boundaries["skin"])
     points = mesh.points[vertices]
@@ -79,14 +80,15 @@ def receptive_fields(model: FingerModel) -> ReceptiveFields:
 
 
 def _fold(mesh: LayeredMesh, points: np.ndarray, cell_points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which of `cell_points` each point mirrors, and in which image (k, 2)."""
+    """For each point, its mirror image among `cell_points` and the signs (k, 2) that lead to it."""
     folded, images = fold(points, mesh.mirrors)
     return cKDTree(cell_points).query(folded)[1], images
 
 
 def _centroid_pressure(model: FingerModel, unknowns: np.ndarray, strain: np.ndarray) -> np.ndarray:
-    """p (cells,) in MPa of sigma = 2 mu eps - p I at the centroids: of the element's own pressures, which div u of a
-    nearly incompressible layer is too small to tell, or where it has none -lambda div u."""
+    """Pressure p (cells,) in MPa of sigma = 2 mu eps - p I at the centroids. An element with pressure unknowns gives
+    them directly, because div u of a nearly incompressible layer is too small to give p; any other element gives
+    -lambda div u."""
     if isinstance(model.space, TaylorHood):
         return unknowns[model.space.pressure_dofs].mean(axis=1)
     compressibility = np.array([lame(model.layers[number])[1] for number in model.space.mesh.layer.tolist()])
@@ -94,7 +96,8 @@ def _centroid_pressure(model: FingerModel, unknowns: np.ndarray, strain: np.ndar
 
 
 def _centroid_strain(space: Space, solution: np.ndarray) -> np.ndarray:
-    """Small strain (cells, 3, 3) of a displacement: its mean over each cell, which is the value at the centroid."""
+    """Small strain (cells, 3, 3): the mean of the strain over each cell, which for these elements equals its value at
+    the centroid."""
     basis = space.displacement
     corners = space.mesh.points[space.mesh.tets]
     inverse = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))

@@ -148,7 +148,7 @@ class Glued(Specimen):
         ({"friction": -0.1}, 'friction must be a number of at least 0 or "stick", got -0.1'),
         ({"friction": "glue"}, "friction must be a number of at least 0 or \"stick\", got 'glue'"),
         ({"friction": math.nan}, "friction must be"),
-        ({"friction": 0.3, "fidelity": "hertz"}, "hertz knows no friction"),
+        ({"friction": 0.3, "fidelity": "hertz"}, "hertz has no friction"),
     ],
 )
 def test_unusable_friction_is_refused(coarse, options, message):

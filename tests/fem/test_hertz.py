@@ -136,5 +136,5 @@ def test_a_skin_that_is_not_convex_is_refused(disc, stand_in):
 def test_a_patch_too_coarse_for_an_ellipse_is_refused_but_contact_answers(disc, stand_in):
     """A nearly cylindrical skin, as a slab's: the long ellipse leaves the patch before the short axis is seen."""
     cylinder = stand_in(disc(4.0, 10, lambda x, y: x**2 / 20 + y**2 / 1e5), E_STAR)
-    with pytest.raises(ContactRangeError, match="hertz fidelity needs a patch that holds its ellipse"):
+    with pytest.raises(ContactRangeError, match="hertz fidelity needs a patch that contains its ellipse"):
         press(cylinder, SOFT, force=0.05, fidelity="hertz")

@@ -93,9 +93,9 @@ def test_its_slopes_are_derivatives_and_at_the_apex_nothing_changes(moved):
 
 @pytest.mark.slow
 def test_what_is_too_far_is_refused(moved):
-    with pytest.raises(InputError, match="contacts are known within 5 mm along x and y, got 6 mm"):
+    with pytest.raises(InputError, match="contacts must lie within 5 mm along x and y, got 6 mm"):
         changed(moved, 0.136, 0.034, place=(6.0, 0.0))
-    with pytest.raises(InputError, match="shifts are known within 3 mm along x and y, got 4 mm"):
+    with pytest.raises(InputError, match="shifts must lie within 3 mm along x and y, got 4 mm"):
         changed(moved, 0.136, 0.034, shift=(0.0, 4.0))
     assert "contacts within 5 mm, gauges within 3 mm" in repr(moved)
 

@@ -111,7 +111,7 @@ def test_a_block_that_slides_on_its_table_is_softer(reference):
 
 
 def test_without_a_curvature_hertz_refuses_and_auto_takes_contact(reference):
-    with pytest.raises(ContactRangeError, match="hertz fidelity does not know the curvature of a MeasuredIndenter"):
+    with pytest.raises(ContactRangeError, match="needs a specimen with a curvature; a MeasuredIndenter has none"):
         press(reference, measured(20.0), force=0.1, fidelity="hertz")
     found = press(reference, measured(20.0), force=0.5)
     assert found.fidelity == "contact" and found.resolved

@@ -1,10 +1,15 @@
-"""Adhesion between finger and specimen, from presses without it.
+"""Adhesion between finger and specimen, computed from presses without adhesion.
 
-A contact that the energy w of its edge holds open at a smaller force F differs from the frictionless one of force P by
-a flat punch pulled with P - F, and (P - F)^2 / 2 * -dC/dA = w, where C is the punch's compliance and A the area (Shull
-2002, doi:10.1016/S0927-796X(01)00039-0; for a sphere on a half-space this is JKR, doi:10.1098/rspa.1971.0141).
-What the punch does is what the press itself does next: pressure vanishes at the edge, so growing it costs nothing, and
-C is the slope of indentation against force. So w is taken as even along the edge.
+Adhesion holds the contact area open, so the same area needs a smaller force F than the force P of a frictionless press
+without adhesion. The two states differ by a flat punch that is pulled with P - F. Equilibrium of the edge, with work of
+adhesion w, requires
+
+  (P - F)^2 / 2 * (-dC/dA) = w,
+
+where C is the punch's compliance and A the contact area (Shull 2002, doi:10.1016/S0927-796X(01)00039-0; for a sphere on
+a half-space this is JKR, doi:10.1098/rspa.1971.0141). Pressure vanishes at the edge, so a growing contact costs no
+energy there, and C is the slope of indentation against force of the press itself. So w is assumed to be even along the
+edge.
 """
 
 from dataclasses import replace
@@ -22,17 +27,19 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
 KNOTS, DEGREE = 17, 4
-"""Presses along the force, and the degree of ln indentation and ln area over ln force: slopes then vary smoothly."""
+"""Number of presses along the force, and the degree of the polynomials of ln indentation and ln area over ln force:
+their slopes vary smoothly."""
 
 STEP = 0.05
 """Relative step of the force over which readings and pressure are differentiated."""
 
 WIDER, WIDEST = 1.6, 12
-"""The range of forces grows by this factor, this often at most, until it holds the press that makes the contact."""
+"""Factor by which the range of forces grows, and the largest number of times, until the range contains the press that
+makes the contact."""
 
 
 def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float, *, force_N: float) -> Press:
-    """The linear, frictionless press by a force (N) on a specimen with a work of adhesion (J/m2, or mN/mm).
+    """The linear, frictionless press by a force (N) on a specimen with a work of adhesion (J/m2, which equals mN/mm).
 
     Raises `ContactRangeError` where a press with as much contact is out of range, `InputError` as `press` does.
     """
@@ -61,7 +68,7 @@ def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float,
 
 
 def _holding_force(plain, force: float, work: float) -> float:
-    """The force (N) of the press without adhesion that makes the contact of `force` and `work` (N/mm)."""
+    """The force (N) of the press without adhesion whose contact is that of `force` (N) with `work` (N/mm)."""
     top = WIDER * force
     for _ in range(WIDEST):
         forces = np.geomspace(force / 2, top, KNOTS)

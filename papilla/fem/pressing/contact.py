@@ -1,12 +1,18 @@
-"""The `contact` fidelity: unilateral contact on the condensed finger, with its area and peak pressure.
+"""The `contact` fidelity: unilateral contact on the condensed finger, with contact area and peak pressure.
 
-Tractions and indentation are a state of the `loading_path` of finger and specimen. What nodes tell badly is read off an
-ellipse. Area and peak come from the moments of the pressure, as those of Hertz's profile with a term for layers
-(`ellipses`); where the moments fit no such ellipse, nodes are counted. A contact a few elements wide loses some of its
-indentation and readings to the mesh, too: there the ellipse of least energy (`hertz`), which needs no nodes, is mixed
-in, weighted by w = 1 / (1 + (n / 5)^10) for n elements across the contact's radius. Measured against an axisymmetric
-reference the error of the nodes falls with n, that of the ellipse grows with the contact; at n = 5 they are the same
-(docs/adr/0018).
+Tractions and indentation are a state of the `loading_path` of finger and specimen. The nodes alone give area and peak
+pressure poorly, so an ellipse corrects them in two ways.
+
+Moments of the nodal pressure determine a Hertz profile with one more term for layers (`ellipses`); area and peak
+pressure are those of that profile. If no such profile has these moments, the area is the sum over the nodes in contact.
+
+A contact that is only a few elements wide also has an error in indentation and readings. There the ellipse of least
+energy (`hertz`), which needs no nodes, is mixed in with the weight
+
+  w = 1 / (1 + (n / 5)^10),    n = elements across the contact radius.
+
+Measured against an axisymmetric reference, the error of the nodes falls with n and that of the ellipse grows with the
+contact; at n = 5 they are equal (docs/adr/0018).
 """
 
 from dataclasses import dataclass, replace
@@ -34,38 +40,43 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
 OFF_APEX = 0.05
-"""Accuracy of the readings, in the largest of them, where the touch-down point is not the apex that the mesh is made
-for: two meshes differ by up to 4.6 % there (`papilla verify --only places`)."""
+"""Accuracy of the readings, as a share of the largest, at a touch-down point other than the apex, for which the mesh is
+made: two meshes differ by up to 4.6 % there (`papilla verify --only places`)."""
 
 SAME_ELLIPSE = 0.1
-"""Difference of area from that of the Hertz fidelity, up to which its layer term is taken for that of the contact."""
+"""If the area differs from that of the `hertz` fidelity by less than this share, the contact uses the layer term of
+`hertz`."""
 
 TRUSTED, TRUSTED_COARSE = 0.05, 40.0
-"""Mismatch of the sixth moment above which the contact is no such ellipse (a slab's line contact, say); the second is
-for one element across the radius and falls with their fourth power (0.12 was measured at 4.8)."""
+"""Mismatch of the sixth moment above which the contact is not an ellipse (for example a slab's line contact). The
+second number holds for one element across the radius and falls with the fourth power of their number (0.12 was measured
+at 4.8)."""
 
 CUT_OFF = 0.01
-"""Share of the peak pressure that, at the patch's outline, means that the contact is cut off there."""
+"""Share of the peak pressure: a larger pressure at the patch's outline means that the outline cuts the contact off."""
 
 INNER = 1.25
-"""Squared radius, in its mean under the pressure, inside of which the pressure tells its profile: half of the contact.
-Further out it is at the mercy of the mesh, and the profiles of layers leave the family."""
+"""Squared radius, relative to its mean under the pressure, inside of which the pressure determines its profile: half of
+the contact. The outer half depends too much on the mesh, and there the profiles of layers leave the family."""
 
 TELLING_ELEMENTS, RESOLVING_ELEMENTS = 4.0, 6.0
-"""Elements across the contact radius from which the pressure tells q better than Hertz's 0, and than the energy's q."""
+"""Elements across the contact radius from which the pressure determines q better than Hertz's q = 0 does, and better
+than the least energy does."""
 
 EDGE_BAND = 1.2
-"""Widths of the strip from what pressed nodes own to what their triangles reach, by which a true ellipse may differ
-from what they own (0.93 was measured at most; a square, whose low moments an ellipse can match, gives 1.5 and more)."""
+"""Largest difference between the area of an ellipse and the area that the pressed nodes own, in widths of the strip
+between that area and the area of all triangles at these nodes. True ellipses stay below 0.93; a square, whose low
+moments an ellipse can match, gives 1.5 or more."""
 
 EQUAL_ELEMENTS, STEEPNESS = 5, 10
-"""Elements across the radius where ellipse and nodes count the same, and the power with which that changes."""
+"""Elements across the radius at which ellipse and nodes have equal weight, and the power of n in the weight."""
 
 NEGLIGIBLE = 0.01
-"""Weight of the ellipse below which it is not asked."""
+"""Smallest weight for which the ellipse is computed."""
 
 SAME_CONTACT = {"contact_area": 0.1, "indentation": 0.03}
-"""Differences of ellipse and nodes up to which both are the same contact: nodes lose up to 4 and 0.6 %."""
+"""Differences of area and indentation between ellipse and nodes up to which both describe the same contact: nodes are
+off by up to 4 and 0.6 %."""
 
 
 class NoContactError(ContactRangeError):
@@ -74,7 +85,8 @@ class NoContactError(ContactRangeError):
 
 @dataclass(frozen=True)
 class ContactShape:
-    """Area (mm2) and peak pressure (MPa); `elliptic` tells whether the moments fit, else nodes were counted."""
+    """Area (mm2) and peak pressure (MPa). `elliptic` is True if an ellipse has the moments of the pressure; else nodes
+    were counted."""
 
     area: float
     peak_pressure: float
@@ -89,11 +101,11 @@ def contact_press(
     start: np.ndarray | None = None,
     began: float | None = None,
 ) -> Press:
-    """The press of a `load` as the nodes of the patch have it, with Coulomb's coefficient, infinite for stick.
+    """The press of a `load`, as the nodes of the patch give it, with Coulomb's coefficient (infinite for stick).
 
-    The finger is pushed along the contact normal, and held sideways. start : (n,) active nodes of a similar press
-    without friction; began : `perf_counter` when its seconds begin. Raises `ContactRangeError` where contact reaches
-    the rim, goes too deep, or is not seen by the mesh at all, and what `loading_path` raises.
+    The finger moves along the contact normal and is held sideways. start : (n,) active nodes of a similar press without
+    friction; began : `perf_counter` when its seconds begin. Raises `ContactRangeError` if the contact reaches the rim,
+    goes too deep, or is smaller than the mesh can resolve, and what `loading_path` raises.
     """
     began = perf_counter() if began is None else began
     force, indentation = load
@@ -109,7 +121,7 @@ def contact_press(
     coarse = too_coarse(shape.area, reduced.patch.mean_edge(state.active), reduced.mesh_size_mm)
     status = coarse or f"contact: {path.words(state)}"
     if coarse is None and reduced.at != (0.0, 0.0):
-        status += f"; off the apex the mesh is coarser, and readings are within {100 * OFF_APEX:g} %"
+        status += f"; off the apex the mesh is coarser, so readings are accurate to {100 * OFF_APEX:g} %"
     rows = reduced.traction_rows if friction else reduced.rows
     return linear_press(
         reduced,
@@ -132,7 +144,7 @@ def contact_press(
 
 
 def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShape:
-    """Area and peak of the nodal pressure (n,), the layer term from hertz where both see the same ellipse."""
+    """Area and peak of the nodal pressure (n,). The layer term is that of `hertz` if both give the same ellipse."""
     scene = ellipse_of(reduced, specimen, (force, None))
     if scene is not None:
         shape = contact_shape(reduced.patch, pressure, scene.layer_term)
@@ -142,7 +154,7 @@ def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShap
 
 
 def ellipse_of(reduced: ReducedFinger, specimen: Specimen, load: Load) -> HertzScene | None:
-    """The press of a load by the Hertz fidelity; None where it has none."""
+    """The press of a load by the `hertz` fidelity, or None if `hertz` has no answer."""
     try:
         return hertz_scene(reduced, specimen, load)
     except ContactRangeError:
@@ -150,9 +162,9 @@ def ellipse_of(reduced: ReducedFinger, specimen: Specimen, load: Load) -> HertzS
 
 
 def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:
-    """A contact press with what its nodes lose; itself where it is wide, or no ellipse.
+    """A contact press, corrected by the ellipse if the contact is only a few elements wide; else the same press.
 
-    What friction changes is left as the nodes have it: the ellipse knows none.
+    The effect of friction keeps its nodal value, because the ellipse has no friction.
     """
     elements = float(np.sqrt(found.contact_area / np.pi)) / reduced.patch.mean_edge(found.active)
     weight = 1 / (1 + (elements / EQUAL_ELEMENTS) ** STEEPNESS)
@@ -179,7 +191,8 @@ def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Pr
 def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None = None) -> ContactShape:
     """Area and peak of a nodal pressure (n,) in MPa on a patch with all its images.
 
-    `expected_q` is the profile's layer term as the energy has it, for contacts too small for their moments to tell.
+    `expected_q` is the profile's layer term of least energy, used if the contact is too small for its moments to
+    determine q.
     """
     points, weights, hats = quadrature(patch)
     load = weights * (hats @ pressure)
@@ -191,7 +204,7 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     xy = 0.0 if mirrored.any() else float(share @ (x * y))
     determinant = xx * yy - xy**2
     counted = ContactShape(len(patch.images) * float(patch.mass[pressure > 0].sum()), float(pressure.max()), False)
-    # Cut off by the skin's own edge, as on a slab, it is no ellipse either
+    # A contact that the skin's own edge cuts off, as on a slab, is not an ellipse either
     cut_off = pressure[patch.outline].max() > CUT_OFF * pressure.max()
     if cut_off or determinant <= 0:
         return counted
@@ -199,7 +212,7 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     q = _layer_term(float(share @ _inner_share(square)))
     if q is None:
         return counted
-    # By Hertz alone the radius is nearly right already: enough to count the elements across it
+    # Hertz's radius is accurate enough to count the elements across it
     edge = patch.mean_edge(pressure > 0)
     spread = float(np.sqrt(determinant))
     elements = float(np.sqrt(2 * spread / SECOND[0]) / edge)
@@ -231,6 +244,6 @@ def _inner_share(square: np.ndarray) -> np.ndarray:
 
 
 def _layer_term(inner: float) -> float | None:
-    """q from the inner share of a pressure; None where the family has no such member."""
+    """q from the inner share of a pressure; None if no member of the family has this share."""
     terms, shares = _profiles()
     return float(np.interp(inner, shares, terms)) if shares[0] <= inner <= shares[-1] else None

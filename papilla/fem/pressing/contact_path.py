@@ -1,19 +1,26 @@
-"""A contact that grows, without friction or stuck: every state of it from one Cholesky factor.
+"""A growing contact, without friction or with full stick: one Cholesky factor gives all its states.
 
-Unknowns are the tractions t of the nodes (pressures, and shears where it sticks) at an indentation delta. A node j
-comes into contact at the depth d_j at which its gap closes, and sinks with the specimen from there. With compliance A,
-mass m and weak gap g, nodes in the order in which they come into contact, and b = m for pressures, 0 for shears:
+Quantity: the nodal tractions t (pressures, and shears if the contact sticks) at an indentation delta. Node j comes into
+contact at the depth d_j at which its gap closes, and moves with the specimen from then on. A is the compliance, m the
+mass and g the weak gap of the nodes, in the order in which they come into contact; b = m for pressures and 0 for
+shears. While k nodes are in contact,
 
-    A dt/d delta = b on the nodes in contact,         A = L L^T,  L y = b.
+  A dt/d delta = b on these nodes,    A = L L^T,  L y = b.
 
-The first k nodes have the leading block of A, whose factor is the leading block of L and whose y is the beginning of y:
-so L^T dt/d delta is y, cut after the nodes in contact. Summed over the path, and with the closing of node j's gap,
+The first k nodes have the leading block of A. Its factor is the leading block of L, and its y is the beginning of y. So
+L^T dt/d delta is y, cut off after these nodes. The sum over the path gives
 
-    L^T t = delta y - z,  z = d y,                    (L z)_j = g_j for pressures,  z = d_j y for the shears of node j,
+  L^T t = delta y - z,    z = d y,    (L z)_j = g_j for pressures,    z = d_j y for the shears of node j,
 
-and the force is y . (delta y - z). One factor and two triangular solves are thus all presses of one specimen, exactly.
-The order has to be guessed; the d_j of a guess sort it, and it settles in one or two rounds. That no pressure and no
-gap is negative is checked; bodies whose nodes leave again are refused (`LeavingError`), for slower methods.
+and the force is y . (delta y - z). So one factor and two triangular solves give all presses on one specimen, exactly.
+
+The order of the nodes must be guessed. The computed d_j sort it, and it settles after one or two rounds. The state is
+checked: no pressure and no gap may be negative. If a node leaves the contact again, `LeavingError` is raised, and
+slower methods solve the press.
+
+Example: two nodes with A = [[2, 1], [1, 2]], m = (1, 1), g = (0, 1). Then L = [[1.414, 0], [0.707, 1.225]], y = (0.707,
+0.408), z = (0, 0.816), and d = z / y = (0, 2). Node 1 presses alone up to the indentation 2: t = (delta / 2, 0). At
+delta = 3 both press: t = (4/3, 1/3).
 """
 
 from contextlib import suppress
@@ -27,25 +34,26 @@ from scipy.linalg.lapack import dpotrf, dtrtrs
 from papilla.errors import SolverError
 
 ROUNDS = 24
-"""Orders that are tried; two are the rule, and more than ten were never needed where one was found."""
+"""Largest number of orders that are tried. Two are usual, and more than ten were never needed."""
 
 EVEN, ROUNDED = 1e-12, 1e-10
-"""Shares that are rounding: of a depth in an order, and of the largest gap or pressure of a path."""
+"""Shares that count as rounding: of a depth when nodes are sorted, and of the largest gap or pressure of a path."""
 
 FIRST_NODES = 24
-"""Nodes that a path without a guess begins with."""
+"""Number of nodes with which a path begins if it has no guess."""
 
 
 LEAVES = "a node leaves the contact again, or no order of nodes was found"
 
 
 class LeavingError(SolverError):
-    """A node leaves the contact again: the path is not one that only grows."""
+    """A node leaves the contact again, so the contact does not only grow."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactProblem:
-    """Two bodies condensed to n contact nodes, with c = 1 component (pressure) or 3 (and shears along either axis).
+    """Two bodies condensed to n contact nodes, with c = 1 component (pressure) or 3 (pressure and shears along both
+    axes).
 
     compliance : (c n, c n) of both, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
     mass : (n,) mm2. gap : (n,) weak gap at rest, mm3.
@@ -59,12 +67,13 @@ class ContactProblem:
 
     @cached_property
     def free(self) -> np.ndarray:
-        """(c, n) which tractions there are."""
+        """(c, n) True for the tractions that symmetry does not keep zero."""
         return np.vstack([np.ones((1, len(self.mass)), dtype=bool), ~self.fixed])
 
     @cached_property
     def stiffness(self) -> np.ndarray:
-        """(3, n) stiffness rho of a node by itself, alike along both axes: scale of gap and slip in Newton's method."""
+        """(3, n) stiffness rho of each node by itself, the same along both axes: the scale of gap and slip in Newton's
+        method."""
         normal, *tangential = self.compliance.diagonal().reshape(3, -1)
         return np.stack([1 / normal, *2 * [2 / sum(tangential)]])
 
@@ -89,11 +98,12 @@ class ContactState:
 
 
 class ContactPath:
-    """States of growing indentation; made as far as asked for, and kept.
+    """States of growing indentation, computed as far as needed, and kept.
 
-    `nodes` (m,) in the order of coming into contact, and the `depth` (m,) in mm and the `force` (m,) on the patch, in
-    N, at which they do. guess : the path of a similar problem on the same nodes, to take the order from; margin : how
-    much further than asked for it is followed. Raises `SolverError` where the compliance is not positive.
+    `nodes` (m,) in the order in which they come into contact; the `depth` (m,) in mm and the `force` (m,) in N on the
+    patch at which they do. guess : the path of a similar problem on the same nodes, whose order is tried first; margin
+    : factor by which the path is computed further than needed. Raises `SolverError` if the compliance is not positive
+    definite.
     """
 
     def __init__(self, problem: ContactProblem, guess: "ContactPath | None" = None, margin: float = 1.2):
@@ -105,7 +115,7 @@ class ContactPath:
     def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
         """The state at a force on the patch (N) or an indentation (mm); None before first touch.
 
-        Raises `LeavingError` where a node leaves the contact on the way.
+        Raises `LeavingError` if a node leaves the contact before that state.
         """
         name, aim = ("force", force) if force is not None else ("depth", indentation)
         assert aim is not None
@@ -126,12 +136,14 @@ class ContactPath:
         raise LeavingError(LEAVES)
 
     def follow(self, name: str, aim: float) -> None:
-        """Find the order of nodes as far as a "force" or "depth", or to where a node leaves."""
+        """Find the order of the nodes up to a "force" or "depth", or up to the point where a node leaves the
+        contact."""
         with suppress(LeavingError):
             self._extend(name, aim, sort=True)
 
     def _extend(self, name: str, aim: float, sort: bool) -> "_Solved":
-        """The problem solved as far as a force or depth, by its `name`; its order is put right where it is to."""
+        """Solve the problem up to a force or depth, given by its `name`; `sort` : whether to correct the order of the
+        nodes."""
         for _ in range(ROUNDS):
             if self._reaches(name, aim):
                 assert self._solved is not None
@@ -142,12 +154,12 @@ class ContactPath:
         raise LeavingError(LEAVES)
 
     def _reaches(self, name: str, aim: float) -> bool:
-        """Whether the path is known as far as a force or depth, by its `name`."""
+        """Whether the path is known up to a force or depth, given by its `name`."""
         known = getattr(self, name)
         return len(known) == len(self.problem.mass) or (len(known) > 0 and bool(known[-1] >= aim))
 
     def _mend(self, wrong: np.ndarray) -> None:
-        """Take in what was missed among the nodes that are `wrong` (n,), or else put the order right."""
+        """Add nodes that are missing from the order among the `wrong` ones (n,); if none is missing, sort the order."""
         assert self._solved is not None
         missed = np.setdiff1d(np.flatnonzero(wrong), self._solved.nodes)
         if self._stuck or not len(missed) and (np.diff(self._solved.depth) >= 0).all():
@@ -155,7 +167,7 @@ class ContactPath:
         self._solve(np.append(self._solved.nodes, missed), sort=True)
 
     def _solve(self, nodes: np.ndarray, sort: bool) -> None:
-        """Solve for nodes (m,) in this order, or in that in which they come into contact."""
+        """Solve for nodes (m,) in this order, or, if `sort` is set, in the order in which they come into contact."""
         for _ in range(ROUNDS):
             solved = _Solved(self.problem, nodes)
             order = np.argsort(solved.depth, kind="stable")
@@ -173,7 +185,7 @@ class ContactPath:
         raise LeavingError(LEAVES)
 
     def _guessed(self, name: str, aim: float) -> np.ndarray:
-        """Nodes that are in contact at a force or depth, by its `name`, and some more, in order."""
+        """Nodes that are in contact at a force or depth, given by its `name`, and some more, in order."""
         if self.guess is None:
             return self._by_gap[:FIRST_NODES]
         further = self.margin * aim
@@ -181,7 +193,7 @@ class ContactPath:
         return self.guess.nodes[: int(np.searchsorted(getattr(self.guess, name), further)) + 2]
 
     def _more(self, nodes: np.ndarray) -> np.ndarray:
-        """These nodes, and half as many more: as the guess has them next, else by their gap."""
+        """These nodes and half as many more: the next ones in the guess, or those with the smallest gap."""
         order = self._by_gap if self.guess is None else np.append(self.guess.nodes, self._by_gap)
         order = order[np.sort(np.unique(order, return_index=True)[1])]
         return np.append(nodes, order[~np.isin(order, nodes)][: max(FIRST_NODES, len(nodes) // 2)])
@@ -194,8 +206,9 @@ class ContactPath:
 class _Solved:
     """A problem solved for m nodes that come into contact in a given order; k unknowns, those of one node together.
 
-    index : (k,) of the unknowns among all. place : (k,) of their nodes in the order. ends : (m,) unknowns of a node and
-    those before it. factor : L. y, z : (k,). depth : (m,) mm at which the nodes' gaps close, infinite where they open.
+    index : (k,) numbers of the unknowns. place : (k,) position of their nodes in the order. ends : (m,) number of
+    unknowns up to and including each node. factor : L. y, z : (k,). depth : (m,) mm at which the nodes' gaps close,
+    infinite where they open.
     """
 
     def __init__(self, problem: ContactProblem, nodes: np.ndarray):
@@ -210,7 +223,7 @@ class _Solved:
         self.factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
         if failed:
             raise SolverError(
-                "the compliance is not positive: an unstable finger, or a mesh too coarse for the specimen"
+                "the compliance is not positive definite: an unstable finger, or a mesh too coarse for the specimen"
             )
         sunk, gap = np.zeros((2, len(self.index)))
         sunk[normal], gap[normal] = problem.mass[nodes], problem.gap[nodes]
@@ -220,7 +233,7 @@ class _Solved:
             self.depth = np.where(self.y[normal] > 0, self.z[normal] / self.y[normal], np.inf)
 
     def _closing(self, normal: np.ndarray) -> np.ndarray:
-        """The matrix (k, k) of z: L, but for the rows of shears."""
+        """The matrix (k, k) of the equations for z: L, except in the rows of shears."""
         shear = np.flatnonzero(self.index >= len(self.problem.mass))
         if not len(shear):
             return self.factor
@@ -238,7 +251,7 @@ class _Solved:
         return self.depth * squares - products
 
     def state(self, count: int, force: float | None, indentation: float | None) -> tuple[float, np.ndarray]:
-        """Indentation (mm) and tractions (k,) with `count` nodes in contact, at one or the other."""
+        """Indentation (mm) and tractions (k,) with `count` nodes in contact, at a force or an indentation."""
         last = self.ends[count - 1]
         y, z = self.y[:last], self.z[:last]
         depth = float((force + y @ z) / (y @ y)) if force is not None else indentation or 0.0
@@ -247,10 +260,11 @@ class _Solved:
         return depth, dtrtrs(self.factor, right, lower=True, trans=1)[0]
 
     def wrong(self, depth: float, traction: np.ndarray) -> np.ndarray:
-        """Nodes (n,) whose pressure is negative under tractions (k,); without friction those whose gap is, too.
+        """Nodes (n,) whose pressure is negative under tractions (k,), and, without friction, nodes whose gap is
+        negative.
 
-        Without friction this is all that is to be checked: how a state was reached does not count. Stuck, it is the
-        knots of the path.
+        Without friction this check is complete, because the state does not depend on how it was reached. With stick it
+        is used at each knot of the path.
         """
         problem, n = self.problem, len(self.problem.mass)
         wrong = np.zeros(n, dtype=bool)
@@ -263,8 +277,8 @@ class _Solved:
         return wrong
 
     def checked(self) -> tuple[int, np.ndarray]:
-        """How many knots of the path are states of contact, with no negative pressure and no negative gap; and nodes
-        outside of the order whose gap is negative at the first knot that is not."""
+        """Number of knots of the path at which no pressure and no gap is negative; and the nodes outside of the order
+        whose gap is negative at the first other knot."""
         problem, knots, n = self.problem, np.arange(len(self.depth)), len(self.problem.mass)
         rising = np.where(self.place[:, None] < knots, np.outer(self.y, self.depth) - self.z[:, None], 0.0)
         traction = dtrsm(1.0, self.factor, rising, lower=1, trans_a=1)

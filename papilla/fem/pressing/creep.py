@@ -1,10 +1,14 @@
-"""Presses of a finger whose silicone relaxes, along a history of force or indentation: loading, holds and unloading.
+"""Presses of a finger whose silicone relaxes, over a history of force or indentation: loading, hold, unloading.
 
-One Prony series for both layers, and a specimen that is elastic. The finger's displacement under pressures p(s) is its
-elastic one under P = integral of E(0) J(t - s) dp(s), and so is what gauges feel: the condensed finger is enough. With
-p linear over a step, P = a p + m with m known from the steps before, so each step is an elastic contact of compliance
-a A_finger + A_specimen whose gap has grown by A_finger m. While the contact grows on a rigid specimen this is Lee and
-Radok's solution; it holds, too, where it shrinks.
+Both layers have one Prony series; the specimen is elastic. Under pressures p(s) the displacement of the finger is its
+elastic displacement under
+
+  P(t) = integral of E(0) J(t - s) dp(s),
+
+and the same holds for the gauges. So the condensed finger is enough. If p is linear over a step, then P = a p + m, with
+m known from the earlier steps. Each step is therefore an elastic contact with compliance a A_finger + A_specimen and a
+gap that has grown by A_finger m. While the contact grows on a rigid specimen this is Lee and Radok's solution; it also
+holds while the contact shrinks.
 """
 
 from dataclasses import dataclass
@@ -40,7 +44,7 @@ class CreepingPress:
 
     @property
     def lost_work(self) -> float:
-        """What the history took up and did not give back, N mm: the area of its loop where it ends as it began."""
+        """Energy that the history dissipated, N mm: the area of its loop, if it ends at the state in which it began."""
         return float(np.trapezoid(self.force, self.indentation))
 
 
@@ -55,10 +59,10 @@ def creeping_press(
 ) -> CreepingPress:
     """Press a specimen along a history of force (N) or indentation (mm), small-strain and without friction.
 
-    The finger's moduli are those at once, E(0). time_s : (n,) rising; the first state is reached in a step, and
-    pressures are taken to change steadily in between: steps of a tenth of the shortest relaxation time are within 1e-3.
+    The finger's moduli are the instantaneous ones, E(0). time_s : (n,) rising. The first state is reached in a jump;
+    between states pressures change linearly. Steps of a tenth of the shortest relaxation time are accurate to 1e-3.
     Raises `InputError` for histories that do not fit together or are not positive, `ContactRangeError` where the
-    contact reaches the rim of its patch, or is not seen by the mesh.
+    contact reaches the rim of its patch, or is smaller than the mesh can resolve.
     """
     time = np.asarray(time_s, float)
     if (force is None) == (indentation is None):
@@ -91,14 +95,14 @@ def creeping_press(
 
 
 class _Memory:
-    """What earlier pressures (n,) still do; committed by `accept` alone."""
+    """Effect of earlier pressures (n,) on the present displacement; only `accept` changes it."""
 
     def __init__(self, prony: Prony, nodes: int):
         self.terms, self.pressure = prony.retardation, np.zeros(nodes)
         self.kept = [np.zeros(nodes) for _ in self.terms]
 
     def over(self, step: float) -> tuple[float, np.ndarray]:
-        """Factor a and pressure m (n,) of P = a p + m, `step` seconds on."""
+        """Factor a and pressure m (n,) of P = a p + m, `step` seconds later."""
         more, left = 1.0, np.zeros_like(self.pressure)
         for (share, tau), kept in zip(self.terms, self.kept, strict=True):
             fade, mean = _decay(step, tau)
@@ -107,7 +111,7 @@ class _Memory:
         return more, left
 
     def accept(self, pressure: np.ndarray, step: float) -> None:
-        """Go on to the pressure (n,) that was found."""
+        """Advance by `step` with the pressure (n,) that was found."""
         for k, (_, tau) in enumerate(self.terms):
             fade, mean = _decay(step, tau)
             self.kept[k] = fade * self.kept[k] + mean * (pressure - self.pressure)

@@ -1,4 +1,5 @@
-"""Stiffness of finger and specimen under elliptic pressures, and what gauges feel of these: the tables of `hertz`.
+"""Stiffness of finger and specimen under elliptic pressures, and the response of the gauges to them: the tables of
+`hertz`.
 
 Quantity: E*(a, b/a, pair of terms), the contact modulus that a homogeneous half-space must have for the same energy
 under a pressure ellipse of semi-axes a, b. The pressure has two terms, t = sqrt(1 - u) and t^3 with
@@ -6,10 +7,10 @@ u = (x/a)^2 + (y/b)^2, so the energy is a quadratic form in their shares, with t
 
     1 / E* = p . C p / (p . C_0 p),     C of finger + specimen / E,   C_0 of a half-space of 1 MPa,
 
-p being the nodal pressures. C is known on the nodes alone, so E* is measured where an ellipse is at least `SMALLEST`
-elements large; below, a polynomial in a carries ln E* on to its known limit at a = 0, that of the outer layer. The
-matrices of finger and specimen enter by themselves: a new modulus E of the specimen needs no new ellipse. It fails
-where no ellipse fits on the patch, or the skin is not convex.
+p being the nodal pressures. C is known only on the nodes, so E* is measured for ellipses of at least `SMALLEST`
+elements. For smaller ones a polynomial in a extends ln E* to its known limit at a = 0, that of the outer layer. The
+matrices of finger and specimen enter separately, so a new modulus E of the specimen needs no new ellipses. The method
+fails if no ellipse fits on the patch, or if the skin is not convex.
 """
 
 import math
@@ -35,30 +36,35 @@ Array = TypeVar("Array", float, np.ndarray)
 SECOND, SIXTH = (2 / 5, 2 / 7), (16 / 105, 16 / 231)
 """Moments of u and u^3 under the two terms, per unit force."""
 HALF_SPACE_ENERGY = (1.0, 15 / 14, 25 / 21)
-"""Energy of the pairs of terms (Hertz with itself, with the other, the other with itself) on a half-space, in Hertz's:
-integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""
+"""Energy of the three pairs of pressure terms (t with t, t with t^3, t^3 with t^3) on a half-space, relative to the
+first: integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""
 
-FLATTEST, SHARPEST = -1.5, 1.0  # Bounds of q, beyond which the pressure is negative in the middle or at the edge
+FLATTEST, SHARPEST = -1.5, 1.0  # Bounds of q: beyond them the pressure is negative in the middle or at the edge
 SMALLEST = 2.0
-"""Smallest radius, in patch edge lengths, at which E* is measured; below, it goes to its known limit at a = 0."""
+"""Smallest radius, in patch edge lengths, at which E* is measured; below it E* is extrapolated to its known limit at a
+= 0."""
 
 ELLIPSE_SUBDIVISIONS = 6
-"""Parts of a triangle's edge for the integrals of a Hertzian pressure and of the skin's curvature."""
+"""Number of parts into which a triangle's edge is cut for integrals of a Hertzian pressure and of the skin's
+curvature."""
 
 TABLE_POINTS = 32
 ROWS = (40, 400)
-"""Ellipses of one aspect, and rows of a table, below and above `SMALLEST`; cubics go through them."""
+"""Number of tabulated ellipses of one aspect with radii below `SMALLEST`, and above; cubics interpolate between
+them."""
 
-SMALL_POINTS = 10  # Radii below `SMALLEST` at which the gauges' readings, but not E*, are tabulated
+SMALL_POINTS = 10  # Radii below `SMALLEST` at which the gauges' readings are tabulated, but not E*
 STRETCHES = (-0.06, 0.0, 0.06)
-"""ln of b / a, over that of Hertz, at which ellipses are tabulated: layers change it by up to 0.06 on the default."""
+"""Stretches at which ellipses are tabulated: ln of b / a relative to that of Hertz. The layers of the default finger
+change it by up to 0.06."""
 
 MODULUS_DEGREES = (7, 5, 2)
-"""Degrees in a of ln E*'s terms in the stretch to the power 0, 1, 2, at most; each starts at the first, for E*(0) is
-known. On a coarse patch, where much of the way down to a = 0 is not measured, the degree is lower."""
+"""Largest degrees in a of the terms of ln E* with the stretch to the power 0, 1, 2. There is no constant term, because
+E*(0) is known. On a coarse patch, whose smallest measured ellipse is large, the degree is lower."""
 
 CURVATURE_REACH, FITTED_NODES = 0.27, 28
-"""Share of the patch's reach over which the skin's curvature is fitted (4 mm of 15), and the fewest nodes for it."""
+"""Share of the patch's radius over which the skin's curvature is fitted (4 mm of 15), and the smallest number of nodes
+for the fit."""
 
 
 def layer_factor(t: Array, q: Array) -> Array:
@@ -79,12 +85,13 @@ def peak_over_mean(q: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class EllipseFamily:
-    """What tables of one finger and shape of specimen share; m measured radii, k of a branch, t terms of ln E*.
+    """What the tables of one finger and one shape of specimen share; m measured radii, k tabulated radii, t terms of ln
+    E*.
 
     gap_radii : (2,) mm. outer_modulus : MPa. aspects : (3,) b / a of the stretches. radius : (k,) semi-axes a, mm.
-    finger, specimen : (3 pairs, 3 aspects, m) compliances under unit ellipses, in those of a half-space of 1 MPa; that
-    of a specimen of 1 MPa. fit : (t, 3 m) from ln E* to its terms. terms, slopes : (3, k, t) of them, and by a.
-    half_space : (3,) energies. influence : (3 aspects, 2 terms, k, q g) what gauges feel per newton.
+    finger, specimen : (3 pairs, 3 aspects, m) compliances under unit ellipses, relative to a half-space of 1 MPa, for a
+    specimen of 1 MPa. fit : (t, 3 m) from ln E* to its terms. terms, slopes : (3, k, t) of them, and by a.
+    half_space : (3,) energies. influence : (3 aspects, 2 terms, k, q g) response of the gauges per newton.
     """
 
     gap_radii: tuple[float, float]
@@ -106,13 +113,13 @@ class EllipseFamily:
 
 @kept(8)
 def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
-    """The ellipses of a finger on specimens of one shape, `Specimen.unit`; kept for the last.
+    """The ellipses of a finger on specimens of one shape, given as `Specimen.unit`; the latest result is kept.
 
-    Raises `ContactRangeError` for a skin that is not convex, a patch that holds no ellipse, or a specimen without a
+    Raises `ContactRangeError` if the skin is not convex, no ellipse fits on the patch, or the specimen has no
     curvature.
     """
     if unit.curvature is None:
-        raise ContactRangeError(f"hertz fidelity does not know the curvature of a {unit.words}")
+        raise ContactRangeError(f"hertz fidelity needs a specimen with a curvature; a {unit.words} has none")
     gap_radii = _radii(reduced, unit.curvature)
     round_ = hertz_ellipse(1.0, *gap_radii, 1.0)
     aspects = round_.b / round_.a * np.exp(STRETCHES)
@@ -120,7 +127,7 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     share = smallest / largest
     radius = largest * np.append(np.geomspace(1e-3 * share, share, ROWS[0])[:-1], np.linspace(share, 1, ROWS[1]))
     measured = _tabulated(smallest, largest)[SMALL_POINTS:] / largest
-    # A polynomial bridges a gap about as wide as its waves are long, and no wider
+    # A polynomial can bridge a gap about as wide as the wavelength of its oscillations, but not a wider one
     bridging = max(2, math.ceil(largest / smallest))
     powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
     i, j = np.array(powers).T
@@ -147,8 +154,8 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
 
 
 def moduli(family: EllipseFamily, specimen: Specimen) -> tuple[np.ndarray, np.ndarray, float]:
-    """ln E* (MPa) of finger and specimen (3 pairs of pressure terms, 3 aspects, k), less that at a = 0; its derivative
-    by a; and that."""
+    """ln E* (MPa) of finger and specimen minus its value at a = 0 (3 pairs of pressure terms, 3 aspects, k); the
+    derivative by a; and the value at a = 0."""
     limit = -math.log(1 / family.outer_modulus + 1 / specimen.contact_modulus)
     compliance = family.finger + family.specimen * (1 / specimen.modulus if specimen.elastic else 1.0)
     if not (compliance > 0).all():
@@ -173,21 +180,21 @@ def _energies(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
 
 def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float, float]:
     """Smallest and largest semi-axis a (mm) at which ellipses of these aspects are measured on the patch."""
-    # Inside the patch's outline, whether the skin goes on there or ends
+    # Ellipses must lie inside the patch's outline, whether the skin continues beyond it or ends there
     x, y = reduced.patch.xy[reduced.patch.outline].T
     largest = float(np.hypot(x, y / aspects[:, None]).min())
     shorter = largest * min(1.0, aspects.min())
     edge = reduced.patch.finest_edge
     if shorter < SMALLEST * edge:
         raise ContactRangeError(
-            "hertz fidelity needs a patch that holds its ellipse: "
+            "hertz fidelity needs a patch that contains its ellipse: "
             f"{largest:.2g} x {largest * aspects[1]:.2g} mm at most on {edge:.2g} mm elements"
         )
     return min(SMALLEST * edge, largest / 4), largest
 
 
 def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, radius: np.ndarray) -> list[np.ndarray]:
-    """What gauges feel (k, q g) per newton under each pressure term of the tabulated `ellipses`, at radii (k,)."""
+    """Response of the gauges (k, q g) per newton to each pressure term of the tabulated `ellipses`, at radii (k,)."""
     from scipy.interpolate import PchipInterpolator
 
     rows = reduced.rows.reshape(-1, len(reduced.patch.xy))
@@ -203,18 +210,19 @@ def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, 
 
 
 def _tabulated(smallest: float, largest: float) -> np.ndarray:
-    """Semi-axes a (mm) of the tabulated ellipses, the first `SMALL_POINTS` of them below `smallest`."""
+    """Semi-axes a (mm) of the tabulated ellipses; the first `SMALL_POINTS` of them are below `smallest`."""
     return np.append(np.linspace(0.05, 0.95, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS))
 
 
 def _all_ellipses(patch: Patch, smallest: float, largest: float, aspects: np.ndarray) -> dict[str, np.ndarray]:
-    """`_ellipses` of each aspect. They depend on the patch alone, not on moduli, and take most of the time."""
+    """`_ellipses` of each aspect. They depend on the patch alone, not on moduli, and take most of the computing
+    time."""
     return {"pressure": np.array([_ellipses(patch, smallest, largest, aspect) for aspect in aspects])}
 
 
 def _ellipses(patch: Patch, smallest: float, largest: float, aspect: float) -> np.ndarray:
     """Nodal pressures (2, k, n) of the tabulated ellipses under each term of the profile, sqrt(1 - u) and its cube,
-    projected so that force and moments are kept."""
+    projected on the nodes so that force and moments stay the same."""
     points, weights, hats = quadrature(patch, subdivisions=ELLIPSE_SUBDIVISIONS)
     square = points[:, 0] ** 2 + (points[:, 1] / aspect) ** 2
     inside = np.maximum(0.0, 1 - square / np.square(_tabulated(smallest, largest))[:, None])
@@ -236,13 +244,12 @@ def _radii(reduced: ReducedFinger, curvature: tuple[float, float]) -> tuple[floa
     x, y = points.T / reach
     terms = [x**2 / 2, y**2 / 2, x**4, x**2 * y**2, y**4, np.ones_like(x)]
     if len(patch.images) == 1:
-        terms.append(x * y)  # A mirrored patch has none
-    # As the whole patch would be fitted, node by node
+        terms.append(x * y)  # A mirrored patch has no such terms; the fit is the one of the whole patch, node by node
     scale = np.sqrt(patch.copies[near])
     weak_terms = (hats.T @ (weights[:, None] * np.stack(terms, axis=1)))[near] / patch.mass[near, None]
     fitted = np.linalg.lstsq(scale[:, None] * weak_terms, scale * patch.node_gap[near] / reach, rcond=None)[0] / reach
     curvature_x, curvature_y = fitted[:2]
     curvature_x, curvature_y = np.add((curvature_x, curvature_y), curvature)
     if min(curvature_x, curvature_y) <= max(curvature_x, curvature_y) / MAX_RADIUS_RATIO:
-        raise ContactRangeError("hertz fidelity needs a skin that is convex, in both directions, where it is touched")
+        raise ContactRangeError("hertz fidelity needs a skin that is convex in both directions at the touch-down point")
     return 1 / curvature_x, 1 / curvature_y

@@ -1,8 +1,8 @@
-"""`press`: one scene, with the fidelity that was asked for or the cheapest that is good enough.
+"""`press`: one press, with the requested fidelity or the cheapest one that is accurate enough.
 
-The error of hertz is measured against contact, for this finger and specimen. Both share the errors of the mesh and of
-small strain. The change by large strain is included where a table of it is known (`large_strain`). What remains, and
-the error of the mesh, is looked up among the figures of `papilla bench` (`prices`) and stated in the status.
+The error of `hertz` is measured against `contact`, for this finger and specimen. Both have the errors of the mesh and
+of small strain. The change by large strain is included if a table of it is known (`large_strain`). The status states
+the remaining error and that of the mesh, if `papilla bench` has measured them (`prices`).
 """
 
 import math
@@ -26,25 +26,28 @@ from papilla.fem.reduction.reduced import ReducedFinger, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
 
 SETTLED = 4
-"""Linear presses that find the indentation of large strain: the change is 1 %, and each leaves a hundredth of it."""
+"""Number of linear presses that find the indentation with large strain: the change is about 1 %, and each press leaves
+a hundredth of the remaining error."""
 
 FIDELITIES = ("hertz", "contact")
-"""From cheap to dear."""
+"""From cheap to expensive."""
 
 NAMES = dict(zip(QUANTITIES, ("S_d", "indentation", "contact area"), strict=True))
 """The quantities that `auto` holds to its tolerance, in words."""
 
 NEARLY_HERTZIAN = 0.1
-"""Measured error of hertz at the lightest resolved press, up to which `auto` trusts it with lighter ones."""
+"""Largest measured error of `hertz` at the lightest resolved press for which `auto` also uses it for lighter
+presses."""
 
 PROBE_FORCES = np.geomspace(0.02, 1.0, 6)
 """Forces (N) at which hertz is measured against contact."""
 
 NOT_STUCK = "; without friction, which is included with large strain alone: no table of that has such a press"
-"""Follows the status of a press that would have been stuck."""
+"""Appended to the status of a press that sticks by default but has no table of large strain."""
 
 SILENT = 1e-9
-"""S_d over the largest reading below which the gauges, one or mirror images, cannot differ: readings are compared."""
+"""S_d relative to the largest reading, below which S_d says nothing (one gauge, or mirror images): then readings are
+compared."""
 
 
 def press(
@@ -65,18 +68,18 @@ def press(
     Parameters
     ----------
     force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
-    fidelity : "hertz" and "contact" are linear. "auto": hertz where its error in S_d, indentation and contact area
-        (measured against contact for this finger, specimen and force, and on top of it what the mesh is known to cost)
-        is within `tolerance`, else contact, and what large strain changes in it where that is known (`large_strain` of
-        the result says so). The status says which quantity decided, and what is known of mesh and strain. None: contact
-        with large strain where that is known, else "auto". "finite" needs the mesh: `press_finite`.
-    friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz knows none. The force
-        grows from first touch along the contact normal: what friction does depends on it, and the status says so. None:
-        that of the finger's bench, and where it says nothing stick where large strain is included, as of silicone on
-        silicone, and none where it is not (docs/adr/0013).
+    fidelity : "hertz" and "contact" are linear. "auto" takes hertz if its error in S_d, indentation and contact area is
+        within `tolerance` (measured against contact for this finger, specimen and force, plus the known error of the
+        mesh), else contact with the change by large strain, if that is known (`large_strain` of the result). The status
+        says which quantity decided and what is known of the errors of mesh and strain. None takes contact with large
+        strain if that is known, else "auto". "finite" needs the mesh: use `press_finite`.
+    friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz has no friction. The
+        force grows from first touch along the contact normal, because the effect of friction depends on the path. None
+        takes the friction of the finger's bench; if the bench states none, presses with large strain stick, as silicone
+        does on silicone, and linear presses have no friction (docs/adr/0013).
     start : (n,) active nodes of a similar press without friction, to start the contact search from.
 
-    Raises `InputError` for unusable values, `ContactRangeError` where the press leaves what the model covers.
+    Raises `InputError` for unusable values, `ContactRangeError` if the press is outside the range of the model.
     """
     began = perf_counter()
     needs_reduced(reduced)
@@ -90,13 +93,13 @@ def press(
     friction = reduced.bench.friction if friction is None and fidelity != "hertz" else friction
     rubbing = friction_coefficient(friction or 0.0)
     if fidelity == "hertz" and rubbing:
-        raise InputError("fidelity hertz knows no friction: leave fidelity to auto, or take contact")
+        raise InputError("fidelity hertz has no friction: use fidelity auto or contact")
     if fidelity == "hertz":
         return hertz_press(reduced, specimen, load, "hertz: as asked", began)
 
     linear = partial(_linear, reduced, specimen, start=start, began=began)
     strained = partial(_with_large_strain, reduced, specimen, load)
-    alone = "; large strain, which raises S_d about as much as stick lowers it, is not in it" if rubbing else ""
+    alone = "; large strain, which raises S_d about as much as stick lowers it, is not included" if rubbing else ""
     if fidelity == "contact":
         found = linear(load, rubbing)
         return replace(found, status=found.status + alone)
@@ -124,10 +127,10 @@ def press(
 def including_large_strain(
     reduced: ReducedFinger, specimen: Specimen, found: Press, friction: float, *, beyond: bool = False
 ) -> Press | None:
-    """A linear press of a friction with what large strain changes in it; None where that is not known.
+    """A linear press with the given friction, with the change by large strain; None if that change is not known.
 
-    Without friction and stuck it is known from tables, in between from both (`between_ends`). It is known of flat
-    specimens alone. beyond : as of `with_large_strain`.
+    Tables exist without friction and with full stick; for a coefficient between, both are used (`between_ends`). They
+    hold for flat specimens only. beyond : see `with_large_strain`.
     """
     if specimen.curvature != (0.0, 0.0):
         return None
@@ -143,7 +146,7 @@ def including_large_strain(
 
 
 def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
-    """The contact with what its nodes lose."""
+    """The linear contact press, corrected by the ellipse if the contact is small."""
 
     def made(aim: Load) -> Press:
         return with_ellipse(reduced, specimen, contact_press(reduced, specimen, aim, friction, start, began))
@@ -154,7 +157,7 @@ def _linear(reduced, specimen, load: Load, friction: float, start, began: float)
 
 
 def _with_large_strain(reduced, specimen, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
-    """The press that `linear` makes with what large strain changes in it; without, where that is not known."""
+    """The press that `linear` makes with the change by large strain; without it if that is not known."""
 
     def made(aim: Load) -> Press | None:
         return including_large_strain(reduced, specimen, linear(aim), friction)
@@ -163,7 +166,8 @@ def _with_large_strain(reduced, specimen, load: Load, friction: float, linear: C
 
 
 def _settled(made: Callable[[Load], Press | None], load: Load) -> Press | None:
-    """The press of a load where `made` corrects one that was made by it: an indentation is that after correction.
+    """The press at a load, where `made` makes a linear press and corrects it. A given indentation is that after the
+    correction. None if `made` has no answer on the way.
 
     None where `made` has none on the way.
     """
@@ -177,7 +181,7 @@ def _settled(made: Callable[[Load], Press | None], load: Load) -> Press | None:
 
 
 def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> Press:
-    """The press of the cheapest linear fidelity within the tolerance, its status saying why it is that one."""
+    """The press of the cheapest linear fidelity within the tolerance; its status says why this one was chosen."""
     error = hertz_error(reduced, specimen, load)
     if error is not None and error.error <= tolerance:
         return hertz_press(reduced, specimen, load, f"hertz: {error}, within {100 * tolerance:g} %", began)
@@ -204,14 +208,14 @@ def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> 
 
 @dataclass(frozen=True)
 class Worst:
-    """The largest of the relative errors of several quantities, and which quantity has it."""
+    """The largest of the relative errors of several quantities, and the quantity that has it."""
 
     error: float
     quantity: str
 
     @classmethod
     def of(cls, errors: dict[str, float]) -> "Worst":
-        """Of errors by quantity."""
+        """The largest of these errors."""
         quantity = max(errors, key=lambda name: errors[name])
         return cls(float(errors[quantity]), quantity)
 
@@ -220,10 +224,10 @@ class Worst:
 
 
 def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst | None:
-    """Measured error of hertz around a load; None where contact cannot tell.
+    """Measured error of hertz around a load; None if contact has no answer there.
 
-    It is what hertz is off by from contact, and on top of it what contact is known to be off by for the mesh: where the
-    mesh takes a share of the tolerance, only the rest is hertz's.
+    It is the difference of hertz from contact plus the known error of contact by the mesh: if the mesh uses a part of
+    the tolerance, hertz may only use the rest.
     """
     force, indentation = load
     if indentation is not None:
@@ -245,7 +249,7 @@ def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst
 
 
 def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
-    """Measured error of hertz at the lightest probe that contact resolves; None where none is."""
+    """Measured error of hertz at the lightest probe force whose contact the mesh resolves; None if there is none."""
     errors = probe_hertz(reduced, specimen)
     resolved = errors[np.isfinite(errors).all(axis=1)]
     return Worst.of(dict(zip(QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
@@ -253,7 +257,7 @@ def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
 
 @kept(256)
 def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
-    """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite where contact does not
+    """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite if contact does not
     resolve the press."""
     errors, start = np.full((len(PROBE_FORCES), len(QUANTITIES)), np.inf), None
     for k, force in enumerate(PROBE_FORCES):
@@ -269,7 +273,8 @@ def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
 
 
 def relative_errors(scene: Press, truth: Press) -> list[float]:
-    """Errors of a press against a better one in each of `QUANTITIES`; of the readings where S_d is silent."""
+    """Errors of a press against a better one in each of `QUANTITIES`. If S_d says nothing, the readings are
+    compared."""
     errors = [abs(getattr(scene, name) / getattr(truth, name) - 1) for name in QUANTITIES if name != "sd"]
     largest = float(np.abs(truth.reading).max())
     if truth.sd > SILENT * largest:
@@ -278,9 +283,9 @@ def relative_errors(scene: Press, truth: Press) -> list[float]:
 
 
 def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_strain: bool) -> str:
-    """What both linear fidelities are known to be off by at a force (N), in words that follow a sentence.
+    """Known errors of both linear fidelities at a force (N), in words that continue a sentence.
 
-    large_strain : whether that is included, so that only the mesh's share is left.
+    large_strain : whether it is included, so that only the error of the mesh remains.
     """
     prices = _prices(reduced)
     if prices is None:
@@ -300,7 +305,7 @@ def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_
 
 
 def _prices(reduced: ReducedFinger) -> Prices | None:
-    """What is known of the fidelities of a finger on its mesh: all of it at the apex."""
+    """What is known of the errors of the fidelities, for a finger on its mesh; only at the apex."""
     return known_prices(reduced.finger_sha256, reduced.mesh_sha256) if reduced.at == (0.0, 0.0) else None
 
 

@@ -7,9 +7,9 @@ compliance A (normal and tangential, coupled), the mass m of the nodes and the w
     s = A_t (lambda - lambda_0) - m X                                        slip of the finger since the last state,
     |q| <= mu p,  s = 0 where |q| < mu p, else q = -mu p s/|s|               Coulomb,
 
-X being how far the specimen moved sideways in the step. The law is q = P(q - rho s), P the projection on the disc of
-radius mu p, and is solved by Newton's method on the sets of nodes out of contact, sticking and slipping (Alart and
-Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact stick and exact slip, no regularisation.
+where X is the sideways displacement of the specimen in the step. The law is q = P(q - rho s), P the projection on the
+disc of radius mu p, and is solved by Newton's method on the sets of nodes out of contact, sticking and slipping (Alart
+and Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact stick and exact slip, no regularisation.
 """
 
 from dataclasses import dataclass
@@ -20,27 +20,30 @@ from papilla.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactProblem, ContactState
 
 PATIENCE = 4
-"""Iterations without fewer nodes on the wrong side, before one node at a time changes sides (which cannot cycle)."""
+"""Iterations without a smaller number of wrong nodes, after which one node at a time changes sets (which cannot
+cycle)."""
 
 NEWTON_STEPS = 300
-"""Iterations after which a step is not solved."""
+"""Largest number of iterations; a step that needs more is not solved."""
 
 TURN = 1e-10
-"""Change of a slipping node's traction by its direction, as a share of the largest pressure, that is none any more."""
+"""Change of the traction's direction at a slipping node, as a share of the largest pressure, below which the iteration
+has converged."""
 
 CLOSED = 1e-12
-"""Overlap, as a share of the closure, up to which rounding alone may have closed a gap."""
+"""Overlap, as a share of the closure, that may be rounding of a closed gap."""
 
 EVEN = 1e-9
-"""Share of the friction limit within which a node stays what it is, sticking or slipping."""
+"""Share of the friction limit within which a node keeps its state, stick or slip."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionState(ContactState):
-    """Where a path of loading stands; `active` are the nodes in contact from here on.
+    """State at a point of a loading path; `active` are the nodes in contact from here on.
 
-    dissipated : energy rubbed away so far on the patch, N mm. moved : (3, n) weak closure and slip under the tractions,
-    mm3. slipping : (n,) nodes that slipped on the way here.
+    dissipated : energy that friction has dissipated on the patch, N mm. moved : (3, n) weak closure and slip under the
+    tractions,
+    mm3. slipping : (n,) nodes that slipped in the last step.
     """
 
     dissipated: float
@@ -60,8 +63,8 @@ def coulomb_step(
 ) -> FrictionState:
     """The state after a step to a force on the patch (N) or an indentation (mm); exactly one is given.
 
-    `slide` (mm) is how far the specimen moves along either axis in the step; `guess` (3, n) tractions to start from.
-    Raises `SolverError` where Newton's method does not settle.
+    `slide` (mm) is the displacement of the specimen along both axes in the step; `guess` (3, n) tractions to start
+    from. Raises `SolverError` where Newton's method does not settle.
     """
     rho, before = problem.stiffness, state.moved[1:] + np.outer(slide, problem.mass)
     active, slipping = state.active.copy(), state.slipping & state.active
@@ -103,11 +106,12 @@ def _turned(one: np.ndarray, other: np.ndarray, pressure: np.ndarray) -> float:
 
 
 def _linearised(problem, active, slipping, friction, aim, pressure, before) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions (3, n) of the linearised law on given sets at zero indentation, and what a mm of it adds."""
+    """Tractions (3, n) of the linearised law for given sets, at zero indentation, and their change per mm of
+    indentation."""
     n = len(active)
     index = np.flatnonzero(problem.free & active)
     if not len(index):
-        raise SolverError("nothing is left in contact")
+        raise SolverError("no node is left in contact")
     component, node = np.divmod(index, n)
     matrix, right = problem.compliance[np.ix_(index, index)], np.zeros((len(index), 2))
     normal = component == 0
@@ -122,7 +126,7 @@ def _linearised(problem, active, slipping, friction, aim, pressure, before) -> t
 
 
 def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure, before) -> None:
-    """Turn the rows of k slipping nodes from "no slip" into q - mu p z/|z| = 0, linearised at z = q - rho s."""
+    """Change the rows of k slipping nodes from "no slip" to q - mu p z/|z| = 0, linearised at z = q - rho s."""
     n, nodes = len(slipping), np.flatnonzero(slipping)
     place = np.full(3 * n, -1)
     place[index] = np.arange(len(index))
@@ -147,7 +151,7 @@ def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure,
 
 
 def rates(problem: ContactProblem, state: FrictionState, friction: float) -> np.ndarray:
-    """Tractions (3, n) per mm of further indentation, the sets of nodes unchanged."""
+    """Change of the tractions (3, n) per mm of further indentation, with unchanged sets of nodes."""
     slipping = state.slipping & state.active
     aim, pressure = state.traction[1:].T, state.traction[0]
     return _linearised(problem, state.active, slipping, friction, aim, pressure, state.moved[1:])[1]

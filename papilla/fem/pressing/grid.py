@@ -13,7 +13,7 @@ from papilla.specimen import Friction, Specimen
 
 
 def with_modulus(specimen: Specimen, modulus: float) -> Specimen:
-    """The same specimen of another modulus (MPa)."""
+    """The same specimen with another modulus (MPa)."""
     return replace(specimen, modulus=modulus)
 
 
@@ -24,11 +24,11 @@ def press_grid(
     forces: Sequence[float] | np.ndarray,
     friction: Friction | None,
 ) -> Iterator[tuple[Specimen, Press | ContactRangeError | SolverError]]:
-    """Linear presses on the specimens of rising moduli (MPa) by rising forces (N): the specimen, and its press or what
-    refused it; all forces of a modulus, then the next modulus.
+    """Linear presses on specimens of rising moduli (MPa) by rising forces (N). Yields the specimen and its press, or
+    the error that refused it: all forces of a modulus, then the next modulus.
 
-    Presses on one specimen share one path of contact. The hardest is made first, and makes the path long enough for
-    all; the other way round the path is extended again and again.
+    Presses on one specimen share one contact path. The hardest press is made first, so the path is long enough for all
+    others; in rising order it would have to be extended again and again.
     """
     for modulus in map(float, moduli):
         touched = specimen(modulus)

@@ -1,12 +1,12 @@
 """The `hertz` fidelity: a press is a look-up in tables of the pressure ellipses of least energy of finger and specimen.
 
-The pressure is Hertz's with one term more for layers: p = F / (pi a b) [(1 - q) 3/2 t + q 5/2 t^3] with
-t = sqrt(1 - u), u = (x/a)^2 + (y/b)^2. A hard layer over a soft one makes it flatter (q < 0), a thin soft layer on hard
-ground more pointed (q > 0). With q = 0 and a force F on surfaces of
-gap x^2/(2 Rx) + y^2/(2 Ry), the energy is F^2 c / 2 + F (a^2/Rx + b^2/Ry) / 10; with the c of a half-space, which is
-3 / (5 a E*) for a circle, its minimum is Hertz's own result. Here E* of finger and specimen is measured on their
-compliance under such ellipses, for each pair of terms, so that layers, bone and a thin specimen count; towards a = 0 it
-is the outer layer's. Size, aspect and layer term of the ellipse are those of least energy.
+The pressure is Hertz's with one more term for layers: p = F / (pi a b) [(1 - q) 3/2 t + q 5/2 t^3] with t = sqrt(1 -
+u), u = (x/a)^2 + (y/b)^2. A hard layer over a soft one makes the profile flatter (q < 0), a thin soft layer on hard
+ground makes it more pointed (q > 0). For q = 0 and a gap x^2/(2 Rx) + y^2/(2 Ry) the energy under a force F is F^2 c /
+2 + F (a^2/Rx + b^2/Ry) / 10. With the c of a half-space, 3 / (5 a E*) for a circle, its minimum is Hertz's solution.
+Here E* is computed from the compliances of finger and specimen under such ellipses, for each pair of terms, so it
+includes layers, bone and a thin specimen; for a -> 0 it is that of the outer layer. Size, aspect ratio and layer term q
+minimise the energy.
 """
 
 import math
@@ -39,29 +39,32 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
 LEVEL_STEP, LEVELS = 1 / 32, 6
-"""Steps of ln modulus at which tables are made, and through how many of them the polynomial goes: within 1e-6. Where a
-specimen makes the finger's layers as good as one body, ellipses change over a tenth in ln modulus."""
+"""Step of ln modulus between tables, and the number of tables through which the polynomial goes: accurate to 1e-6. If
+the specimen makes finger and specimen nearly one homogeneous body, the ellipses change within a tenth in ln modulus."""
 
 STRETCHED = 0.15
-"""Largest such ln to which the parabolas through these three are followed (0.14 on the default and a rigid flat)."""
+"""Largest |ln aspect| relative to Hertz up to which the parabolas through the three tabulated stretches are used (0.14
+on the default finger and a rigid flat)."""
 
 HOMOGENEOUS = 0.1
-"""Change of ln E* from a = 0 below which a body is as good as homogeneous: there Hertz's profile and aspect are exact,
-and what the measured E* says against them is the mesh's error, to which the flat minimum in q is sensitive."""
+"""Change of ln E* from a = 0 below which a body counts as homogeneous. Hertz's profile and aspect are exact there;
+differences of the measured E* are errors of the mesh, to which the flat minimum in q is sensitive."""
 
-LAYERED = 0.01  # How far a body is layered, from 0 to 1, below which its aspect is Hertz's whatever the parabolas say
+LAYERED = 0.01  # Measure of layering, from 0 to 1, below which the aspect is Hertz's, whatever the parabolas give
 GAP = 1.5
-"""Ratio of neighbouring radii of the tables from which ellipses in between have no least energy, and the tables end."""
+"""The tables end where neighbouring radii have a larger ratio than this: ellipses between them do not have least
+energy."""
 
 
 @dataclass(frozen=True, eq=False)
 class HertzTable:
-    """Presses of one finger on one specimen, from nothing to the largest ellipse that is known.
+    """Presses of one finger on one specimen, from zero force to the largest known ellipse.
 
-    cube_root : (k,) of the force (N). parts : (l, k, 4 + q g), whose sum by `weights` (l,) are the columns: semi-axes a
-    and b (mm) over the root, layer term q, indentation (mm) over its square, and what gauges feel per newton, quantity
-    by quantity; by Hertz's law all but the last are even. end : why the table ends, in words that follow "takes".
-    complete : whether that is the patch's rim.
+    cube_root : (k,) of the force (N). parts : (l, k, 4 + q g), whose sum weighted by `weights` (l,) gives the columns:
+    semi-axes a and b (mm) over the root, layer term q, indentation (mm) over its square, and the response of the gauges
+    per newton, quantity by quantity. By Hertz's law all columns except the last group are constant. end : why the table
+    ends, as words that follow "takes".
+    complete : whether the table ends at the patch's rim.
     """
 
     cube_root: np.ndarray
@@ -86,7 +89,8 @@ class HertzTable:
         return self.cube_root**2 * self.columns[:, 3]
 
     def at(self, root: float) -> np.ndarray:
-        """Columns (4 + q g,) at the cube root of a force (N) inside the table, by cubics through four rows."""
+        """Columns (4 + q g,) at the cube root of a force (N) inside the table; a cubic through four rows
+        interpolates."""
         first = min(max(int(self.cube_root.searchsorted(root)) - 2, 0), len(self.cube_root) - 4)
         rows = slice(first, first + 4)
         across = np.array(_weights(self.cube_root[rows].tolist(), root))
@@ -100,7 +104,7 @@ class HertzTable:
 
 
 def _weights(nodes: Sequence, at: Array) -> list[Array]:
-    """Weights of values at the nodes in the polynomial through them; numbers, or arrays (k,) of k such."""
+    """Weights of the values at `nodes` for the polynomial through them; `at` may be one number or an array (k,)."""
     others = [[other for other in range(len(nodes)) if other != own] for own in range(len(nodes))]
     return [
         math.prod((at - nodes[other]) / (nodes[own] - nodes[other]) for other in row) for own, row in enumerate(others)
@@ -109,10 +113,10 @@ def _weights(nodes: Sequence, at: Array) -> list[Array]:
 
 @kept(64)
 def hertz_table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
-    """The table of a finger and specimen, by a polynomial in ln modulus through those of moduli near by.
+    """The table of a finger and specimen: a polynomial in ln modulus through the tables of neighbouring moduli.
 
-    Where one of these ends before the rim, or the specimen's compliance does not go with its modulus, it is that of the
-    specimen itself. Raises `ContactRangeError` as `_table` does.
+    If one of these ends before the rim, or the specimen's compliance is not proportional to 1 / modulus, the table is
+    computed for the specimen itself. Raises `ContactRangeError` as `_table` does.
     """
     if specimen.elastic:
         at = math.log(specimen.modulus) / LEVEL_STEP
@@ -127,8 +131,8 @@ def hertz_table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
 
 @kept(128)
 def _tables(reduced: ReducedFinger, unit: Specimen, lowest: int) -> tuple[np.ndarray, np.ndarray, str] | None:
-    """Logarithms of `cube_root` (levels, k - 1), and columns, of the tables of `LEVELS` moduli from a level on; None
-    where one does not reach the rim."""
+    """Logarithms of `cube_root` (levels, k - 1), and columns, of the tables of `LEVELS` moduli, starting at level
+    `lowest`; None if one of them does not reach the rim."""
     try:
         levels = [LEVEL_STEP * (lowest + k) for k in range(LEVELS)]
         tables = [_table(reduced, replace(unit, modulus=math.exp(level))) for level in levels]
@@ -144,9 +148,9 @@ def _tables(reduced: ReducedFinger, unit: Specimen, lowest: int) -> tuple[np.nda
 def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     """A table up to where the ellipse reaches the rim of the patch.
 
-    It ends before that where no ellipse that the tabulated stretches vouch for has the least energy (a hard skin on a
-    hard specimen). Raises `ContactRangeError` for a skin that is not convex, a patch that holds no such ellipse, or a
-    specimen without a curvature.
+    It ends earlier if no ellipse within the tabulated stretches has the least energy (a hard skin on a hard specimen).
+    Raises `ContactRangeError` if the skin is not convex, no such ellipse fits on the patch, or the specimen has no
+    curvature.
     """
     family = ellipse_family(reduced, specimen.unit)
     branches = _branches(family, *moduli(family, specimen))
@@ -176,7 +180,7 @@ def _branches(
     """F^(1/3) (k,) of ellipses of each aspect, and columns energy / F^(5/3), a / F^(1/3), q, change of ln E* and
     influence (q g).
 
-    On a half-space all of them but the influence are constant.
+    On a half-space all of them except the influence are constant.
     """
     bend, found = family.bend(family.aspects), []
     many = _least_energy(family.radius, family.half_space[:, None], change, slope, limit, bend[:, None])
@@ -205,7 +209,7 @@ def _least_energy(
     radius: np.ndarray, half_space: Array, change: np.ndarray, by_radius: np.ndarray, limit: float, bend: Array
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Layer term q, force (N) and mean displacement per force (mm/N) (..., k) at which ellipses of radii (k,) have the
-    least energy, q being within its bounds; Hertz's q where none is stationary (a mesh that locks).
+    least energy, with q within its bounds; Hertz's q if no q is stationary (a mesh that locks).
 
     change, by_radius : (3, ..., k) of ln E* of the pairs of terms, from its `limit` at a = 0, and its derivative by a.
     The energy over F is F/2 (c11 + 2 q (c12 - c11) + q^2 (c11 - 2 c12 + c22)) + bend a^2 <u>(q) / <u>(0). That it is
@@ -231,18 +235,18 @@ def _least_energy(
 
 
 def _layered(change: np.ndarray) -> np.ndarray:
-    """How far, from 0 to 1, a change of ln E* from a = 0 is more than that of a homogeneous body on a mesh may be."""
+    """Measure, from 0 to 1, of how much a change of ln E* from a = 0 exceeds that of a homogeneous body on a mesh."""
     power = (change / HOMOGENEOUS) ** 4
     return power / (1 + power)
 
 
 def _stretch(energy: np.ndarray, layered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stretch (k,) at which the parabola through the energies (3, k) of the tabulated stretches is lowest, as far as
-    the body is `layered` (k,), and whether the parabola has such a point, near them; 0 where it has not."""
+    """Stretch (k,) at which the parabola through the energies (3, k) of the tabulated stretches has its minimum, scaled
+    by `layered` (k,); and whether the parabola has a minimum near them. 0 if it has none."""
     step, bend = STRETCHES[1] - STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
     stretch = -step / 2 * (energy[2] - energy[0]) / np.where(bend > 0, bend, np.inf) * layered
     vouched = ((bend > 0) | (layered < LAYERED)) & (np.abs(stretch) <= STRETCHED)
-    # A parabola that is all but straight has its lowest point anywhere, up to where numbers overflow
+    # A nearly straight parabola may have its minimum anywhere, up to where numbers overflow
     return np.where(vouched, stretch, 0.0), vouched
 
 
@@ -294,7 +298,8 @@ def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: 
     patch = reduced.patch
     x, y = patch.xy.T
     shape = layer_factor(np.sqrt(np.maximum(0.0, 1 - (x / a) ** 2 - (y / b) ** 2)), scene.layer_term)
-    # An ellipse between the nodes goes to the nearest one; whatever they sample of it, they carry the force
+    # If an ellipse lies between the nodes, the nearest node carries it; in any case the nodal pressures are scaled to
+    # the force
     shape[np.argmin(np.hypot(x, y))] += float(not shape.any())
     pressure = scene.force / (reduced.multiplicity * patch.mass @ shape) * shape
     return linear_press(

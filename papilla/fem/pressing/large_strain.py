@@ -1,10 +1,15 @@
-"""What large strain changes in a linear press: a table of presses with both, for every finger of one geometry.
+"""Change of a linear press by large strain: a table of presses with and without it, for all fingers of one geometry.
 
-With neo-Hookean layers (or cards of one shape) all strains of a geometry depend on F/E_inner, E/E_inner and
-r = E_outer/E_inner alone. A table holds presses of one r, linear and at finite strain on one mesh; a polynomial in
-ln(F/E_inner) and in ln(A/A_rigid), A the linear contact area and A_rigid that of a rigid flat, goes through their
-differences. The area stands for what is touched: presses of equal force and area strain the finger alike, whatever flat
-specimen it is.
+With neo-Hookean layers (or material cards of one shape) all strains of a geometry depend only on
+
+  F / E_inner,    E / E_inner,    r = E_outer / E_inner.
+
+A table contains presses of one r, linear and at finite strain on the same mesh. A polynomial in ln(F/E_inner) and
+ln(A/A_rigid) is fitted to their differences; A is the linear contact area and A_rigid that on a rigid flat. The area
+stands for the specimen: presses of equal force and area strain the finger alike, on any flat specimen.
+
+Cost: one evaluation of a polynomial per press. Between tables r is interpolated. Outside of its table a press is
+changed like the nearest one inside (`FURTHER`), and its status says so.
 """
 
 import json
@@ -29,61 +34,63 @@ SCHEMA = "papilla.large_strain/1"
 SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"
 ALL_SHIPPED = (SHIPPED, SHIPPED.with_name("published_large_strain.json"))
 MEASURED_BY = "papilla.fem.finite.strain_tables"
-"""Module whose code makes the tables that lie in the cache."""
+"""Module whose code makes the tables in the cache."""
 
 MEASURES = ("indentation", "contact_area", "peak_pressure")
-"""What is corrected besides the gauges, by a factor each."""
+"""Quantities that are corrected by a factor, besides the gauges."""
 
 POWERS = [
     [(i, j) for i in range(force + 1) for j in range(min(area, force - i) + 1)]
     for force, area in ((4, 4), (4, 3), (3, 3))
 ]
-"""Powers of force and area in the polynomials: 15, 14 or 10 terms. What large strain changes turns in the force, where
-the contact nears the gauges and the bone, and is plain in the area."""
+"""Powers of force and area in the polynomials: 15, 14 or 10 terms. The change varies much with the force, as the
+contact approaches the gauges and the bone, and little with the area."""
 
 PRESSES_A_TERM, MANY = 1.4, 24
-"""Presses that a term of the polynomial needs, and from how many on a press may be predicted by all others. The shipped
-tables have 36 presses, those of a finger of one's own 20."""
+"""Presses needed per term of the polynomial; and the number of presses from which each one is predicted by a fit to all
+others. Shipped tables have 36 presses, those of a user's finger 20."""
 
 LEAST_PRESSES = len(POWERS[-1]) + 1
-"""Presses that a table needs at least: one more than the terms of its polynomial."""
+"""Smallest number of presses of a table: one more than the terms of its polynomial."""
 
 ARRAYS = ("force", "modulus", "linear", "finite")
 """Arrays of a table in files."""
 
 COARSE = 0.002
-"""Relative error of S_d, one sigma, of a table of few presses, which was measured on a mesh of 1.4 mm: on the default
-finger such tables are 0.08 % (without friction) and 0.16 % (stuck) off those of 0.7 mm."""
+"""Relative error of S_d (one sigma) of a table of few presses on a mesh of 1.4 mm: on the default finger such tables
+differ from those of 0.7 mm by 0.08 % (without friction) and 0.16 % (stuck)."""
 
 LOWERED = (0.7, 0.85)
-"""Parts of a coefficient of friction at which linear presses are made, too: the share of stick is linear in between."""
+"""Fractions of a coefficient of friction for which linear presses are made, too; between them the share of stick is
+interpolated linearly."""
 
 BETWEEN = 0.003
-"""Relative error of S_d, one sigma, at a friction that neither is none nor sticks: its share of stick is estimated."""
+"""Relative error of S_d (one sigma) at a friction between none and stick, whose share of stick is an estimate."""
 
 SAME_RATIO = 1e-3
 """Relative difference up to which two ratios of moduli are one."""
 
 APART = 0.5
-"""Difference of ln ratio from which on two tables count as two: the polynomial in ln ratio has as many terms as there
-are tables so far apart. Closer tables are averaged, because a polynomial through both would swing with their errors."""
+"""Smallest difference of ln r at which two tables count as two: the polynomial in ln r has one term per group of
+tables. Closer tables are averaged, because a polynomial through both would amplify their errors."""
 
 MARGIN = 0.05
-"""How far the logarithms of force and area may lie outside of the table."""
+"""How far outside of the table the logarithms of force and area may lie."""
 
 HARDER = 0.15
-"""How far the logarithm of the area may lie below the rigid flat's, although nothing is harder than that: on the coarse
-mesh on which a finger of one's own is measured, areas of light presses come out up to 9 % larger than on a fine one."""
+"""How far the logarithm of the area may lie below that on a rigid flat. Nothing is harder than rigid, but on the coarse
+mesh of a user's finger the areas of light presses are up to 9 % larger than on a fine one."""
 
 FURTHER = 2.25
-"""Forces in the largest of a table up to which a press is changed as by that one, and as far below the least. At 1.6
-times the largest S_d was within 1.1 % of finite strain, gauges within 6 % of the largest; linear: 2.3 and 10 %."""
+"""Largest force, relative to the largest one of a table, for which a press is changed like that one; the same factor
+below the smallest. At 1.6 times the largest force S_d was within 1.1 % of finite strain and gauges within 6 % of the
+largest; linear presses were 2.3 and 10 % off."""
 
 CONTINUED_SD, CONTINUED_GAUGE = 0.01, 0.03
-"""One sigma of such a press: of its S_d, and of a gauge in the largest."""
+"""Errors (one sigma) of such a press: of its S_d, and of a gauge relative to the largest."""
 
 BEYOND = "beyond the forces at which large strain was measured"
-"""In the status of such a press."""
+"""Part of the status of such a press."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +115,8 @@ class LargeStrain:
         return TableFit.of(self)
 
     def changes(self, force, softness) -> np.ndarray:
-        """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`, those of gauges
-        over the root of their linear values' summed squares."""
+        """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`; those of gauges
+        are divided by the root of the sum of squares of their linear values."""
         return self.fit.terms(np.log(force), softness) @ self.fit.coefficients
 
     def rigid(self, force) -> np.ndarray:
@@ -117,7 +124,7 @@ class LargeStrain:
         return np.polyval(self.fit.rigid, np.log(force))
 
     def covers(self, force: float, softness: float) -> bool:
-        """Whether a press lies among those of the table."""
+        """Whether a press lies within the range of the table."""
         levels, at = self.fit.levels, np.log(force)
         if not levels[0] - MARGIN <= at <= levels[-1] + MARGIN:
             return False
@@ -125,8 +132,8 @@ class LargeStrain:
         return bool(low - HARDER <= softness <= high + MARGIN)
 
     def nearest(self, force: float, softness: float) -> tuple[tuple[float, float], bool]:
-        """The force and softness nearest to a press among those of the table: its own where the table covers it. And
-        whether the press is as hard or light as `FURTHER` allows, at most."""
+        """The force and softness within the table that are nearest to a press (its own if the table covers it), and
+        whether the press lies at most `FURTHER` outside."""
         if self.covers(force, softness):
             return (force, softness), True
         least, most = float(self.force.min()), float(self.force.max())
@@ -135,18 +142,18 @@ class LargeStrain:
         return (clipped, float(np.clip(softness, *self.softness_between(np.log(clipped))))), near
 
     def softness_between(self, ln_force: float) -> tuple[float, float]:
-        """ln(A/A_rigid) of the hardest and the softest specimen by a force, or by the nearest one of the table."""
+        """ln(A/A_rigid) of the hardest and the softest specimen at a force, or at the nearest force of the table."""
         low, high = (float(np.interp(ln_force, self.fit.levels, ends)) for ends in self.fit.ends)
         return low, high
 
     def sd_error(self, weights: np.ndarray) -> float:
-        """Root mean square relative error of S_d, of readings weighted by (q, g), in presses predicted by all others;
-        of a table of few presses with `COARSE`."""
+        """Root mean square relative error of S_d for readings weighted by (q, g), each press being predicted by a fit
+        to all others; a table of few presses adds `COARSE`."""
         return self._sd_error(tuple(map(tuple, weights.tolist())))
 
     @kept(8)
     def _sd_error(self, rows: tuple[tuple[float, ...], ...]) -> float:
-        """`sd_error` of weights as a tuple, which can be hashed: it is kept."""
+        """`sd_error` with the weights as a tuple, which can be hashed, so that the result is kept."""
         weights = np.array(rows)
         predicted = self.finite[:, 3:] + self.fit.errors[:, 3:] * self.fit.norms[:, 3:]
         both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, 3:]))
@@ -177,11 +184,11 @@ class LargeStrain:
 class TableFit:
     """The polynomials of a table, t terms; n presses, l forces.
 
-    rigid : (3,) of ln A_rigid over ln force. softness : (n,) ln(A/A_rigid). levels : (l,) ln force, rising, and ends :
-    (2, l) the least and the largest softness there. norms : (n, 3 + q g) what changes are measured by. coefficients :
-    (t, 3 + q g) of the changes. errors : (n, 3 + q g) of each press's changes. Of many presses each is predicted by all
-    others. Of few each holds a corner of the table, and without it the polynomial goes on far beyond the others: there
-    the errors are the residuals, divided by the share of an error that a fit leaves in them.
+    rigid : (3,) of ln A_rigid over ln force. softness : (n,) ln(A/A_rigid). levels : (l,) ln force, rising; ends : (2,
+    l) smallest and largest softness at each. norms : (n, 3 + q g) by which changes are divided. coefficients : (t, 3 +
+    q g) of the changes. errors : (n, 3 + q g) of each press's changes. With many presses each one is predicted by a fit
+    to all others. With few presses each one is at a corner of the table, and a fit without it would extrapolate far;
+    then the errors are the residuals, divided by the share of an error that remains in a residual.
     """
 
     rigid: np.ndarray
@@ -196,7 +203,7 @@ class TableFit:
 
     @classmethod
     def of(cls, table: LargeStrain) -> "TableFit":
-        """Those of a table."""
+        """The fit to a table."""
         ln_force, ln_area, count = np.log(table.force), np.log(table.linear[:, 1]), len(table.force)
         hardest = table.modulus == table.modulus.max()
         rigid = np.polyfit(ln_force[hardest], ln_area[hardest], 2)
@@ -233,12 +240,12 @@ def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powe
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Tables of one geometry at rising ratios of moduli; between three and more of them the ratio is interpolated."""
+    """Tables of one geometry at rising ratios of moduli; between tables the ratio is interpolated."""
 
     tables: tuple[LargeStrain, ...]
 
     def at(self, ratio: float, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
-        """Tables and their weights for a ratio of moduli, without friction or stuck; empty where none is known."""
+        """Tables and their weights for a ratio of moduli, without friction or stuck; empty if none is known."""
         tables = [table for table in self.tables if (table.friction > 0) == stuck]
         for table in tables:
             if abs(ratio / table.ratio - 1) < SAME_RATIO:
@@ -256,11 +263,11 @@ class Family:
 def with_large_strain(
     reduced: ReducedFinger, found: Press, stuck: bool = False, *, beyond: bool = False
 ) -> Press | None:
-    """A linear press, without friction or stuck, with what large strain changes in it; None where no table covers it.
+    """A linear press, without friction or stuck, with the change by large strain; None if no table covers it.
 
-    Its pressure stays the linear one: force, nodes and what the pressure sums to are the same. A press harder or
-    lighter than those of the tables, up to `FURTHER`, is changed as the last, and its status says so; beyond : all
-    others are, too, instead of None.
+    The pressure stays the linear one: force, nodes and the integral of the pressure are the same. A press that is
+    harder or lighter than those of the tables, by `FURTHER` at most, is changed like the nearest one, and its status
+    says so. beyond : treat every other press like this, too, instead of returning None.
     """
     tables = tables_of(reduced, stuck)
     if not tables:
@@ -282,10 +289,12 @@ def with_large_strain(
 
 
 def softness_in_each(tables: tuple[tuple[LargeStrain, float], ...], force: float, area: float) -> list[float]:
-    """ln(A/A_rigid) at which each weighted table is asked for a press by F / E_inner (mm2) on a contact area (mm2).
+    """ln(A/A_rigid) at which each weighted table is evaluated, for a press by F / E_inner (mm2) with a contact area
+    (mm2).
 
-    It lies as far between the hardest and the softest specimen there as the press does at its own ratio of moduli: the
-    same specimens span half as much of it at ratio 1 as at 4, and a quarter more at 8.
+    Each table is evaluated at the same relative position between its hardest and its softest specimen as the press has
+    at its own ratio of moduli, because the same specimens span half as much of ln(A/A_rigid) at ratio 1 as at 4, and a
+    quarter more at 8.
     """
     ends = np.array([table.softness_between(math.log(force)) for table, _ in tables])
     weights = np.array([weight for _, weight in tables])
@@ -302,12 +311,12 @@ def between_ends(
     strained: tuple[Press, Press],
     linear: Callable[[float], Press],
 ) -> Press:
-    """A linear press of a friction between none and stick with what large strain changes in it.
+    """A linear press with a friction between none and stick, with the change by large strain.
 
     ends : linear presses by the same force without friction and stuck; strained : the same with large strain; `linear`
-    makes linear presses of other frictions. Where points slip, friction does at large strain what it does at small: its
-    effect grows as the coefficient. But stick does more, 1/k times as much: so the share of it that a coefficient mu
-    brings is that of k mu in linear presses.
+    makes linear presses with other coefficients. Where points slip, the effect of friction is proportional to the
+    coefficient mu, the same at large and at small strain. But full stick has 1/k times the effect at large strain. So
+    the share of stick for mu at large strain is the share for k mu in linear presses.
     """
     (free, held), (free_large, held_large) = ends, strained
     small, large = held.reading - free.reading, held_large.reading - free_large.reading
@@ -324,7 +333,7 @@ def between_ends(
 
 
 def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
-    """A press with the gauges' `values` (q, g) and the `MEASURES` that large strain has changed."""
+    """A press with the gauges' `values` (q, g) and the `MEASURES` as changed by large strain."""
     error = large_strain_error(reduced, found.friction)
     strained = replace(found, large_strain=True, **changed)
     change = f"{100 * (strained.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
@@ -333,15 +342,15 @@ def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
 
 
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
-    """Relative error of S_d with large strain, of the known tables for a friction; 0 where there is none."""
+    """Relative error of S_d with large strain, from the known tables for a friction; 0 if there is none."""
     tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]
     worst = max((table.sd_error(reduced.weights) for table in tables), default=0.0)
     return math.hypot(worst, BETWEEN) if 0 < friction < math.inf else worst
 
 
 def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
-    """The tables that answer for a reduced finger, with their weights, made where its source can make them; none beside
-    the apex."""
+    """The tables that apply to a reduced finger, with their weights; they are made if the finger can make them. There
+    are none beside the apex."""
     if reduced.at != (0.0, 0.0) or len(reduced.layers) < 2:
         return ()
     ratio = float(reduced.layers[0, 1] / reduced.layers[1, 1])
@@ -355,22 +364,22 @@ def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeS
 
 
 def is_known(reduced: ReducedFinger, friction: float) -> bool:
-    """Whether tables answer for a reduced finger at a friction: those of both ends, in between."""
+    """Whether tables for a reduced finger and a friction are known; a friction between none and stick needs both."""
     return all(tables_of(reduced, stuck) for stuck in ends_of(friction))
 
 
 def ends_of(friction: float) -> tuple[bool, ...]:
-    """The ends between which a coefficient of friction lies: none (False), stuck (True), or both."""
+    """The tables that a coefficient of friction needs: without friction (False), stuck (True), or both."""
     return (False, True) if 0 < friction < math.inf else (friction > 0,)
 
 
 def known(key: str) -> Family | None:
-    """The tables of a geometry, from the cache and from those that ship; None where there is none."""
+    """The tables of a geometry from the cache and from the package; None if there are none."""
     return _known(key, cache.folder()) if key else None
 
 
 def keep(key: str, tables: Iterable[LargeStrain]) -> None:
-    """Store tables of a geometry in the cache, for `known`, beside those that are there."""
+    """Add tables of a geometry to the cache, where `known` finds them."""
     family = known(key)
     known_ones = (*(family.tables if family else ()), *tables)
     new = {(table.friction, round(float(np.log(table.ratio)), 3)): table for table in known_ones}
@@ -383,7 +392,7 @@ def keep(key: str, tables: Iterable[LargeStrain]) -> None:
 
 
 def shipped_text(key: str, tables: Iterable[LargeStrain]) -> str:
-    """What the file that ships holds of the tables of one geometry."""
+    """Text of the file that ships with the package, from the tables of one geometry."""
     return json.dumps({"schema": SCHEMA, "key": key, "tables": [table.to_json() for table in tables]}) + "\n"
 
 
@@ -401,5 +410,5 @@ def _known(key: str, _folder: Path) -> Family | None:
 
 
 def _digits(array: np.ndarray) -> list:
-    """Values to seven digits: what is beyond is the rounding of another machine."""
+    """Values rounded to seven digits; further digits differ from machine to machine."""
     return json.loads(json.dumps(array.tolist()), parse_float=lambda text: float(f"{float(text):.7g}"))

@@ -1,11 +1,11 @@
 """The path of a press: finger and specimen from first touch on, as the force grows, at a given friction.
 
-What friction does depends on how the force was reached. Here it grows from nothing along the contact normal, and a node
-keeps, while it sticks, the relative tangential displacement that it had when it came into contact (Spence 1968,
-doi:10.1098/rspa.1968.0105), not that of the undeformed bodies. Without friction and with full stick the path is that of
-`contact_path`, exact. With Coulomb's law a step ends where the next node is expected, and is solved exactly. Where
-nodes leave the contact again, single loads are solved by `pivoting` without friction, and stick is Coulomb's law with
-more friction than any force overcomes.
+The effect of friction depends on how the force was reached. Here it grows from nothing along the contact normal, and a
+node keeps, while it sticks, the relative tangential displacement that it had at the moment of contact (Spence 1968,
+doi:10.1098/rspa.1968.0105). Without friction and with full stick the path is that of `contact_path`, exact. With
+Coulomb's law a step ends at the indentation where the next node should come into contact, and is solved exactly. If
+nodes leave the contact again, `pivoting` solves each load without friction, and stick is computed as Coulomb friction
+with a coefficient that no force overcomes.
 """
 
 import math
@@ -23,39 +23,41 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 
 ORDER_STEP = 1.0
-"""Steps of ln modulus at which a path is kept from which others take the order of nodes that they begin with."""
+"""Step of ln modulus between paths that are kept; other paths begin with their order of nodes."""
 
 LONGEST = 0.1
 """Longest step of Coulomb friction, as a share of the indentation since first touch."""
 
 FIRST = 1e-3
-"""First step, in widths of the patch, where all nodes touch at once and none marks a length."""
+"""First step, in widths of the patch, if all nodes touch at once so that no distance between contacts gives a
+length."""
 
 TOGETHER = 1e-9
-"""Share of the indentation since first touch within which nodes come into contact together."""
+"""Share of the indentation since first touch within which nodes count as coming into contact together."""
 
 SHORTEST = 2.0**-12
-"""Share of its length down to which a step that does not settle is cut."""
+"""Smallest share of its length to which a step is cut if it does not converge."""
 
 ROUGH = 1e9
-"""Coefficient that nothing overcomes, for bodies that stick and whose nodes leave again."""
+"""Coefficient of friction that stands for stick if nodes leave the contact again."""
 
 STUCK_MARGIN = 1.05
-"""How much further than asked for a stuck path is made: the one without friction tells its nodes to 2 % of force."""
+"""Factor by which a stuck path is computed further than needed: its nodes are guessed from the path without friction,
+whose forces differ by up to 2 %."""
 
 
 def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "PlainPath | StuckPath | FrictionPath":
     """The path of a finger and specimen with Coulomb's coefficient, 0 for none, infinite for stick.
 
-    It is kept, so that the presses of a sweep share it. Raises `InputError` for a specimen whose tangential compliance
-    does not fit its normal one.
+    The path is kept, so that the presses of a sweep share it. Raises `InputError` if the tangential compliance of a
+    specimen does not agree with its normal compliance.
     """
     return _rubbing_path(reduced, specimen, friction) if friction else _plain_path(reduced, specimen)
 
 
 @kept(64)
 def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "PlainPath":
-    """Nodes come into contact much as at a modulus near by, whose order of them is the first guess."""
+    """The path without friction. Its first order of nodes is that of a path at a similar modulus."""
     patch, guess = reduced.patch, None
     if specimen.elastic:
         near = replace(specimen.unit, modulus=math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP)))
@@ -75,12 +77,12 @@ def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -
 
 
 def path_of(problem: ContactProblem, friction: float, plain: ContactPath | None = None) -> "StuckPath | FrictionPath":
-    """The path of two bodies with Coulomb's coefficient, infinite for stick; `plain` is theirs without friction."""
+    """The path of two bodies with Coulomb's coefficient, infinite for stick; `plain` is their path without friction."""
     return StuckPath(problem, plain) if math.isinf(friction) else FrictionPath(problem, friction)
 
 
 class PlainPath(ContactPath):
-    """States of growing indentation without friction; by `pivoting` where nodes leave again."""
+    """States of growing indentation without friction. If nodes leave the contact again, `pivoting` solves each load."""
 
     def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> ContactState | None:
         """As `ContactPath.at`; start : (n,) nodes with which `pivoting` begins. Raises `SolverError`."""
@@ -92,19 +94,20 @@ class PlainPath(ContactPath):
             return ContactState(found.indentation, one.force(found.pressure[None]), found.pressure[None], found.active)
 
     def words(self, state: ContactState) -> str:
-        """What a state is, for the status of a press."""
+        """Words for the status of a press, which describe a state."""
         return f"{state.active.sum()} nodes in contact"
 
 
 class StuckPath(ContactPath):
-    """States of growing indentation with full stick; by Coulomb's law with `ROUGH` friction where nodes leave again."""
+    """States of growing indentation with full stick. If nodes leave the contact again, Coulomb's law with `ROUGH`
+    friction is used."""
 
     def __init__(self, problem: ContactProblem, plain: ContactPath | None = None):
         super().__init__(problem, plain, STUCK_MARGIN)
         self._rough: FrictionPath | None = None
 
     def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> ContactState | None:
-        """As `ContactPath.at`; raises `SolverError` where a step of the other path does not settle."""
+        """As `ContactPath.at`; raises `SolverError` if a step of the path with Coulomb friction does not converge."""
         try:
             return super().at(force=force, indentation=indentation)
         except LeavingError:
@@ -113,13 +116,13 @@ class StuckPath(ContactPath):
             return self._rough.at(force=force, indentation=indentation)
 
     def words(self, state: ContactState) -> str:
-        """What a state is, for the status of a press."""
+        """Words for the status of a press, which describe a state."""
         steps = int(state.active.sum())
         return f"stuck from the moment of contact, the force grown from first touch in {steps} steps"
 
 
 class FrictionPath:
-    """States of growing indentation of a problem with Coulomb's coefficient; made as far as asked for, and kept."""
+    """States of growing indentation with Coulomb's coefficient, computed as far as needed, and kept."""
 
     def __init__(self, problem: ContactProblem, friction: float):
         self.problem, self.friction = problem, friction
@@ -130,15 +133,15 @@ class FrictionPath:
         self._idle = 0
 
     def words(self, state: ContactState) -> str:
-        """What a state is, for the status of a press."""
+        """Words for the status of a press, which describe a state."""
         assert isinstance(state, FrictionState)
         slips = f"{state.slipping.sum()} of {state.active.sum()} nodes slip"
         steps = sum(knot.indentation < state.indentation for knot in self.knots)
         return f"friction {self.friction:g}: {slips}, the force grown from first touch in {steps} steps"
 
     def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> FrictionState | None:
-        """The state at a force on the patch (N) or an indentation (mm), whatever was asked for before; None before
-        first touch. Raises `SolverError` where a step does not settle."""
+        """The state at a force on the patch (N) or an indentation (mm); it does not depend on what was computed before.
+        None before first touch. Raises `SolverError` if a step does not converge."""
         name, aim = ("force", force) if force is not None else ("indentation", indentation)
         assert aim is not None
         if aim <= getattr(self.knots[0], name):
@@ -152,7 +155,7 @@ class FrictionPath:
         return coulomb_step(self.problem, before, self.friction, force=force, indentation=indentation, guess=traction)
 
     def _extend(self) -> None:
-        """One step more: up to where the next node comes into contact."""
+        """Add one step, up to the indentation where the next node comes into contact."""
         state = self.knots[-1]
         rate = rates(self.problem, state, self.friction)
         length, node = _next_event(self.problem, state, rate)
@@ -160,7 +163,7 @@ class FrictionPath:
         length = 0.0 if length <= TOGETHER * sunk else length
         self._idle = 0 if length > 0 else self._idle + 1
         if self._idle > 3 * len(self.problem.mass):
-            raise SolverError("nodes come and go without end: no state of stick follows this one")
+            raise SolverError("nodes keep entering and leaving the contact: no state of stick follows this one")
         if not math.isfinite(length) or 0 < LONGEST * sunk < length:
             length, node = LONGEST * sunk or FIRST * math.sqrt(self.problem.mass.sum()), None
         if length > 0:
@@ -169,7 +172,7 @@ class FrictionPath:
             self.knots[-1] = replace(self.knots[-1], active=self.knots[-1].active | (np.arange(len(rate[0])) == node))
 
     def _coulomb(self, state: FrictionState, length: float, rate: np.ndarray) -> FrictionState:
-        """The state `length` (mm) on, in as many cuts as it takes."""
+        """The state `length` (mm) further, in as many shorter steps as needed."""
         done, cut = 0.0, 1.0
         while done < 1:
             depth, guess = state.indentation + cut * length, state.traction + cut * length * rate
@@ -184,7 +187,8 @@ class FrictionPath:
 
 
 def _next_event(problem: ContactProblem, state: FrictionState, rate: np.ndarray) -> tuple[float, int | None]:
-    """How far (mm) it is along given rates until a node comes into contact, and that node; or infinity and None."""
+    """Distance (mm), at given rates, until the next node comes into contact, and that node; infinity and None if there
+    is none."""
     gap = state.moved[0] + problem.gap - state.indentation * problem.mass
     closing = problem.moved(rate)[0] - problem.mass
     entering = ~state.active & (closing < 0)

@@ -52,7 +52,7 @@ class LogPolynomial:
 
 
 def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Places (n,) from -1 to 1 of values between the limits, and how far their logarithms lie beyond."""
+    """Positions (n,) from -1 to 1 of values between the limits, and how far their logarithms lie beyond the limits."""
     low, high = math.log(limits[0]), math.log(limits[1])
     at = np.log(values)
     held = np.clip(at, low, high)
@@ -61,7 +61,7 @@ def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray
 
 @lru_cache
 def _derivative(degree: int) -> np.ndarray:
-    """(degree + 1, degree + 1) matrix that makes the Chebyshev basis its derivative."""
+    """Matrix (degree + 1, degree + 1) that maps Chebyshev coefficients to those of the derivative."""
     found = np.zeros((degree + 1, degree + 1))
     for k in range(1, degree + 1):
         found[:k, k] = chebder(np.eye(degree + 1)[k])[:k]

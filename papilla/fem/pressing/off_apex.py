@@ -1,15 +1,16 @@
 """`OffApex`: the change of gauges' values where a contact lies off the apex, or where gauges were moved.
 
-Quantity: the change of what each gauge feels, for all fingers of one geometry. A contact at (x, y) is taken to have the
-tractions of the same press at the apex, moved along the skin (`papilla.fem.reduction.transported`); the adjoint field
-of a gauge at a shifted site weighs them. So one solve a gauge and parity answers every place, and no new contact has to
-be solved. The change over F / E_inner is then fitted by
+Quantity: the change of each gauge's strain and curvature, for all fingers of one geometry. A contact at (x, y) is
+assumed to have the tractions of the same press at the apex, moved along the skin (`papilla.fem.reduction.transported`).
+The adjoint field of a gauge at a shifted site, integrated with these tractions, gives the change. So one solve per
+gauge and parity serves all places, and no new contact problem is solved. The change over F / E_inner is then fitted by
 
     sum over nodes of L_i(x) L_j(y) L_k(along) L_l(across) P_ijkl(ln F/E_inner, ln E/E_inner, ln E_outer/E_inner),
 
-L Lagrange polynomials on Chebyshev points of the place and of the gauge's shift, P a `LogPolynomial` as of `Response`.
-Cost: a few seconds of solves for each geometry, then microseconds a press with exact derivatives. It is linear: large
-strain is in the `Response` at the apex alone, and `UNSURE` holds what that leaves out.
+where L are Lagrange polynomials on Chebyshev points of the place and of the gauge's shift, and P is a `LogPolynomial`
+as in `Response`. Cost: a few seconds of solves for each geometry, then microseconds per press, with exact derivatives.
+The change is that of linear presses; only the `Response` at the apex contains large strain, and the sigma `UNSURE`
+covers the difference.
 """
 
 from collections.abc import Callable
@@ -33,39 +34,42 @@ from papilla.finger import Finger
 from papilla.specimen import Friction, Specimen
 
 REACH_MM = 5.0
-"""Farthest |x| and |y| of a contact, on a finger of `WIDTH_MM`; with the finger's width for others."""
+"""Largest |x| and |y| of a contact on a finger of `WIDTH_MM`; they scale with the finger's width."""
 
 SHIFT_MM = 3.0
-"""Farthest shift of a gauge along and across the interface, the same way."""
+"""Largest shift of a gauge along and across the interface; it scales in the same way."""
 
 WIDTH_MM = 48.0
 
 PLACES, SHIFTS = (7, 5), (5, 3)
-"""Chebyshev points along x and y, and of shifts along and across; an odd number, so that 0 is one."""
+"""Number of Chebyshev points along x and y, and of shifts along and across; odd, so that 0 is one of them."""
 
 POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (6, 5, 4), 1.5)
 MIDDLE = tuple(count // 2 for count in (*PLACES, *SHIFTS))
 _AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE)
 GRID, RATIO_NODES = (12, 10), 5
-"""Forces, moduli and ratios of the presses that are moved."""
+"""Forces, moduli and ratios of the presses whose tractions are moved."""
 
 PROBE, PROBES = 2.9, ((0.3, 0.4), (-0.8, 0.55), (0.6, -0.9))
-"""Ratio between the nodes, and shares of the farthest place and shift between theirs, at which the error is taken."""
+"""Ratio of moduli, and fractions of the largest place and shift, at which the error is measured; all lie between the
+nodes."""
 
 STRAIGHT = 1e-3
-"""Turn of the skin's normal (rad) on the farthest place's way below which it counts as straight."""
+"""Turn of the skin's normal (rad) up to the largest place, below which the skin counts as straight."""
 
 UNSURE = 0.08
-"""One sigma of a gauge's change, of the root mean square of all gauges' changes: presses solved beside the apex differ
-by 2 to 10 % of it from those that were moved, and these at finite strain by 4 % from linear ones (docs/adr/0009)."""
+"""Error of a gauge's change (one sigma), relative to the root mean square over the gauges: presses that were solved
+beside the apex differ by 2 to 10 % from moved ones, and presses at finite strain by 4 % from linear ones
+(docs/adr/0009)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """Changes (n, q, g) of what n presses do to g gauges, and their derivatives.
+    """Changes (n, q, g) of the gauges' values in n presses, and their derivatives.
 
     slopes : (n, q, g) by ln "force", ln "modulus" of the specimen and ln "ratio" as of `Felt`, by the place "x" and "y"
-    of the contact (1/mm), and by each gauge's shift "along" and "across"."""
+    of the contact (1/mm), and by each gauge's shift "along" and "across".
+    """
 
     values: np.ndarray
     slopes: dict[str, np.ndarray]
@@ -85,7 +89,7 @@ class MoveLimits:
 
     @classmethod
     def of(cls, relatives: FingerFamily) -> "MoveLimits":
-        """That of a family's geometry: more on a wider finger."""
+        """The limits for a family's geometry: larger on a wider finger."""
         model = relatives.model(float(relatives.ratios[0]))
         share = float(np.ptp(model.mesh.points[:, 0])) / WIDTH_MM
         return cls(REACH_MM * share, SHIFT_MM * share, _rolling(model, REACH_MM * share))
@@ -96,7 +100,7 @@ class OffApex:
     """Changes of gauges' values for all fingers of one geometry; q quantities, g gauges.
 
     coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes.
-    error : root mean square of what changes between the nodes are off by, in that of what the gauges feel.
+    error : root mean square error of the changes between the nodes, relative to the gauges' values.
     """
 
     coefficients: np.ndarray
@@ -110,18 +114,18 @@ class OffApex:
     def changed(
         self, force_N, modulus_MPa, outer: float, inner: float, place_mm: np.ndarray, shift_mm: np.ndarray
     ) -> Changed:
-        """Presses by forces (n,) on specimens of moduli (n,) at places (n, 2) of the finger with these Young's moduli
-        (MPa), its gauges shifted by (2, g) along and across. Raises `InputError` beyond `limits`."""
+        """Changes in presses by forces (n,) on specimens of moduli (n,) at places (n, 2), of the finger with these
+        Young's moduli (MPa) and gauges shifted by (2, g) along and across. Raises `InputError` beyond `limits`."""
         for what, given, most in (("contacts", place_mm, self.limits.reach), ("shifts", shift_mm, self.limits.shift)):
             if np.abs(given).max(initial=0.0) > most * (1 + 1e-9):
                 far = float(np.abs(given).max())
-                raise InputError(f"{what} are known within {most:g} mm along x and y, got {far:.3g} mm")
+                raise InputError(f"{what} must lie within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner
         terms = POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
         spots, which = np.unique(place_mm, axis=0, return_inverse=True)
         places = _products(PLACES, spots.T, self.limits.reach)
         shifts = _products(SHIFTS, shift_mm, self.limits.shift)
-        # (g, 3, x y t q): the gauges' own shifts and their two slopes, then (3, x y, t q g)
+        # (g, 3, x y t q) are the gauges' own shifts and their two slopes, then (3, x y, t q g)
         shifted = np.swapaxes(shifts, 0, 1) @ self._by_gauge
         shifted = np.moveaxis(shifted, 0, -1).reshape(3, len(places[0][0]), -1)
 
@@ -151,9 +155,10 @@ def off_apex_change(
     *,
     progress: Callable[[str], None] | None = None,
 ) -> OffApex:
-    """What moved contacts and gauges change in the presses of a family on one shape of specimen; kept in the cache.
+    """Change of the gauges' values by moved contacts and gauges, for the presses of a family on one shape of specimen;
+    kept in the cache.
 
-    Raises `InputError` where the farthest contact would leave the skin, or a gauge the interface.
+    Raises `InputError` if the farthest contact would leave the skin, or a gauge the interface.
     """
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), family.finger.sha256)
     design = (PLACES, SHIFTS, GRID, RATIO_NODES, PROBE, PROBES, REACH_MM, SHIFT_MM)
@@ -165,7 +170,8 @@ def off_apex_change(
 def _made(
     family: FingerFamily, specimen: Specimen, friction: Friction, progress: Callable[[str], None] | None
 ) -> dict[str, np.ndarray]:
-    """Coefficients and error of an `OffApex`: solves the gauges' adjoint fields, moves presses along the skin, fits."""
+    """Coefficients and error of an `OffApex`: solves the adjoint fields of the gauges, moves presses along the skin,
+    and fits."""
     first = family.model(float(family.ratios[0]))
     limits = MoveLimits.of(family)
     reach, shift = limits.reach, limits.shift
@@ -198,7 +204,8 @@ def _made(
 
 
 class _Rows:
-    """What gauges of one member, moved by the stencil's shifts and by those of the probes, feel of moved contacts."""
+    """Influence of moved contacts on the gauges of one member, with the gauges moved by the shifts of the grid and of
+    the probes."""
 
     def __init__(self, model: FingerModel, shift: float, contacts: list[MovedContact]):
         self.gauges = len(model.finger.gauges)
@@ -210,7 +217,7 @@ class _Rows:
         self.fields = on_each_side(model.adjoints(functionals))
 
     def felt(self, contact: MovedContact, traction: np.ndarray) -> np.ndarray:
-        """(m, shifts, q, g) of presses with tractions (m, 3, n)."""
+        """Gauge values (m, shifts, q, g) of presses with tractions (m, 3, n)."""
         rows = contact.rows(self.fields)
         felt = np.einsum("kcn,mcn->mk", rows, traction, optimize=True)
         return felt.reshape(len(traction), self.count, len(QUANTITIES), self.gauges)
@@ -222,7 +229,7 @@ class _Rows:
 
 
 def _missed(made: OffApex, rows: _Rows, pressed: np.ndarray, traction: np.ndarray, inner: float) -> float:
-    """Root mean square error of the changes at the probes, over that of the gauges' values in usual presses."""
+    """Root mean square error of the changes at the probes, relative to the gauges' values in usual presses."""
     usual = np.all([(low <= one) & (one <= high) for one, (low, high) in zip(pressed.T, USUAL, strict=False)], axis=0)
     pressed, traction = (one[usual] if usual.any() else one for one in (pressed, traction))
     base = rows.nodes(traction)[_AT_APEX]
@@ -240,7 +247,8 @@ def _missed(made: OffApex, rows: _Rows, pressed: np.ndarray, traction: np.ndarra
 def _presses(
     family: FingerFamily, ratio: float, specimen: Specimen, friction: Friction
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Presses at the apex of a member: (m, 3) F / E_inner, E / E_inner and the ratio, and tractions (m, 3, n)."""
+    """Presses of a member at the apex: (m, 3) F / E_inner, E / E_inner and the ratio of moduli; and tractions (m, 3,
+    n)."""
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
     forces, moduli = np.geomspace(FORCES[0], FORCES[-1], GRID[0]), np.geomspace(MODULI[0], MODULI[-1], GRID[1])
@@ -281,7 +289,7 @@ def _points(count: int) -> np.ndarray:
 
 
 def _stencil() -> list[tuple[float, float]]:
-    """Shifts (along, across), of the farthest one, of the gauges at all nodes."""
+    """Shifts (along, across) of the gauges at all nodes, as fractions of the largest one."""
     along, across = (_points(count).tolist() for count in SHIFTS)
     return [(one, other) for one in along for other in across]
 

@@ -1,11 +1,11 @@
-"""Frictionless contact of one load, by exchanging nodes: for what no `contact_path` can follow.
+"""Frictionless contact at one load, by exchanging nodes: for contacts that `contact_path` cannot follow.
 
 Find nodal pressures p >= 0 and weak gaps w = A p + g - delta m >= 0 with p . w = 0, where A is the compliance, g the
 weak gap, m the mass of the nodes and delta the indentation; under force control m . p = force. This linear
 complementarity problem is solved by block principal pivoting: guess the nodes in contact, solve A p = delta m - g on
 them, exchange every node whose pressure or gap is negative, and repeat. Blocks may cycle; after `PATIENCE` rounds
-without progress single nodes are exchanged, which cannot (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All
-decisions are signs, so rescaled units change nothing.
+without progress single nodes are exchanged, which cannot cycle (Judice and Pires 1994,
+doi:10.1016/0305-0548(94)90106-6). All decisions use signs only, so the units do not matter.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ MAX_PIVOTS = 2000
 
 @dataclass(frozen=True, eq=False)
 class ContactSolution:
-    """Nodal pressure (n,) in MPa, indentation in mm, active nodes (n,) and how many exchanges it took."""
+    """Nodal pressure (n,) in MPa, indentation in mm, active nodes (n,) and the number of exchanges."""
 
     pressure: np.ndarray
     indentation: float
@@ -46,7 +46,7 @@ def solve_contact(
     ----------
     compliance : (n, n) symmetric positive definite, mm3 / MPa.
     mass : (n,) mm2; gap : (n,) mm3.
-    start : (n,) bool, active nodes of a similar scene, to start from.
+    start : (n,) bool, active nodes of a similar scene, with which the search starts.
 
     Raises `SolverError` where the exchanges do not settle.
     """

@@ -1,4 +1,5 @@
-"""What presses of every fidelity share: the check of a scene, its limits, what makes it doubtful, and its result."""
+"""Common to presses of every fidelity: the check of the input, the limits of the model, the causes of doubt, and the
+result."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,21 +16,25 @@ from papilla.specimen import DEEPEST, Specimen
 from papilla.units import to_microstrain
 
 RESOLVED_RADIUS = 2.5
-"""Contact radius in patch edge lengths from which the contact fidelity is within 3 % in S_d (docs/adr/0005)."""
+"""Smallest contact radius, in patch edge lengths, for which S_d of the contact fidelity is within 3 %
+(docs/adr/0005)."""
 
 SMALL_STRAIN = 0.1
 """Mean strain of a layer below the contact above which linear elasticity is doubtful: at 0.12 to 0.14 the indentation
-is up to 7 %, and single gauges of the default finger are 7 to 30 %, off finite strain."""
+differs by up to 7 % from finite strain, and single gauges of the default finger by 7 to 30 %."""
 
 FACETS = 0.02
-"""Share of the indentation that the facets of a skin may stand off it before the status says so."""
+"""Distance of the facets of a skin from the smooth surface, as a share of the indentation, above which the status
+mentions it."""
 
 THIN_SKIN, ANOTHER = 3.0, 1.5
-"""Contact radius in thicknesses of a skin, and ratio of its modulus to that below it, from which the skin bends as a
-plate over what is soft and the pressure is no ellipse's: area and peak were up to 7 % off at 0.5 and 1 mm, S_d 1 %."""
+"""Contact radius in thicknesses of the skin, and ratio of its modulus to that below it, above which the skin bends like
+a plate on a soft base, so that the pressure is not an ellipse: area and peak pressure were up to 7 % off at 0.5 and 1
+mm, S_d 1 %."""
 
 LIGHTEST = 1e-18
-"""Smallest force and indentation, in modulus times square of an element and in elements: numbers end near by."""
+"""Smallest force (relative to modulus times the square of an element) and indentation (in elements): smaller ones are
+near the limit of floating-point numbers."""
 
 
 Load = tuple[float | None, float | None]
@@ -42,11 +47,12 @@ class Press:
 
     force : N. modulus : of the specimen, MPa. fidelity : "hertz", "contact" or "finite".
     indentation : approach of specimen and finger, mm. contact_area : mm2. peak_pressure : MPa.
-    values : (q, g) what the gauges feel, in the order of `papilla.fem.reduction.gauges.QUANTITIES`.
-    weights : (q, g) that mix them to readings.
+    values : (q, g) strain and curvature change at the gauges, in the order of
+    `papilla.fem.reduction.gauges.QUANTITIES`.
+    weights : (q, g) of these values in the readings.
     force_balance : relative difference of the pressure's integral from the force.
-    large_strain : whether what large strain changes is included. friction : Coulomb's coefficient, infinite for stick.
-    finger_share : of the indentation, what the finger gives way by; the specimen takes the rest. NaN where not known.
+    large_strain : whether the change by large strain is included. friction : Coulomb's coefficient, infinite for stick.
+    finger_share : share of the indentation by which the finger deforms; the specimen takes the rest. NaN if not known.
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
     shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
@@ -91,12 +97,12 @@ class Press:
 
     @property
     def finger_indentation(self) -> float:
-        """What the finger gives way by (mm): w_f of 2006, equation (7)."""
+        """Indentation of the finger (mm): w_f of the 2006 paper, equation (7)."""
         return self.finger_share * self.indentation
 
     @property
     def specimen_indentation(self) -> float:
-        """What the specimen gives way by (mm): w_o of 2006, equation (7)."""
+        """Indentation of the specimen (mm): w_o of the 2006 paper, equation (7)."""
         return self.indentation - self.finger_indentation
 
     @property
@@ -135,7 +141,7 @@ class Press:
 
 
 def check_scene(specimen: Specimen, stiffness: float, size: float, **loads: float | None) -> Load:
-    """The load of a scene, after it was checked.
+    """The load of a press, after a check of specimen and load.
 
     `loads` are force_N, indentation_mm, and force and indentation, which mean the same. `stiffness` (MPa) and `size`
     (mm) are those of the finger and its elements. Raises `InputError`.
@@ -158,7 +164,7 @@ def check_scene(specimen: Specimen, stiffness: float, size: float, **loads: floa
 
 
 def refuse_detail(specimen: Specimen, patch: Patch, size: float) -> None:
-    """Refuse a specimen that the patch, of a mesh of elements of `size` mm, is too coarse to see."""
+    """Raise `ContactRangeError` if the patch, on a mesh with elements of `size` mm, is too coarse for a specimen."""
     edge = patch.finest_edge
     if specimen.detail < edge:
         raise ContactRangeError(
@@ -168,14 +174,15 @@ def refuse_detail(specimen: Specimen, patch: Patch, size: float) -> None:
 
 
 def refuse_rim(patch: Patch, active: np.ndarray) -> None:
-    """Refuse a contact, given by its active nodes (n,), that reaches the rim of its patch."""
+    """Raise `ContactRangeError` if a contact, given by its active nodes (n,), reaches the rim of its patch."""
     if (active & patch.rim).any():
         radius = float(np.hypot(*patch.xy[patch.rim].T).min())
         raise ContactRangeError(f"the contact reaches the rim of its patch, {radius:.3g} mm from the touch-down point")
 
 
 def too_coarse(area: float, edge: float, size: float) -> str | None:
-    """What to say where a contact area (mm2) is too small for elements of `edge` mm there, of a mesh of `size` mm."""
+    """The remark for a contact area (mm2) that is too small for elements of `edge` mm, on a mesh of nominal size `size`
+    mm."""
     radius = float(np.sqrt(area / np.pi))
     if radius >= RESOLVED_RADIUS * edge:
         return None
@@ -187,7 +194,8 @@ def too_coarse(area: float, edge: float, size: float) -> str | None:
 
 
 def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, status: str, **values) -> Press:
-    """A `Press` of small-strain elasticity, unless it leaves what that can mean; its status tells what is doubtful.
+    """A `Press` of small-strain elasticity. Raises `ContactRangeError` beyond the range of the model; the status states
+    what is doubtful.
 
     `values` are the other fields of a `Press`.
     """

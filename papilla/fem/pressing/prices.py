@@ -1,4 +1,5 @@
-"""Known errors and costs of each fidelity, for one finger on one mesh. They are measured once and read by `auto`.
+"""Known errors and costs of each fidelity, for one finger on one mesh. They are measured once; `fidelity="auto"` reads
+them.
 
 `pricing` measures them (`papilla bench` calls it), and the cache keeps them by the content of finger, mesh and code.
 Those of the default finger on its shipped mesh ship with the package.
@@ -19,8 +20,8 @@ from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER
 
-QUANTITIES = ("sd", "indentation", "contact_area")  # What errors are known of
-MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code stands behind prices in the cache
+QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
+MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code determines the prices in the cache
 SHIPPED = DEFAULT_FINGER.parent / "default_prices.json"
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
@@ -42,7 +43,8 @@ class Loss:
             raise InputError("two forces at least must rise, each with an error in each quantity")
 
     def at(self, force: float, quantity: str) -> float | None:
-        """The larger size of the error at the two measured forces around `force` (N); None outside of them all."""
+        """The larger error, without sign, of a quantity at the two measured forces around `force` (N); None outside of
+        all measured forces."""
         if not self.forces[0] <= force <= self.forces[-1]:
             return None
         right = max(1, next(k for k, measured in enumerate(self.forces) if force <= measured))
@@ -51,7 +53,8 @@ class Loss:
 
 @dataclass(frozen=True, config=STRICT)
 class Cost:
-    """Seconds of a fidelity: before its first scene (assembly, factorisation, reduction), and for each."""
+    """Seconds that a fidelity takes: once before the first press (assembly, factorisation, reduction), and for each
+    press."""
 
     seconds_setup: float
     seconds_per_scene: float
@@ -62,9 +65,9 @@ class Prices:
     """Errors and costs of the fidelities of one finger on one mesh.
 
     specimen : what was pressed, in words; it is the same in all measurements.
-    hertz : hertz against contact, None where it has no answer on this mesh.
-    mesh : contact against itself with elements of `finest_size_mm`.
-    small_strain : contact against finite.
+    hertz : error of hertz against contact, None if hertz has no answer on this mesh.
+    mesh : error of contact against contact with elements of `finest_size_mm`.
+    small_strain : error of contact against finite.
     costs : fidelity -> seconds, on the machine that measured.
     """
 
@@ -112,9 +115,9 @@ def keep(prices: Prices) -> None:
 
 
 def known_prices(finger_sha256: str, mesh_sha256: str) -> Prices | None:
-    """The prices of a finger on a mesh: those in the cache, else those that ship; None where nobody measured them.
+    """The prices of a finger on a mesh, from the cache or from the package; None if nobody has measured them.
 
-    Cached ones of other code do not count. Damaged ones are reported by a warning and count as none.
+    Cached prices of other code do not count. Damaged ones cause a warning and are ignored.
     """
     return _found(finger_sha256, mesh_sha256, cache.folder())
 

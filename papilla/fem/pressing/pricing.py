@@ -18,7 +18,7 @@ from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
 FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
-"""N: those for which the cost of small strain is reported."""
+"""Forces (N) at which the error of small strain is reported."""
 
 SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
 SCENES = 40  # Presses that the seconds of a scene are the median of
@@ -64,7 +64,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
 
 
 def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
-    """Measure the prices of a finger, as `measure_prices`, and keep them in the cache for `fidelity="auto"`."""
+    """Measure the prices of a finger with `measure_prices`, and keep them in the cache for `fidelity="auto"`."""
     prices = measure_prices(finger, size_mm=size_mm, progress=progress)
     keep(prices)
     return prices
@@ -84,7 +84,7 @@ def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
 
 
 def _hertz(reduced: ReducedFinger) -> list[Press]:
-    """The presses by hertz; none where a mesh too coarse, or a skin too hard, has no ellipse for one of them."""
+    """The presses by hertz; empty if the mesh is too coarse or the skin too hard for one of them."""
     try:
         return _presses(reduced, "hertz")
     except ContactRangeError:
@@ -106,7 +106,7 @@ def ship() -> None:
 
 
 def _rounded(found: Loss) -> Loss:
-    """Errors to a hundredth of a percent: what is beyond is the rounding of another machine."""
+    """Errors rounded to a hundredth of a percent; further digits differ from machine to machine."""
     return replace(found, **{name: tuple(round(error, 4) for error in getattr(found, name)) for name in QUANTITIES})
 
 

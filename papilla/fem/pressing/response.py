@@ -1,9 +1,9 @@
-"""`Response`: what gauges feel and how deep a press goes, for all fingers of one geometry, as one smooth function.
+"""`Response`: gauge values and indentation of presses, for all fingers of one geometry, as one smooth function.
 
-Strains depend on F / E_inner, E / E_inner and r = E_outer / E_inner alone, with large strain and friction too
-(`large_strain`). A Chebyshev polynomial in their logarithms goes through a few thousand presses: a new one costs
-microseconds, derivatives are the polynomial's, and the steps by which contact takes node after node are averaged out
-(Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, chapters 7 and 8).
+Strains depend on F / E_inner, E / E_inner and r = E_outer / E_inner alone, also with large strain and friction
+(`large_strain`). A Chebyshev polynomial in the logarithms of these three is fitted to a few thousand presses
+(Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, chapters 7 and 8). So a press costs microseconds
+and has exact derivatives, and the fit averages out the steps that arise as the contact grows node by node.
 """
 
 import json
@@ -29,27 +29,27 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
 
 FORCES = np.geomspace(0.15, 130.0, 20)
-"""F / E_inner in mm2: of an inner layer of 0.034 MPa, 5 mN to 4.4 N."""
+"""F / E_inner in mm2; for an inner layer of 0.034 MPa: 5 mN to 4.4 N."""
 
 MODULI = np.geomspace(0.15, 600.0, 16)
-"""E / E_inner of the specimens: of the same finger, 0.005 to 20 MPa."""
+"""E / E_inner of the specimens; for the same finger: 0.005 to 20 MPa."""
 
 DEGREES, TOTAL = (8, 7, 4), 1.5
 """Largest powers of ln force, ln modulus and ln ratio, and of the sum of a term's shares of these."""
 
 UNRESOLVED = 0.1
-"""Weight of a press that is too light for the mesh, against one that is resolved."""
+"""Weight of a press that is too light for the mesh, relative to a resolved one."""
 
 USUAL = (1.0, 60.0), (1.0, 60.0)
-"""Forces and moduli over which the error is taken: of the same finger, 0.03 to 2 N on 0.03 to 2 MPa."""
+"""Forces and moduli for which the error is measured; for the same finger: 0.03 to 2 N on 0.03 to 2 MPa."""
 
 FOLDS = 5
-"""Parts of the presses; each is predicted by a fit of the others, which gives the error."""
+"""Number of parts of the presses; each part is predicted by a fit to the others, which gives the error."""
 
 
 @dataclass(frozen=True, eq=False)
 class Felt:
-    """What n presses do to g gauges. values : (n, q, g) of `gauges.QUANTITIES`. indentation : (n,) mm.
+    """n presses as seen by g gauges. values : (n, q, g) of `gauges.QUANTITIES`. indentation : (n,) mm.
 
     slope_values (3, n, q, g), slope_indentation (3, n) : derivatives by ln force, ln modulus of the specimen, and ln
     ratio, the inner modulus fixed for the first two and for the third.
@@ -67,7 +67,7 @@ class Response:
 
     coefficients : (terms, 1 + q g) of indentation (mm) / x^(2/3) and of the gauges' values / x, x = F / E_inner in mm2.
     deepest : (3, k) rows of E / E_inner, ratio, and the largest x at which the contact stays on its patch.
-    strained : largest x that large strain was measured up to; infinite where it is not included.
+    strained : largest x for which large strain was measured; infinite if it is not included.
     friction : Coulomb's coefficient, infinite for stick. large_strain : whether it is included.
     error : (1 + q g,) root mean square error of presses predicted by a fit of the others: indentation, relative, then
     the gauges' values over the root mean square of the quantity over the gauges.
@@ -88,7 +88,7 @@ class Response:
     def felt(self, force_N, modulus_MPa, outer: float, inner: float) -> Felt:
         """Presses by forces (n,) on specimens of moduli (n,) of the finger with these Young's moduli (MPa).
 
-        Beyond the presses that it was made of it goes on as its derivative says: see `inside`.
+        Outside the range of the fitted presses the function continues linearly: see `inside`.
         """
         x = np.asarray(force_N, float) / inner
         places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
@@ -102,7 +102,7 @@ class Response:
         return Felt(found[:, 1:].reshape(shape), found[:, 0], slopes[:, :, 1:].reshape(3, *shape), slopes[:, :, 0])
 
     def inside(self, force_N, modulus_MPa, outer: float, inner: float) -> np.ndarray:
-        """(n,) whether presses are among those that the function was made of."""
+        """(n,) whether presses lie within the range of the fitted presses."""
         x, e = np.asarray(force_N, float) / inner, np.asarray(modulus_MPa, float) / inner
         near = np.abs(np.log(self.deepest[1] / (outer / inner)))
         row = self.deepest[:, near == near.min()]
@@ -120,10 +120,10 @@ def response(
     friction: Friction | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Response:
-    """The response of a family to presses on a specimen's shape, whose modulus does not count; kept in the cache.
+    """The response of a family to presses on a specimen's shape (its modulus is ignored); kept in the cache.
 
-    friction : as `papilla.fem.press` has it: None is stick where large strain is known with it, else 0. Raises
-    `InputError` where too few presses stay on the contact's patch.
+    friction : as in `papilla.fem.press`; None means stick if large strain is known with it, else 0. Raises `InputError`
+    if too few presses stay on the contact's patch.
     """
     inner = family.finger.inner.modulus
     members = [family.at(float(ratio) * inner, inner) for ratio in family.ratios]
@@ -169,7 +169,8 @@ def response(
 def _presses(
     member: ReducedFinger, ratio: float, inner: float, specimen: Specimen, friction: Friction, large: bool
 ) -> list[tuple]:
-    """Rows of F / E_inner, E / E_inner, ratio, whether resolved, whether large strain is known, indentation, values."""
+    """Rows of F / E_inner, E / E_inner, ratio, whether the mesh resolves it, whether large strain is known,
+    indentation, values."""
     rows: list[tuple] = []
     rubbing = friction_coefficient(friction)
     presses = press_grid(member, partial(with_modulus, specimen), MODULI * inner, FORCES * inner, friction)
@@ -178,7 +179,7 @@ def _presses(
             continue
         if large:
             try:
-                # Without friction the contact is larger: it may leave the patch where this one does not
+                # Without friction the contact is larger, so it may leave the patch even if the stuck one does not
                 found = including_large_strain(member, touched, found, rubbing, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue
@@ -194,7 +195,7 @@ def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
     """Fit the polynomials to rows of `_presses`: the arrays of a `Response`.
 
     Presses that are too light for the mesh have the weight `UNRESOLVED`. The error is that of presses predicted by a
-    fit of the others.
+    fit to the others.
     """
     if len(rows) < 2 * len(POLYNOMIAL.powers):
         raise InputError(f"only {len(rows)} of {len(FORCES) * len(MODULI) * 7} presses of the family can be made")
