@@ -1,12 +1,11 @@
 """`papilla bench`: speed against error of fidelities, elements and meshes, and beside other libraries."""
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from papilla.cli.options import FingerOption, keep_inputs
-from papilla.cli.output import plain, print_json, progress, say, show_table, tell
+from papilla.cli.options import FingerOption, keep_inputs, option
+from papilla.cli.output import Answer, plain, progress, say, show_table, tell
 
 if TYPE_CHECKING:
     from papilla.studies.bench import Bench
@@ -16,12 +15,11 @@ PLOT = "speed_against_error.png"
 
 def bench(
     finger: FingerOption = None,
-    short: Annotated[bool, typer.Option("--short", help="Coarse meshes and few rows.")] = False,
-    estimators: Annotated[bool, typer.Option("--estimators", help="Compare the estimators instead.")] = False,
-    physics: Annotated[bool, typer.Option("--physics", help="What the press leaves out, effect by effect.")] = False,
-    out: Annotated[Path | None, typer.Option(help=f"Folder for {PLOT}; the working directory without it.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
-) -> None:
+    short: bool = option(False, "Coarse meshes and few rows.", "--short"),
+    estimators: bool = option(False, "Compare the estimators instead.", "--estimators"),
+    physics: bool = option(False, "What the press leaves out, effect by effect.", "--physics"),
+    out: Path | None = option(None, f"Folder for {PLOT}; the working directory without it."),
+) -> Answer:
     """Price every fidelity, element and mesh: seconds and memory against the error to the finest mesh: table and plot.
 
     Each row is measured in a process of its own. Other libraries (extra `peers`) make one press on the same mesh, where
@@ -35,15 +33,13 @@ def bench(
     if physics:
         from papilla.cli.bench_physics import bench_physics
 
-        bench_physics(finger, short, as_json)
-        return
+        return bench_physics(finger, short)
     if estimators:
         if finger is not None:
             raise InputError("--finger is for the fidelities, not for --estimators")
         from papilla.cli.bench_estimators import bench_estimators
 
-        bench_estimators(short, out, as_json)
-        return
+        return bench_estimators(short, out)
     from papilla.fem.pressing.pricing import price
     from papilla.files import check_writable
     from papilla.finger import Finger
@@ -66,10 +62,8 @@ def bench(
         say(sentence)
     write_png(price_figure([row.to_json() for row in found.rows], found.default.reference_size_mm), plot)
     ratios = [{**peer.to_json(), "ratio": found.ratio(peer.seconds_one_press)} for peer in peers]
-    if as_json:
-        print_json({**found.to_json(), "peers": ratios, "peers_missing": list(missing_peers()), "plot": str(plot)})
-    else:
-        _print(found, ratios, plot)
+    facts = found.to_json() | {"peers": ratios, "peers_missing": list(missing_peers()), "plot": str(plot)}
+    return Answer(facts, partial(_print, found, ratios, plot))
 
 
 def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from papilla.cli.output import Stopwatch, print_json, progress, show_rows, tell
+from papilla.cli.output import Answer, Stopwatch, progress, show_rows, tell
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 WORKERS = 2
 PLOT = "estimators.png"
 COST_SECONDS = 4.0
+SHORT_REMARK = "; one run of a scene is no verdict"
 _WAVELENGTH = {
     "asked %": "asked", "answered %": "answered", "false %": "false", "steady %": "false_steady",
     "settled %": "false_settled",
@@ -32,7 +34,7 @@ _COST = {
 }  # fmt: skip
 
 
-def bench_estimators(short: bool, out: Path | None, as_json: bool) -> None:
+def bench_estimators(short: bool, out: Path | None) -> Answer:
     """Compare the wavelength estimators on every scene and the softness estimators on every touch.
 
     `short` takes one run of a scene, and leaves softness out, which needs a calibrated finger. The picture goes to the
@@ -65,17 +67,19 @@ def bench_estimators(short: bool, out: Path | None, as_json: bool) -> None:
             touches = feel(calibration, finger, progress=shown.stage)
     if out is not None:
         write_png(honesty_figure([asdict(row) for row in rows]), out / PLOT)
-    if as_json:
-        tables: dict[str, Sequence[Any]] = {"scenes": rows, "softness": touches, "costs": priced}
-        plain = {name: [asdict(row) for row in table] for name, table in tables.items()}
-        print_json({"short": short, **plain, "plots": [str(out / PLOT)] if out else [], "seconds": watch.seconds})
-        return
+    tables: dict[str, Sequence[Any]] = {"scenes": rows, "softness": touches, "costs": priced}
+    facts: dict[str, Any] = {name: [asdict(row) for row in table] for name, table in tables.items()}
+    facts |= {"short": short, "plots": [str(out / PLOT)] if out else []}
+    return Answer(facts, partial(_show, rows, touches, priced, out, f"{watch.seconds:.0f} s" + SHORT_REMARK * short))
+
+
+def _show(rows: "Sequence[Row]", touches: Sequence[Any], priced: Sequence[Any], out: Path | None, took: str) -> None:
     print_scenes(rows)
     if touches:
         _print("Softness, at the end of a touch; false confident: ok, off by more than 3 sigma and 5 %",
                "disturbed by", touches, "touch", _TOUCH)  # fmt: skip
     _print("What a sample of five gauges costs, in microseconds", "told", priced, "output", _COST)
-    tell(f"{watch.seconds:.0f} s" + ("; one run of a scene is no verdict" if short else ""))
+    tell(took)
     if out is not None:
         tell(f"plot: {out / PLOT}")
 

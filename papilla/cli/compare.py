@@ -1,18 +1,22 @@
 """`papilla compare`: designs and calibrations side by side."""
 
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from papilla.cli.options import (
     PROCESSES,
     FrictionOption,
-    JsonOption,
     argument,
     keep_inputs,
     option,
     read_friction,
     surface_files,
 )
-from papilla.cli.output import Stopwatch, print_json, progress, show_rows, tell
+from papilla.cli.output import Answer, progress, show_rows, tell
+
+if TYPE_CHECKING:
+    from papilla.calibrate.comparison import Comparison
 
 
 def compare(
@@ -26,13 +30,11 @@ def compare(
     ),
     csv: Path | None = option(None, "Table to write.", metavar="FILE.csv"),
     friction: FrictionOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Compare designs and calibrations: S_d, uncertainty of E, receptive fields, price.
 
     A design is calibrated first, as papilla calibrate does; what the cache has of that is not computed again.
     """
-    watch = Stopwatch()
     rubbing = read_friction(friction)
     written = [path for path in (html, csv) if path is not None]
     from papilla.calibrate.comparison import candidate
@@ -54,15 +56,16 @@ def compare(
                 write_comparison(html, comparison, found)
             if csv is not None:
                 write_comparison_table(csv, comparison)
+    domain = {
+        "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
+        "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
+    }
+    facts = {"rows": [row.to_json() for row in comparison.rows], "domain": domain, "verdicts": comparison.verdicts}
     files = {"html": html and str(html), "csv": csv and str(csv)}
-    if as_json:
-        rows = [row.to_json() for row in comparison.rows]
-        domain = {
-            "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
-            "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
-        }
-        print_json({"rows": rows, "domain": domain, "verdicts": comparison.verdicts, **files, "seconds": watch.seconds})
-        return
+    return Answer(facts | files, partial(_print, comparison, written))
+
+
+def _print(comparison: "Comparison", written: list[Path]) -> None:
     heads = ("", "sigma of E", "identified", "S_d (µε)", "slope", "gauges", "answer (µs)", "press (ms)")
     show_rows(
         heads,

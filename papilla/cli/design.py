@@ -1,14 +1,16 @@
 """`papilla design`: studies of designs, and where gauges should sit."""
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import PROCESSES, JsonOption, argument, keep_inputs, option
-from papilla.cli.output import Stopwatch, print_json, progress, say, show_rows, tell
+from papilla.cli.options import PROCESSES, argument, keep_inputs, option
+from papilla.cli.output import Answer, Stopwatch, progress, say, show_rows, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
+    from papilla.design.job import Outcome
     from papilla.design.study import Study
 
 MOST_GAUGES = 8
@@ -23,8 +25,7 @@ def design(
     place: int | None = option(None, "Place 1 to N gauges on the study's finger instead (1 to 8).", metavar="N"),
     scheduler: str | None = option(None, "Dask scheduler whose workers to use, such as tcp://host:8786."),
     workers: int | None = option(None, f"Worker processes on this machine.  [default: {PROCESSES}]"),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Run a study: which finger tells what is asked for.
 
     Writes designs.csv, study.html and the design files of the three best. A study is a TOML file: what is free, fixed
@@ -43,18 +44,22 @@ def design(
     keep_inputs([study], [out / "designs.csv", out / "study.html"])
     count = workers or PROCESSES
     if explain:
-        return _explain(read, count, as_json)
+        return _explain(read, count)
     if place is not None:
-        return _place(read, place, out, as_json)
-    from papilla.design.job import first_words, run_study, summary
+        return _place(read, place, out)
+    from papilla.design.job import run_study, summary
 
     with progress() as shown:
         found = run_study(
             read, out, resume=resume, workers=count, scheduler=scheduler, say=shown.line, stage=shown.stage
         )
-    result = summary(found) | {"seconds": watch.seconds}
-    if as_json:
-        return print_json(result)
+    result = summary(found)
+    return Answer(result, partial(_show, read, found, result, watch.seconds))
+
+
+def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None:
+    from papilla.design.job import first_words
+
     for line in first_words(found):
         tell(line)
     for one in found.confirmed:
@@ -67,37 +72,41 @@ def design(
     ]
     if rows:
         show_rows(heads, rows)
-    tell(f"{result['designs']} designs in {watch.seconds:.0f} s: {found.written['page'][0]}")
+    tell(f"{result['designs']} designs in {seconds:.0f} s: {found.written['page'][0]}")
 
 
-def _explain(study: "Study", workers: int, as_json: bool) -> None:
+def _explain(study: "Study", workers: int) -> Answer:
     from papilla.design.explaining import price
 
     with progress() as shown:
         found = price(study, shown.line)
     seconds = found.seconds(workers)
-    if as_json:
-        return print_json(vars(found) | {"workers": workers, "seconds": seconds})
-    at_most = "at most " if study.sampler.kind == "optimise" else ""
-    tell(f"{at_most}{found.designs} designs of {found.geometries} geometries, gauges at {found.sites} places")
-    geometry = "from the cache" if found.cached else f"{found.per_geometry:.0f} s"
-    tell(f"a geometry: {geometry}; a design: {1000 * found.per_design:.0f} ms")
-    tell(f"about {seconds:.0f} s with {workers} workers, and {study.confirm} calibrations at the end")
-    if found.cached and found.geometries > 1:
-        say("the other geometries may not be in the cache: half a minute each on an idle core")
+
+    def show() -> None:
+        at_most = "at most " if study.sampler.kind == "optimise" else ""
+        tell(f"{at_most}{found.designs} designs of {found.geometries} geometries, gauges at {found.sites} places")
+        geometry = "from the cache" if found.cached else f"{found.per_geometry:.0f} s"
+        tell(f"a geometry: {geometry}; a design: {1000 * found.per_design:.0f} ms")
+        tell(f"about {seconds:.0f} s with {workers} workers, and {study.confirm} calibrations at the end")
+        if found.cached and found.geometries > 1:
+            say("the other geometries may not be in the cache: half a minute each on an idle core")
+
+    return Answer(vars(found) | {"workers": workers, "seconds": seconds}, show)
 
 
-def _place(study: "Study", count: int, out: Path, as_json: bool) -> None:
+def _place(study: "Study", count: int, out: Path) -> Answer:
     from papilla.design.placing import place_gauges
 
     with progress() as shown:
         found = place_gauges(study, count, out, shown.line)
     chosen = found.of(found.sets[-1]).gauges
     keys = ("name", "angle_deg", "y_mm", "direction_deg")
-    if as_json:
-        gauges = [{key: getattr(one, key) for key in keys} for one in chosen]
-        return print_json({"gauges": gauges, "sigma": found.sigma, "written": found.written})
-    for line in found.sentences:
-        tell(line)
-    show_rows(keys, [[one.name, *(f"{getattr(one, key):g}" for key in keys[1:])] for one in chosen])
-    tell(f"written: {', '.join(found.written)}")
+    gauges = [{key: getattr(one, key) for key in keys} for one in chosen]
+
+    def show() -> None:
+        for line in found.sentences:
+            tell(line)
+        show_rows(keys, [[one["name"], *(f"{one[key]:g}" for key in keys[1:])] for one in gauges])
+        tell(f"written: {', '.join(found.written)}")
+
+    return Answer({"gauges": gauges, "sigma": found.sigma, "written": found.written}, show)

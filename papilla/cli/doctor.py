@@ -3,12 +3,11 @@
 import os
 import platform
 import re
+from functools import partial
 from typing import Any
 
-import typer
-
-from papilla.cli.options import PROCESSES, JsonOption, option
-from papilla.cli.output import Stopwatch, print_json, say, tell
+from papilla.cli.options import PROCESSES, option
+from papilla.cli.output import Answer, Stopwatch, say, tell
 from papilla.cli.verify import CHECK_FAILED, case_keys
 
 MB = 1e6
@@ -18,13 +17,11 @@ _REQUIREMENT = re.compile(r"([\w.-]+)[^;]*(?:;.*extra == ['\"]([\w-]+)['\"])?")
 
 def doctor(
     clean: bool = option(False, "Empty the cache first; what is needed again is computed again.", "--clean"),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Show versions, solver, rendering, threads, cache and extras, and test in seconds that papilla computes.
 
     The environment variable PAPILLA_CACHE names the cache's folder. Exit code 1 says that a check failed.
     """
-    watch = Stopwatch()
     from papilla import __version__, cache
 
     removed = 0
@@ -50,13 +47,7 @@ def doctor(
     cases = [case_keys(case) for case in self_test()]
     failed = [case["name"] for case in cases if not case["passed"]]
     facts["self_test"] = {"passed": not failed, "seconds": test.seconds, "cases": cases}
-    facts["seconds"] = watch.seconds
-    if as_json:
-        print_json(facts)
-    else:
-        _print(facts, failed)
-    if failed:
-        raise typer.Exit(CHECK_FAILED)
+    return Answer(facts, partial(_print, facts, failed), CHECK_FAILED if failed else 0)
 
 
 def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:

@@ -1,19 +1,16 @@
 """`papilla log map`: what the columns of somebody's log seem to be."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Any
 
-import typer
-
-from papilla.cli.options import JsonOption, keep_inputs
-from papilla.cli.output import print_json, say, show_table, tell
+from papilla.cli.options import argument, keep_inputs, option
+from papilla.cli.output import Answer, say, show_table, tell
 
 
 def map(
-    file: Annotated[Path, typer.Argument(help="Log as a lab writes it (CSV, TSV, .gz).", metavar="FILE")],
-    out: Annotated[Path, typer.Option(help="Map to write (TOML); estimate, identify and calibrate take it by --map.")],
-    as_json: JsonOption = False,
-) -> None:
+    file: Path = argument(..., "Log as a lab writes it (CSV, TSV, .gz).", metavar="FILE"),
+    out: Path = option(..., "Map to write (TOML); estimate, identify and calibrate take it by --map."),
+) -> Answer:
     """Propose which column of a log is what, in which unit, and why; nothing is read by it before you say so."""
     from rich.table import Table
     from rich.text import Text
@@ -25,15 +22,16 @@ def map(
     keep_inputs([file], [out])
     found = propose(file)
     write_text(out, found.to_toml())
-    if as_json:
-        columns = [vars(guess) for guess in found.guesses]
-        how = {"delimiter": found.delimiter, "decimal": found.decimal, "header_line": found.header_line}
-        print_json({"map": str(out), "columns": columns, "open_questions": list(found.open_questions)} | how)
-        return
-    table = Table("column", "is", "unit", "because")
-    for guess in found.guesses:
-        table.add_row(*(Text(plain(cell)) for cell in (guess.name, guess.meant or "-", guess.unit, guess.reason)))
-    show_table(table)
-    for question in found.open_questions:
-        say(question)
-    tell(f"Wrote {out}: check it, then give it by --map, or leave it beside the log as log_map.toml")
+    facts: dict[str, Any] = {"map": str(out), "columns": [vars(guess) for guess in found.guesses]}
+    facts |= {"delimiter": found.delimiter, "decimal": found.decimal, "header_line": found.header_line}
+
+    def show() -> None:
+        table = Table("column", "is", "unit", "because")
+        for guess in found.guesses:
+            table.add_row(*(Text(plain(cell)) for cell in (guess.name, guess.meant or "-", guess.unit, guess.reason)))
+        show_table(table)
+        for question in found.open_questions:
+            say(question)
+        tell(f"Wrote {out}: check it, then give it by --map, or leave it beside the log as log_map.toml")
+
+    return Answer(facts | {"open_questions": list(found.open_questions)}, show)

@@ -24,7 +24,7 @@ from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
 from papilla.cli.options import grouped
-from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, plain
+from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, Answer, plain
 from papilla.cli.press import press
 from papilla.cli.reproduce import reproduce
 from papilla.cli.slide import slide
@@ -48,7 +48,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
+COMMANDS: dict[str, tuple[Callable[..., Answer | None], ...]] = {
     "": (
         calibrate,
         identify,

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Literal
 
-from papilla.cli.options import JsonOption, argument, option
-from papilla.cli.output import print_json, tell
+from papilla.cli.options import argument, option
+from papilla.cli.output import Answer, tell
 from papilla.errors import InputError
 
 Shape = Literal["dome", "slab", "surfaces"]
@@ -16,8 +16,7 @@ SURFACES_MM = {"skin.stl": (24.0, 30.0, 20.0), "interface.stl": (21.0, 27.0, 17.
 def new(
     file: Path = argument(..., "Design file to write (TOML).", metavar="FILE"),
     shape: Shape = option("dome", "Half ellipsoid, extruded section, or three surface files, which are written too."),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Write a commented design file to start from; nothing is overwritten."""
     from papilla.files import replacing_set
     from papilla.finger import DEFAULT_FINGER, Finger
@@ -34,10 +33,10 @@ def new(
             from papilla.mesh.example_surfaces import write_half_ellipsoid
 
             write_half_ellipsoid(part, axes)
-    if as_json:
-        print_json(
-            {"finger": str(file), "shape": shape, "name": Finger.load(file).name, "files": list(map(str, written))}
-        )
-        return
-    tell(f"Wrote {', '.join(map(str, written))}")
-    tell(f"Try it: papilla press --finger {file} --modulus 0.51 --force 0.588")
+    facts = {"finger": str(file), "shape": shape, "name": Finger.load(file).name, "files": list(map(str, written))}
+
+    def show() -> None:
+        tell(f"Wrote {', '.join(map(str, written))}")
+        tell(f"Try it: papilla press --finger {file} --modulus 0.51 --force 0.588")
+
+    return Answer(facts, show)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 import typer
 
 from papilla.checks import positive
-from papilla.cli.output import say
+from papilla.cli.output import Answer, Stopwatch, print_json, say
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,9 +81,13 @@ MapOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
-def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """The command as typer needs it: each field of a parameter that is a dataclass is a parameter of its own."""
+def grouped(command: Callable[..., Answer | None]) -> Callable[..., None]:
+    """The command as typer needs it: each field of a parameter that is a dataclass is a parameter of its own.
+
+    A command that returns an `Answer` has `--json`, too: then its facts and its seconds are printed, else it is shown.
+    """
     hints, parameters = get_type_hints(command, include_extras=True), []
+    answers = hints.get("return") is Answer
     groups: dict[str, Any] = {}
     for name, parameter in signature(command).parameters.items():
         kind = hints[name]
@@ -97,13 +101,21 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
                 Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=own[field.name])
             )
 
+    if answers:
+        parameters.append(Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=JsonOption))
+
     @wraps(command)
     def called(**values: Any) -> None:
+        watch, as_json = Stopwatch(), answers and values.pop("as_json")
         filled = {
             name: kind(**{field.name: values.pop(field.name) for field in fields(kind)})
             for name, kind in groups.items()
         }
-        command(**values, **filled)
+        found = command(**values, **filled)
+        if found is not None:
+            print_json({"seconds": watch.seconds} | {**found.facts}) if as_json else found.show()
+            if found.code:
+                raise typer.Exit(found.code)
 
     called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}

@@ -5,9 +5,9 @@ import math
 import re
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 2, 70, 130, 141, 143
 """Exit codes beside 0 (done) and 1 (a check failed)."""
@@ -15,6 +15,14 @@ BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 2, 70, 130, 141, 143
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
     from rich.table import Table
+
+
+class Answer(NamedTuple):
+    """What a command found: plain values for `--json`, what shows them to a person, and the exit code."""
+
+    facts: Mapping[str, Any]
+    show: Callable[[], object]
+    code: int = 0
 
 
 def plain(text: str) -> str:

@@ -1,11 +1,11 @@
 """`papilla reproduce`: the published claims beside what papilla finds."""
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from papilla.cli.output import Stopwatch, plain, print_json, progress, show_table, tell
+from papilla.cli.options import option
+from papilla.cli.output import Answer, Stopwatch, plain, progress, show_table, tell
 
 if TYPE_CHECKING:
     from papilla.studies.reproduce.runner import Result
@@ -16,12 +16,9 @@ MOST_NOTES = 12
 
 
 def reproduce(
-    only: Annotated[
-        str, typer.Option(metavar="TEXT", help="Claims whose key, source, experiment or words hold this text.")
-    ] = "",
-    out: Annotated[Path | None, typer.Option(help=f"Folder for {PAGE}, with a picture an experiment.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
-) -> None:
+    only: str = option("", "Claims whose key, source, experiment or words hold this text.", metavar="TEXT"),
+    out: Path | None = option(None, f"Folder for {PAGE}, with a picture an experiment."),
+) -> Answer:
     """Put what the papers claim beside what papilla finds, one row a claim, with a verdict and what stands behind it.
 
     All of it takes some minutes, the first time more (meshes and presses are kept); --only is quick.
@@ -40,23 +37,17 @@ def reproduce(
 
         write_page(out / PAGE, found, watch.seconds)
     answers = [answer for result in found for answer in result.answers]
-    if as_json:
-        rows = [
-            answer.to_json() | {"noise": result.experiment.noise, "seeds": result.experiment.seeds}
-            for result in found
-            for answer in result.answers
-        ]
-        page = None if out is None else str(out / PAGE)
-        counts = {"counts": summary(answers), "reproduced": by_evidence(answers)}
-        print_json({"claims": rows, **counts, "seconds": watch.seconds, "page": page})
-        return
-    _print(found)
-    tell(f"{head(answers)}; {watch.seconds:.0f} s")
-    if out is not None:
-        tell(f"Wrote {out / PAGE}")
+    rows = [
+        answer.to_json() | {"noise": result.experiment.noise, "seeds": result.experiment.seeds}
+        for result in found
+        for answer in result.answers
+    ]
+    facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers)}
+    last = [f"{head(answers)}; {watch.seconds:.0f} s", *([] if out is None else [f"Wrote {out / PAGE}"])]
+    return Answer(facts | {"page": None if out is None else str(out / PAGE)}, partial(_print, found, last))
 
 
-def _print(found: "list[Result]") -> None:
+def _print(found: "list[Result]", last: list[str]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -85,3 +76,5 @@ def _print(found: "list[Result]") -> None:
     show_table(table)
     if len(answers) > MOST_NOTES:
         tell("Notes, tolerances and calls: --only KEY, --json or --out DIR.")
+    for line in last:
+        tell(line)

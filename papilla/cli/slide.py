@@ -1,11 +1,12 @@
 """`papilla slide`: one sliding scene, written as the log of a finger, with its truth beside it."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from papilla.cli.options import FingerOption, JsonOption, SceneOption, keep_inputs, option, scene_of, surface_files
-from papilla.cli.output import print_json, print_table, progress, tell
+from papilla.cli.options import FingerOption, SceneOption, keep_inputs, option, scene_of, surface_files
+from papilla.cli.output import Answer, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -89,8 +90,7 @@ def slide(
     finger: FingerOption = None,
     scene: SceneOption = None,
     movie: Path | None = option(None, "Moving picture of the section to write as well (GIF)."),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Slide the finger over a grating or a measured profile: gauge signals as `papilla estimate` reads them.
 
     Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
@@ -134,10 +134,7 @@ def slide(
         from papilla.view.slide_movie import write_slide_movie
 
         write_slide_movie(movie, design, texture, found)
-    if as_json:
-        print_json(facts)
-    else:
-        _print(facts)
+    return Answer(facts, partial(_print, facts))
 
 
 def _design(path: Path | None, ridges: bool) -> "Finger":
@@ -154,15 +151,14 @@ def _facts(found: "Slide", texture: "Texture") -> dict:
 
     slides = found.sliding
     measured = isinstance(texture, MeasuredProfile)
-    return {
+    same = ("status", "friction", "dynamics", "why", "loss_factor", "loss_from", "first_mode_Hz", "highest_Hz")
+    return {name: getattr(found, name) for name in (*same, "energy_error", "in_groove_mm", "seconds")} | {
         "schema": SCHEMA,
-        "status": found.status,
         "texture": {"kind": "profile", "span_mm": list(texture.span)}
         if measured
         else {"kind": "grating", **vars(texture)},
         "wavelength_mm": texture.wavelength,
         "ridge_pitch_mm": found.ridge_pitch_mm or None,
-        "friction": found.friction,
         "gauges": list(found.gauge_names),
         "samples": len(found.readings),
         "rate_Hz": found.motion.rate_Hz,
@@ -172,20 +168,11 @@ def _facts(found: "Slide", texture: "Texture") -> dict:
         "at_rest": _at_rest(found.tied),
         "fully_sliding_from_s": float(found.motion.t_s[np.argmax(slides)]) if slides.any() else None,
         "share_fully_sliding": float(slides.mean()),
-        "dynamics": found.dynamics,
-        "why": found.why,
-        "loss_factor": found.loss_factor,
-        "loss_from": found.loss_from,
-        "first_mode_Hz": found.first_mode_Hz,
-        "highest_Hz": found.highest_Hz,
         "mean_microstrain": found.amplified.mean(axis=0).tolist(),
         "sd_microstrain": found.amplified.std(axis=0).tolist(),
         "relaxed_steps": found.relaxed,
         "unresolved_steps": found.unresolved,
-        "energy_error": found.energy_error,
-        "in_groove_mm": found.in_groove_mm,
         "flank_push_of_force": found.flank_push,
-        "seconds": found.seconds,
     }
 
 

@@ -1,13 +1,14 @@
 """`papilla telepresence simulate`: remote touch over a simulated link with delay and loss."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
-from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs, option
-from papilla.cli.output import print_json, print_table, progress, say, tell
+from papilla.cli.options import SceneOption, about, keep_inputs, option
+from papilla.cli.output import Answer, print_table, progress, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
     QUANTITIES,
@@ -79,8 +80,7 @@ def simulate(
     scene: SceneOption = None,
     out: OutOption = None,
     html: Path | None = option(None, "Page to play with: finger, grating, sliders (HTML)."),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Simulate hand, link, sensor and display, with the local model and with direct feedback on the same signals.
 
     Direct feedback displays the sensor's signal when it arrives, one round trip late. The local model is sent the
@@ -96,11 +96,14 @@ def simulate(
     With --calibration a soft specimen lies under the texture and the finger presses while it slides: modulus, friction
     and contact area travel too, each with its standard deviation and status.
     """
+    from papilla.files import check_writable
     from papilla.telepresence.direct import DirectFeedback
     from papilla.telepresence.loop import Set, run
 
-    inputs = [scene, log, display.curve, specimen.calibration, specimen.sweep]
-    _check_files(inputs, [path for path in (out, html) if path is not None])
+    written = [path for path in (out, html) if path is not None]
+    keep_inputs([scene, log, display.curve, specimen.calibration, specimen.sweep], written)
+    for path in written:
+        check_writable(path.parent)
     refuse_with_log(context, log, *GRATING, "calibration")
     (up, down), motion, soft, (model, described) = link.ways(), hand.motion(), specimen.soft(), display.model()
     _check_force(soft, hand.force)
@@ -119,17 +122,7 @@ def simulate(
     if html is not None:
         _write_page(html, simulated, record, model, link.round_trip_ms)
         found["page"] = str(html)
-    print_json(found) if as_json else _print(found)
-
-
-def _check_files(inputs: list[Path | None], outputs: list[Path]) -> None:
-    from papilla.files import check_writable
-
-    keep_inputs(inputs, outputs)
-    if len({path.resolve() for path in outputs}) < len(outputs):
-        raise InputError(f"--out and --html must be two files, got {outputs[0]} twice")
-    for path in outputs:
-        check_writable(path.parent)
+    return Answer(found, partial(_print, found))
 
 
 def _check_force(soft: "Soft | None", force: float) -> None:

@@ -1,10 +1,11 @@
 """`papilla texture train | classify`: textures told apart over the path, whatever the speed."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import JsonOption, MapOption, argument, keep_inputs, option
-from papilla.cli.output import print_json, print_table, tell
+from papilla.cli.options import MapOption, argument, keep_inputs, option
+from papilla.cli.output import Answer, print_table, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,8 +26,7 @@ def train(
     ),
     bands: int = option(8, "Bands of wavelength."),
     log_map: MapOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Train on logs with velocity or position, at least two of each label: at two speeds, or else twice."""
     from papilla.estimators.texture import Features, train
 
@@ -38,19 +38,20 @@ def train(
     model = train([(run[0], group, *run[2:]) for run, group in zip(runs, groups, strict=True)], features=how)
     model.save(out)
     found = {"model": str(out), "labels": list(model.labels), "left_out": left_out, "accuracy": model.accuracy}
-    if as_json:
-        print_json(found)
-        return
-    print_table([(f"{name}, {left_out} left out", f"{share:.3f}", "right") for name, share in model.accuracy.items()])
-    tell(f"Wrote {out}")
+
+    def show() -> None:
+        shares = model.accuracy.items()
+        print_table([(f"{name}, {left_out} left out", f"{share:.3f}", "right") for name, share in shares])
+        tell(f"Wrote {out}")
+
+    return Answer(found, show)
 
 
 def classify(
     log: Path = argument(..., "Log with velocity or position.", metavar="LOG.csv"),
     model: Path = option(..., "Model file of `papilla texture train`."),
     log_map: MapOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Say what a log is of, window by window and as a whole; unknown where it is like nothing that was trained."""
     from papilla.estimators.texture import TextureModel
 
@@ -59,10 +60,8 @@ def classify(
     most = max(sorted(set(labels)), key=labels.count)
     found = {"label": most, "share": labels.count(most) / len(labels), "windows": labels}
     found |= {"squared_distance": distances.min(axis=1).tolist(), "limit": known.limit}
-    if as_json:
-        print_json(found)
-    else:
-        print_table([("texture", most, ""), ("share of windows", f"{found['share']:.2f}", f"of {len(labels)}")])
+    rows = [("texture", most, ""), ("share of windows", f"{found['share']:.2f}", f"of {len(labels)}")]
+    return Answer(found, partial(print_table, rows))
 
 
 def _named(text: str) -> tuple[str, Path]:

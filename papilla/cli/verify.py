@@ -1,10 +1,10 @@
 """`papilla verify`: papilla against exact answers, second methods and hard cases."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from papilla.cli.output import print_json, progress, say, show_table
+from papilla.cli.options import option
+from papilla.cli.output import Answer, progress, say, show_table
 
 if TYPE_CHECKING:
     from papilla.studies.verify import Case
@@ -13,9 +13,8 @@ CHECK_FAILED = 1
 
 
 def verify(
-    only: Annotated[list[str] | None, typer.Option(help="Run this family of cases alone (may be repeated).")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
-) -> None:
+    only: list[str] | None = option(None, "Run this family of cases alone (may be repeated)."),
+) -> Answer:
     """Check papilla against closed forms, exact solutions, second methods and hard cases.
 
     Each case has a bound; exit code 1 says that one misses its own.
@@ -34,12 +33,8 @@ def verify(
     for sentence in skipped:
         say(sentence)
     passed = all(case.passed for case in cases)
-    if as_json:
-        print_json({"passed": passed, "cases": [case_keys(case) for case in cases], "skipped": skipped})
-    else:
-        _print(cases)
-    if not passed:
-        raise typer.Exit(CHECK_FAILED)
+    facts = {"passed": passed, "cases": [case_keys(case) for case in cases], "skipped": skipped}
+    return Answer(facts, partial(_print, cases), 0 if passed else CHECK_FAILED)
 
 
 def case_keys(case: "Case") -> dict[str, Any]:

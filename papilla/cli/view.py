@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from papilla.checks import positive
 from papilla.cli.options import (
     FingerOption,
-    JsonOption,
     PlaceOption,
     SizeOption,
     SpecimenOptions,
@@ -17,7 +16,7 @@ from papilla.cli.options import (
     scene_of,
     surface_files,
 )
-from papilla.cli.output import Progress, Stopwatch, print_json, progress, tell
+from papilla.cli.output import Answer, Progress, progress, tell
 from papilla.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:
@@ -53,10 +52,8 @@ def view(
     gauge: str | None = option(None, "Gauge of a receptive field.  [default: maps of all]"),
     finger: FingerOption = None,
     size_mm: SizeOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Draw the strain field of a press, its contact pressure, or the receptive fields of the gauges."""
-    watch = Stopwatch()
     given = {"html": html, "export": export, "component": component}
     _refuse_idle(what, specimen, given, {"modulus": modulus, "beside": beside, "force": force}, gauge)
     if screenshot is None and html is None and export is None:
@@ -88,12 +85,14 @@ def view(
             load = SHOWN_FORCE_N if force is None else positive("--force (N)", force)
             scene = _Pictures(design, specimen, moduli, load, at, mesh_size(size_mm), shown)
             facts |= scene.write(what, targets, component)
-    if as_json:
-        print_json({**facts, **{key: path and str(path) for key, path in targets.items()}, "seconds": watch.seconds})
-    else:
+    facts |= {key: path and str(path) for key, path in targets.items()}
+
+    def show() -> None:
         if "physics" in facts:
             tell(f"Pressed on: {facts['physics']}")
         tell(f"Wrote {', '.join(map(str, written))}")
+
+    return Answer(facts, show)
 
 
 def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None) -> None:

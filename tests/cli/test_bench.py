@@ -61,7 +61,7 @@ def test_estimators_are_the_other_bench(papilla, refused, monkeypatch, tmp_path)
     monkeypatch.setattr("papilla.cli.bench_estimators.bench_estimators", lambda *arguments: calls.append(arguments))
     assert papilla("bench", "--estimators", "--short", "--json").code == 0
     assert papilla("bench", "--estimators", "--out", tmp_path).code == 0
-    assert calls == [(True, None, True), (False, tmp_path, False)]
+    assert calls == [(True, None), (False, tmp_path)]
     assert "--finger is for the fidelities, not for --estimators" in refused(
         "bench", "--estimators", "--finger", "f.toml"
     )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from papilla.cli import bench_estimators as command
+from papilla.cli.output import json_text
 from papilla.errors import InputError
 from papilla.studies.estimator_bench import cost, honesty, other_methods, runner
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
@@ -279,10 +280,12 @@ def test_the_command_in_short(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(runner, "SHORT", SMALL)
     monkeypatch.setattr(command, "WORKERS", 1)
     monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
-    command.bench_estimators(True, tmp_path, True)
-    printed = json.loads(capsys.readouterr().out)
-    assert printed["short"] is True and printed["seconds"] > 0 and printed["softness"] == []
+    answer = command.bench_estimators(True, tmp_path)
+    printed = json.loads(json_text(answer.facts))
+    assert printed["short"] is True and printed["softness"] == []
     assert printed["plots"] == [str(tmp_path / command.PLOT)] and (tmp_path / command.PLOT).stat().st_size > 1000
+    answer.show()
+    assert "; one run of a scene is no verdict" in capsys.readouterr().out
     assert {row["scene"] for row in printed["scenes"]} == set(SMALL.scenes) and printed["costs"][0]["update_us"] == 2
 
 
