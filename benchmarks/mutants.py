@@ -1,26 +1,32 @@
 """Do the tests notice? Seeded faults in the code, one at a time, each against the quick tests of its package.
 
 Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a test killed, and those
-that survived. Every mutant runs in a copy of the tree, against the tests that reach its function, the quickest
-first; a run that hangs counts as killed. `--list` shows the mutants.
+that survived. `--list` shows the mutants.
+
+Every mutant runs in a copy of the tree, against the tests that reach its function, the quickest first, until one
+fails. First all tests of the package run without a fault, traced: this gives the functions that a test reaches, its
+time, and a cache of results that later runs start from. A second run, the quickest first, is the control: it must
+pass. A result is cached under the code that computes it, so a mutant of this code computes it anew. Meshes are the
+exception (their key has no code) and are made anew by every run. A run that takes far longer than without the fault
+is stopped; it counts as killed, and the summary says how many.
 """
 
 import argparse
 import ast
 import copy
 import json
+import multiprocessing
 import os
 import random
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Queue
 
 import pytest
 
@@ -47,6 +53,24 @@ FLIPPED = {ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, a
 SWAPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.And: ast.Or, ast.Or: ast.And}
 OPPOSITE = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any",
             "argmin": "argmax", "argmax": "argmin", "floor": "ceil", "ceil": "floor"}  # fmt: skip
+
+CACHE = "papilla-cache"
+"""Name of the folder of tests/conftest.py that keeps results for a session."""
+
+LIMIT_S, LIMIT_TIMES = 60.0, 10.0
+"""Tests are stopped after this time (s), and so many times the time they take without a fault, traced. Other work on
+the machine should not stop a mutant's tests; a loop without end should not take an hour."""
+
+PROCESSES = multiprocessing.get_context("forkserver")
+"""Processes that begin with the libraries imported, but not papilla."""
+
+PROCESSES.set_forkserver_preload(
+    ["numpy", "scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.sparse.linalg", "scipy.spatial",
+     "scipy.stats", "skfem", "pydantic", "msgspec", "meshio", "matplotlib.pyplot", "typer", "rich.console", "pytest"]
+)  # fmt: skip
+
+EVERY = "tests/conftest.py"
+"""A file that all tests reach."""
 
 QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
 
@@ -99,14 +123,17 @@ class Mutant:
 def mutants_of(path: Path) -> Iterator[Mutant]:
     """Every mutant of a file."""
     text = path.read_text()
+    lines = [line.encode() for line in text.splitlines(keepends=True)]
     for node in _code(ast.parse(text)):
         for changed in _changed(node):
-            before = ast.get_source_segment(text, node) or ""
             assert isinstance(node, ast.expr | ast.stmt) and node.end_lineno and node.end_col_offset
             after = ast.unparse(ast.fix_missing_locations(changed))
             if isinstance(node, ast.BinOp | ast.BoolOp | ast.Compare | ast.UnaryOp):
                 after = f"({after})"
             span = (node.lineno, node.col_offset, node.end_lineno, node.end_col_offset)
+            first, start, last, end = span
+            part = [*lines[first - 1 : last - 1], lines[last - 1][:end]]
+            before = b"".join([part[0][start:], *part[1:]]).decode()
             yield Mutant(path.relative_to(ROOT).as_posix(), span, before, after)
 
 
@@ -134,7 +161,7 @@ def _code(node: ast.AST, free: tuple[str, ...] = ()) -> Iterator[ast.AST]:
 def _changed(node: ast.AST) -> Iterator[ast.AST]:
     if not isinstance(node, ast.expr | ast.Return):
         return
-    new = copy.deepcopy(node)
+    new = copy.copy(node)
     match new:
         case ast.Compare(ops=[only]) if type(only) in FLIPPED:
             new.ops = [FLIPPED[type(only)]()]
@@ -155,10 +182,10 @@ def _changed(node: ast.AST) -> Iterator[ast.AST]:
             new.value = float(f"{1.1 * new.value:.12g}")
             yield new
         case ast.Call(func=ast.Name(id=name)) if name in OPPOSITE:
-            new.func.id = OPPOSITE[name]
+            new.func = ast.Name(OPPOSITE[name], ast.Load())
             yield new
         case ast.Call(func=ast.Attribute(attr=name)) if name in OPPOSITE:
-            new.func.attr = OPPOSITE[name]
+            new.func = ast.Attribute(new.func.value, OPPOSITE[name], ast.Load())
             yield new
         # A hypotenuse has no first side.
         case ast.Call(args=[first, second, *rest]) if ast.dump(first) != ast.dump(second) and _name(new) != "hypot":
@@ -166,7 +193,7 @@ def _changed(node: ast.AST) -> Iterator[ast.AST]:
                 new.args = [second, first, *rest]
                 yield new
         case ast.Return(value=ast.Tuple(elts=[first, second, *rest])) if ast.dump(first) != ast.dump(second):
-            new.value.elts = [second, first, *rest]
+            new.value = ast.Tuple([second, first, *rest], ast.Load())
             yield new
 
 
@@ -193,6 +220,7 @@ class Reached:
     def __init__(self, tree: Path):
         self.own: dict[str, set[str]] = {}
         self.fixtures: dict[str, set[str]] = {}
+        self.lasted: dict[str, float] = {}
         self.tests: list[tuple[float, str, list[str]]] = []
         self.source, self.now = f"{tree}{os.sep}", set[str]()
 
@@ -207,12 +235,14 @@ class Reached:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef):
-        """Notes what a fixture calls for all tests that use it."""
+        """Notes what a fixture calls for all tests that use it, and the time."""
         test, self.now = self.now, self.fixtures.setdefault(fixturedef.argname, set())
+        started = time.perf_counter()
         try:
             return (yield)
         finally:
             self.now = test
+            self.lasted[fixturedef.argname] = time.perf_counter() - started
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item):
@@ -223,34 +253,82 @@ class Reached:
         finally:
             self.tests.append((time.perf_counter() - started, item.nodeid, list(item.fixturenames)))
 
-    def by_function(self) -> dict[str, list[str]]:
-        """Each "file:line" of a function, and each file -> the tests that reach it, the quickest first."""
-        found: dict[str, list[str]] = {}
-        for _, test, names in sorted(self.tests):
+    def by_function(self) -> dict[str, tuple[float, list[str]]]:
+        """Each "file:line" of a function, and each file -> seconds and names of its tests, the quickest first."""
+        costs = [(cost + sum(self.lasted.get(name, 0.0) for name in names), test, names)
+                 for cost, test, names in self.tests]  # fmt: skip
+        found: dict[str, tuple[float, list[str]]] = {}
+        for cost, test, names in sorted(costs):
             functions = self.own[test].union(*(self.fixtures.get(name, ()) for name in names))
             for place in functions | {function.partition(":")[0] for function in functions}:
-                found.setdefault(place, []).append(test)
+                before, tests = found.get(place, (0.0, []))
+                found[place] = before + cost, [*tests, test]
         return found
 
 
-def reached(package: str, tree: Path) -> dict[str, list[str]]:
-    """The tests that reach each function of a package; ends here where they fail without any fault."""
+class Warm:
+    """A plugin of pytest: the cache of the session starts with what the run without a fault has left."""
+
+    def __init__(self, kept: Path):
+        self.kept = kept
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_fixture_setup(self, fixturedef, request):
+        """Copies it just before the fixture of tests/conftest.py opens it."""
+        if fixturedef.argname == "cache_folder":
+            base = request.getfixturevalue("tmp_path_factory").getbasetemp()
+            shutil.copytree(self.kept, base / CACHE, copy_function=os.link)
+
+
+def run_tests(tree: Path, tests: list[str], traced: bool) -> None:
+    """Run tests in a copy of the tree, as the job of a process of its own, which ends with pytest's exit code."""
+    os.setsid()  # What the tests start ends with them
+    os.chdir(tree)
+    os.environ["PYTHONPATH"] = str(tree)
+    sys.path.insert(0, str(tree))
+    with open("output.txt", "w") as output:
+        os.dup2(output.fileno(), 1)
+        os.dup2(output.fileno(), 2)
+    base = f"--basetemp={tree / 'tmp'}"
+    if not traced:
+        sys.exit(pytest.main([*QUICK, base, *tests], [Warm(tree / CACHE)]))
+    plugin = Reached(tree)
+    sys.settrace(plugin.see)
+    threading.settrace(plugin.see)
+    failed = pytest.main([*QUICK, base, *tests], [plugin])
+    sys.settrace(None)
+    Path("reached.json").write_text(json.dumps(plugin.by_function()))
+    sys.exit(failed)
+
+
+def outcome(tree: Path, tests: list[str], limit_s: float | None = None, traced: bool = False) -> int | None:
+    """Exit code of tests in a copy of the tree; None where they took longer than the limit."""
+    process = PROCESSES.Process(target=run_tests, args=(tree, tests, traced))
+    process.start()
+    process.join(limit_s)
+    if process.exitcode is None:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.join()
+        return None
+    return process.exitcode
+
+
+def reached(package: str, tree: Path) -> dict[str, tuple[float, list[str]]]:
+    """Time (s) and names of the tests that reach each function; ends here where they fail without any fault."""
     known = TESTS.get(package, (f"tests/{package}", f"tests/test_{package}.py"))
     places = [place for place in known if (ROOT / place).exists()]
-    code = (
-        "import json, sys, threading; sys.path.insert(0, 'benchmarks'); import pytest; from pathlib import Path; "
-        "from mutants import QUICK, Reached; plugin = Reached(Path.cwd()); "
-        "sys.settrace(plugin.see); threading.settrace(plugin.see); "
-        "failed = pytest.main([*QUICK, *sys.argv[1:]], [plugin]); sys.settrace(None); "
-        "Path('reached.json').write_text(json.dumps(plugin.by_function())); sys.exit(failed)"
-    )
-    done = subprocess.run([sys.executable, "-c", code, *places], cwd=tree, env=_environment(tree), capture_output=True)
-    if done.returncode:
-        raise SystemExit(f"{package}: its tests fail without a fault\n{done.stdout.decode()[-2000:]}")
-    return {"": places} | json.loads((tree / "reached.json").read_text())
+    started = time.perf_counter()
+    if outcome(tree, places, traced=True) != 0:
+        raise SystemExit(f"{package}: its tests fail without a fault\n{(tree / 'output.txt').read_text()[-2000:]}")
+    shutil.rmtree(tree / CACHE, ignore_errors=True)
+    shutil.copytree(tree / "tmp" / CACHE, tree / CACHE, ignore=shutil.ignore_patterns("mesh", "*.lock"))
+    found = {"": (time.perf_counter() - started, places)} | json.loads((tree / "reached.json").read_text())
+    if outcome(tree, found[EVERY][1]) != 0:
+        raise SystemExit(f"{package}: the quickest first, its tests fail\n{(tree / 'output.txt').read_text()[-2000:]}")
+    return found
 
 
-def tests_of(mutant: Mutant, tests: dict[str, list[str]]) -> list[str]:
+def tests_of(mutant: Mutant, tests: dict[str, tuple[float, list[str]]]) -> tuple[float, list[str]]:
     """The tests that reach the mutant's function, or, of a constant, its file; all where none does (a child's code)."""
     inside = [
         min([node.lineno, *(one.lineno for one in node.decorator_list)])
@@ -261,24 +339,24 @@ def tests_of(mutant: Mutant, tests: dict[str, list[str]]) -> list[str]:
     return tests.get(place, tests[""])
 
 
-def _environment(tree: Path) -> dict[str, str]:
-    one_thread = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
-    return os.environ | one_thread | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
-
-
-def survives(mutant: Mutant, tests: list[str], tree: Path, timeout: float) -> bool:
-    """Whether all of these tests pass with the fault in the copy `tree`, which is as before afterwards."""
+def verdict(mutant: Mutant, tests: tuple[float, list[str]], tree: Path) -> str:
+    """What these tests say to the fault in the copy `tree`, which is as before afterwards."""
     target = tree / mutant.file
     sound = target.read_text()
     target.write_text(mutant.applied(sound))
+    _forget_compiled(target)
     try:
-        done = subprocess.run([sys.executable, "-m", "pytest", *QUICK, *tests], cwd=tree, env=_environment(tree),
-                              timeout=timeout, capture_output=True)  # fmt: skip
-        return done.returncode == 0
-    except subprocess.TimeoutExpired:
-        return False
+        code = outcome(tree, tests[1], LIMIT_S + LIMIT_TIMES * tests[0])
     finally:
         target.write_text(sound)
+        _forget_compiled(target)
+    return "killed by time" if code is None else "killed" if code else "SURVIVED"
+
+
+def _forget_compiled(file: Path) -> None:
+    """Python may take a compiled file for that of a text of the same length that is written in the same second."""
+    for compiled in (file.parent / "__pycache__").glob(f"{file.stem}.*"):
+        compiled.unlink()
 
 
 def main() -> None:
@@ -287,36 +365,23 @@ def main() -> None:
     parser.add_argument("packages", nargs="*", default=["fem", "mesh", "calibrate", "calibration"])
     parser.add_argument("--count", type=int, default=25, help="mutants of each package")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=1, help="copies of the tree that are tested at a time")
-    parser.add_argument("--timeout", type=float, default=600.0, help="seconds")
     parser.add_argument("--list", action="store_true", help="show the mutants and run nothing")
     chosen = parser.parse_args()
-    plan = [(package, one) for package in chosen.packages for one in drawn(package, chosen.count, chosen.seed)]
-    if chosen.list:
-        for package, one in plan:
-            print(f"{package}: {one}")
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        trees: Queue[Path] = Queue()
-        for number in range(chosen.workers):
-            trees.put(copied(Path(folder) / str(number)))
-
-        tests = {package: reached(package, Path(folder) / "0") for package in chosen.packages}
-
-        def run(item: tuple[str, Mutant]) -> bool:
-            tree = trees.get()
-            try:
-                alive = survives(item[1], tests_of(item[1], tests[item[0]]), tree, chosen.timeout)
-            finally:
-                trees.put(tree)
-            print(f"{item[0]}: {'SURVIVED' if alive else 'killed'}  {item[1]}", flush=True)
-            return alive
-
-        with ThreadPoolExecutor(chosen.workers) as pool:
-            alive = dict(zip(plan, pool.map(run, plan), strict=True))
+    os.environ |= {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
     for package in chosen.packages:
-        own = [alive[item] for item in plan if item[0] == package]
-        print(f"{package}: {own.count(False)} of {len(own)} killed ({100 * own.count(False) / len(own):.0f} %)")
+        plan = drawn(package, chosen.count, chosen.seed)
+        if chosen.list:
+            print(*(f"{package}: {one}" for one in plan), sep="\n")
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            tree = copied(Path(folder).resolve() / "tree")
+            tests, found = reached(package, tree), []
+            for one in plan:
+                found.append(verdict(one, tests_of(one, tests), tree))
+                print(f"{package}: {found[-1]}  {one}", flush=True)
+        alive, late = found.count("SURVIVED"), found.count("killed by time")
+        share = f"{len(found) - alive} of {len(found)} killed ({100 * (1 - alive / len(found)):.0f} %)"
+        print(f"{package}: {share}, {late} of them by time", flush=True)
 
 
 def copied(tree: Path) -> Path:

@@ -102,17 +102,16 @@ class Gate:
         self._key, self.session = key, secrets.randbits(62) + 1
         self.counts, self.offset = Counts(), Offset()
         self._sequence = self._newest = 0
-        self._peer: Header | None = None
-        self._candidate: Header | None = None
-        self._peer_ns = self._candidate_ns = 0
+        self._peer: tuple[Header, int] | None = None
+        self._candidate: tuple[Header, int] | None = None
 
     def header(self, now_ns: int) -> Header:
         """The header of the next message; it echoes the peer, or, before there is one, who may be it."""
         self._sequence += 1
-        heard, at = self._peer, self._peer_ns
-        if heard is None:
-            heard, at = self._candidate, self._candidate_ns
-        echo = (0, 0, 0) if heard is None else (heard.session, heard.sent_ns, max(0, now_ns - at))
+        echo = (0, 0, 0)
+        if (last := self._peer or self._candidate) is not None:
+            heard, at_ns = last
+            echo = (heard.session, heard.sent_ns, max(0, now_ns - at_ns))
         return Header(VERSION, self.session, self._sequence, now_ns, *echo)
 
     def seal(self, data: bytes) -> bytes:
@@ -150,16 +149,16 @@ class Gate:
         if header.session == self.session:
             counts.forged += 1
             return None
-        if self._peer is None or header.session != self._peer.session:
+        if self._peer is None or header.session != self._peer[0].session:
             if not proven:
-                self._candidate, self._candidate_ns = header, now_ns
+                self._candidate = header, now_ns
                 counts.unproven += 1
                 return None
             self._newest, self.offset = 0, Offset()
         if header.sequence <= self._newest:
             counts.old += 1
             return None
-        self._peer, self._peer_ns, self._newest = header, now_ns, header.sequence
+        self._peer, self._newest = (header, now_ns), header.sequence
         if proven:
             trip = now_ns - header.echo_ns - header.held_ns
             self.offset.learn(trip, header.sent_ns - now_ns + trip // 2)

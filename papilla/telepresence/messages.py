@@ -23,7 +23,11 @@ _Sigma = Annotated[float, Meta(ge=0, le=1e9)]
 _Count = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 
 
-class Quantity(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+class _Sent(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+    """How all parts of a message are encoded: as arrays, in which a field too many is an error."""
+
+
+class Quantity(_Sent, frozen=True):
     """value and sigma (null where there is none), status : a `Trust`."""
 
     value: _Value | None
@@ -31,31 +35,31 @@ class Quantity(Struct, array_like=True, frozen=True, forbid_unknown_fields=True,
     status: Annotated[int, Meta(ge=0, le=3)]
 
 
-class Length(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="mm"):
+class Length(Quantity, frozen=True, tag="mm"):
     """In mm."""
 
 
-class Strain(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="uE"):
+class Strain(Quantity, frozen=True, tag="uE"):
     """In microstrain."""
 
 
-class Modulus(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="MPa"):
+class Modulus(Quantity, frozen=True, tag="MPa"):
     """In MPa."""
 
 
-class Ratio(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="1"):
+class Ratio(Quantity, frozen=True, tag="1"):
     """Of no dimension, as a coefficient of friction."""
 
 
-class Area(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="mm2"):
+class Area(Quantity, frozen=True, tag="mm2"):
     """In mm2."""
 
 
-class Force(Quantity, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="N"):
+class Force(Quantity, frozen=True, tag="N"):
     """In N."""
 
 
-class Header(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+class Header(_Sent, frozen=True):
     """Who speaks, which message it is, and what shows that he hears us.
 
     version : of the messages. session : random, of the sender's run. sequence : counts from 1 in it. sent_ns : on the
@@ -72,14 +76,14 @@ class Header(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, g
     held_ns: _Count
 
 
-class Line(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False):
+class Line(_Sent, frozen=True):
     """A component of the texture."""
 
     wavelength: Length
     amplitude: Strain
 
 
-class Parameters(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="P"):
+class Parameters(_Sent, frozen=True, tag="P"):
     """From the sensor: what is touched. `texture` is the `Trust` of the lines, strongest first."""
 
     header: Header
@@ -101,7 +105,7 @@ class Parameters(Struct, array_like=True, frozen=True, forbid_unknown_fields=Tru
         )
 
 
-class HandReading(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="H"):
+class HandReading(_Sent, frozen=True, tag="H"):
     """From the display: where the hand is, and how hard it presses where that is measured."""
 
     header: Header
@@ -109,7 +113,7 @@ class HandReading(Struct, array_like=True, frozen=True, forbid_unknown_fields=Tr
     force: Force | None = None
 
 
-class Samples(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc=False, tag="S"):
+class Samples(_Sent, frozen=True, tag="S"):
     """From the sensor, for direct feedback: readings of one gauge at even times, the last of them at sent_ns."""
 
     header: Header

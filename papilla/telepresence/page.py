@@ -63,4 +63,4 @@ def write_page(path: str | PathLike, begin: dict[str, Any]) -> None:
     here = files("papilla")
     text = (here / "telepresence" / "templates" / "page.html").read_text(encoding="utf-8")
     text = text.replace(STYLE, (here / "data" / "page.css").read_text(encoding="utf-8"))
-    write_text(path, text.replace(MARK, json.dumps(begin, allow_nan=False).replace("</", "<\\/")))
+    write_text(path, text.replace(MARK, json.dumps(begin).replace("</", "<\\/")))

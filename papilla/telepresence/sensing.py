@@ -64,14 +64,13 @@ class Sensing:
             raise InputError(f"the sensor's side needs a wavelength: {pipeline.off['wavelength']}")
         self.pipeline, self.components, self._area = pipeline, components, area
         names = pipeline.columns
-        self._place = names.index("position_mm") if "position_mm" in names else -1
-        self._speed = names.index("velocity_mm_s") if "velocity_mm_s" in names else -1
-        self._force = names.index("force_N") if "force_N" in names else -1
-        optional = [place for place in (self._place, self._speed, self._force) if place > 0]
-        self._gauges = slice(1, min([*optional, len(names)]))
+        measured = ("position_mm", "velocity_mm_s", "force_N")
+        columns = [names.index(name) if name in names else None for name in measured]
+        self._place, self._speed, self._force = columns
+        self._gauges = slice(1, min(column for column in (*columns, len(names)) if column is not None))
         self._dt = 1 / sample_rate_Hz
         self._window = round(WINDOW_S * sample_rate_Hz)
-        self._rows = np.zeros((self._window, 1 + self._gauges.stop - 1))
+        self._rows = np.zeros((self._window, self._gauges.stop))
         self.reset()
 
     def reset(self) -> None:
@@ -86,9 +85,10 @@ class Sensing:
         """Take one sample, in the order of the pipeline's columns."""
         self._answer = self.pipeline.update(sample)
         self._sample = tuple(sample)
-        if self._place > 0:
+        if self._place is not None:
             place = sample[self._place]
         else:
+            assert self._speed is not None, "a pipeline with a wavelength has one of both"
             speed = sample[self._speed]
             self._integral += speed * self._dt if math.isfinite(speed) else 0.0
             place = self._integral
@@ -144,7 +144,7 @@ class Sensing:
     def _softness(self) -> dict[str, Any]:
         """Force, modulus and contact area of now, as far as they are estimated."""
         answer = self._answer
-        if answer is None or self._force < 0:
+        if answer is None or self._force is None:
             return {}
         force = self._sample[self._force]
         found: dict[str, Any] = {"force": quantity(Force, force)}

@@ -22,9 +22,8 @@ def test_a_fixed_delay_is_that_delay_in_order():
     assert np.allclose([one.arrived_s - one.sent_s for one in found], 0.030)
 
 
-@pytest.mark.slow
 def test_a_drawn_delay_is_truncated_redrawn_at_5_Hz_and_keeps_order():
-    link, found = sent_through(LinkModel(one_way_ms=120, one_way_sd_ms=40), number=200_000, period_s=0.01)
+    link, found = sent_through(LinkModel(one_way_ms=120, one_way_sd_ms=40), period_s=0.01)
     delays = np.array([link.one_way_s(at) for at in np.arange(0.1, 2000, 0.2)])
     assert (
         delays.min() >= 0
@@ -32,6 +31,7 @@ def test_a_drawn_delay_is_truncated_redrawn_at_5_Hz_and_keeps_order():
         and delays.std() == pytest.approx(0.04, rel=0.06)
     )
     assert link.one_way_s(0.21) == link.one_way_s(0.39) != link.one_way_s(0.41)
+    assert link.one_way_s(-3.0) == link.one_way_s(0.0), "before the start it is the first"
     assert [one.content for one in found] == sorted(one.content for one in found)
     few = Link(LinkModel(one_way_ms=10, one_way_sd_ms=40), 1)
     assert min(few.one_way_s(at) for at in np.arange(0, 400, 0.2)) >= 0
@@ -72,6 +72,26 @@ def test_the_same_seed_is_the_same_link_and_loss_leaves_delays_alone():
     equal = [lossy[key] == full[key] for key in lossy]
     assert np.mean(equal) > 0.9
     assert sent_through(LinkModel(**model), seed=4)[1] != same[0]
+
+
+def test_a_datagram_takes_its_bytes_over_the_cap_and_headers_count():
+    link = Link(LinkModel(one_way_ms=10, bandwidth_bytes_s=1000), 0)
+    for _ in range(2):
+        link.send(0.0, "", 72)
+    assert [one.arrived_s for one in link.receive(1.0)] == pytest.approx([0.11, 0.21])
+    assert (link.sent, link.bytes_sent, link.lost) == (2, 144, 0)
+
+
+def test_jitter_is_half_normal_and_what_is_overtaken_waits_twenty_milliseconds_at_most():
+    # A tenth of a second apart, so that no datagram waits for the one before it
+    _, found = sent_through(LinkModel(one_way_ms=20, jitter_ms=5), period_s=0.1)
+    waits = np.array([one.arrived_s - one.sent_s for one in found]) - 0.02
+    assert waits.min() >= -1e-9 and np.sqrt(np.mean(waits**2)) == pytest.approx(0.005, rel=0.03)
+    _, found = sent_through(LinkModel(one_way_ms=20, reordering=0.4), period_s=0.1)
+    waits = np.array([one.arrived_s - one.sent_s for one in found]) - 0.02
+    late = waits[waits > 1e-9]
+    assert late.size / waits.size == pytest.approx(0.4, abs=0.02)
+    assert late.mean() == pytest.approx(0.01, rel=0.05) and 0.0199 < late.max() <= 0.02
 
 
 @pytest.mark.parametrize(

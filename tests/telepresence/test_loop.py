@@ -125,6 +125,22 @@ def test_a_recorded_texture_is_its_longest_stroke():
         RecordedTexture(np.full(10, math.nan), np.zeros(10))
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_recorded_texture_begins_with_the_first_place_of_the_stroke_and_ends_with_the_last(turn):
+    place = turn * np.concatenate([np.linspace(0, 20, 801), np.linspace(20, 12, 300)[1:], np.full(5, 12.0)])
+    texture = RecordedTexture(place, np.where(np.arange(place.size) % 2, 1.0, -1.0) + place)
+    assert texture.reach_mm == ((0, 20) if turn == 1 else (-20, 0)) and texture.place.size == 801
+    assert texture.value.mean() == pytest.approx(0, abs=1e-9) and (np.diff(texture.place) > 0).all()
+    with pytest.raises(InputError, match="longest stroke"):
+        RecordedTexture([3.0], [1.0])
+
+
+@pytest.mark.parametrize("wavelength", [0.5, 0.6, 0.73, 0.8])
+def test_the_felt_wavelength_lies_between_the_wavenumbers_of_the_search(wavelength):
+    felt = felt_wavelength(np.sin(2 * np.pi * HAND / wavelength), HAND, np.full(6000, wavelength), 1000.0)
+    assert np.abs(felt.wavelength_mm / wavelength - 1).max() < 5e-4
+
+
 def test_noise_tells_no_lag_and_neither_does_a_hand_that_hardly_moves():
     rng = np.random.default_rng(0)
     assert math.isnan(lag_s(rng.standard_normal(6000), HAND / 1.3, HAND, 1000.0, 0.5))

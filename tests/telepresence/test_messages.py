@@ -8,7 +8,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.telepresence import Component, Gate, Trust
-from papilla.telepresence.gate import FRESH_NS, Offset
+from papilla.telepresence.gate import FRESH_NS, Counts, Offset
 from papilla.telepresence.messages import (
     MAX_BYTES,
     Area,
@@ -20,6 +20,7 @@ from papilla.telepresence.messages import (
     Parameters,
     Ratio,
     Samples,
+    Strain,
     decode,
     encode,
     lines_of,
@@ -47,6 +48,13 @@ FULL = Parameters(
 def test_a_message_comes_back_as_it_was(message):
     data = encode(message)
     assert decode(data) == message and len(data) < 400
+
+
+def test_no_part_of_a_message_can_be_changed():
+    parts = (FULL, HEADER, FULL.lines[0], HandReading(HEADER, quantity(Length, 3.0)), Samples(HEADER, 1, (1.0,)))
+    for part in (*parts, *(kind(1.0, 0.1, 0) for kind in (Length, Strain, Modulus, Ratio, Area, Force))):
+        with pytest.raises(AttributeError, match="immutable"):
+            setattr(part, part.__struct_fields__[0], None)
 
 
 def test_what_is_unknown_is_null_and_components_come_back():
@@ -140,6 +148,41 @@ def test_an_echo_of_long_ago_proves_nothing():
     late.admit(encode(HandReading(other.header(0), quantity(Length, 1.0))), 0)
     data = encode(HandReading(late.header(0), quantity(Length, 1.0)))
     assert other.admit(data, FRESH_NS + 10**9) is None and other.counts.unproven >= 1
+
+
+@pytest.mark.parametrize("after_ns, proves", [(5_000_000_000, True), (5_000_000_001, False), (-1, False)])
+def test_an_echo_proves_a_session_for_five_seconds(after_ns, proves):
+    one, other, now = Gate(), Gate(), 10**10
+    other.admit(encode(HandReading(one.header(now), quantity(Length, 1.0))), now)
+    data = encode(HandReading(other.header(now), quantity(Length, 1.0)))
+    assert (one.admit(data, now + after_ns) is not None) == proves == (one.counts.unproven == 0)
+
+
+def test_a_header_says_how_long_the_echoed_message_was_held():
+    one, other = Gate(), Gate()
+    first = one.header(1_000)
+    assert (first.sequence, first.sent_ns, first.echo_session, first.echo_ns, first.held_ns) == (1, 1_000, 0, 0, 0)
+    other.admit(encode(HandReading(first, quantity(Length, 1.0))), 4_000)
+    answer = other.header(9_000)
+    assert (answer.echo_session, answer.echo_ns, answer.held_ns) == (one.session, 1_000, 5_000)
+    # 15 us there and back, of which 5 us held: 5 us each way, if both take as long
+    heard = one.admit(encode(HandReading(answer, quantity(Length, 1.0))), 16_000)
+    assert one.offset.round_trip_ns == 16_000 - 1_000 - 5_000
+    assert one.offset.offset_ns == 9_000 - 16_000 + 5_000 and heard.age_ns == 5_000
+
+
+def test_dropped_is_the_sum_of_all_causes():
+    counts = Counts(accepted=1, foreign=2, oversize=3, forged=4, malformed=5, other_version=6, unproven=7, old=8)
+    assert counts.dropped == 35
+
+
+def test_another_version_is_counted_apart_from_what_is_malformed():
+    raw, gate = msgspec.msgpack.decode(encode(FULL)), Gate()
+    raw[1][0] = 2
+    assert gate.admit(msgspec.msgpack.encode(raw), 0) is None
+    raw[1][0], raw[1][1] = 1, -1
+    assert gate.admit(msgspec.msgpack.encode(raw), 0) is None
+    assert (gate.counts.other_version, gate.counts.malformed) == (1, 1)
 
 
 def mutated(rng, data):

@@ -70,6 +70,7 @@ def test_the_piezo_is_3_dB_down_at_its_corner_and_fades_at_the_end_of_its_band()
     top = 200.0
     start, middle = (1 - FADE) * top, (1 - FADE / 2) * top
     assert [PIEZO.passed(f, top) for f in (0, start, middle, top, 2 * top)] == pytest.approx([1, 1, 0.5, 0, 0])
+    assert [PIEZO.passed(f, top) for f in (1.01 * top, (1 + FADE) * top)] == [0, 0], "nothing beyond the band"
     assert Actuator("flat", 10.0, 100.0).response(99.0) == 1.0
 
 

@@ -34,6 +34,17 @@ def test_a_row_is_the_press_and_the_texture_one_gauge_after_the_other():
     assert in_air[:5] == pytest.approx(textures) and in_air[-1] == 0
 
 
+def test_every_gauge_and_both_forces_have_a_noise_of_their_own():
+    touch = Touch(GratingTexture(1.3), 2.0, Soft(calibration(), 0.3))
+    quiet = np.array(touch.row(20.0, 50.0, 0.5, QUIET))
+    noises = np.array([touch.row(20.0, 50.0, 0.5, row) for row in np.eye(touch.numbers).tolist()]) - quiet
+    expected = np.zeros((7, 8))
+    expected[range(5), range(5)] = 2.0  # the gauges, in microstrain
+    expected[5, 5] = expected[6, 7] = 1e-3  # force and tangential force in N; the place between them is exact
+    assert noises == pytest.approx(expected, abs=1e-9)
+    assert Touch(GratingTexture(1.3)).numbers == 1, "a gauge over a texture"
+
+
 @pytest.mark.parametrize("force", [1.01, -0.1, math.nan])
 def test_beyond_the_calibrated_forces_there_is_no_reading(force):
     row = Touch(GratingTexture(1.3), 0.0, Soft(calibration(), 0.3)).row(1.0, 2.0, force, QUIET)
