@@ -16,20 +16,19 @@ class Named(IntEnum):
 
 
 class Status(Named):
-    """Base of all statuses; each member has a value and a sentence: `OK = 0, "ok"`."""
+    """Base of all statuses; each member has a value and a sentence: `OK = 0, "ok"`.
+
+    good : whether the answer may be used, which is so if the sentence begins with "ok".
+    """
 
     sentence: str
+    good: bool
 
     def __new__(cls, value: int, sentence: str = ""):
         """A member with this value and sentence."""
         member = int.__new__(cls, value)
-        member._value_, member.sentence = value, sentence
+        member._value_, member.sentence, member.good = value, sentence, sentence.startswith("ok")
         return member
-
-    @property
-    def good(self) -> bool:
-        """Whether the answer may be used, which is so if the sentence begins with "ok"."""
-        return self.sentence.startswith("ok")
 
     @property
     def code(self) -> str:

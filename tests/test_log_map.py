@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.logs import read_presses, read_time_log
+from papilla.logs import TimeLogFile, read_presses, read_time_log
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose
 from papilla.logs.quantities import column_meant, split_unit
@@ -284,6 +284,13 @@ def test_parquet(tmp_path):
 def test_units_by_their_size(file, content, remark):
     notes = read_time_log(file(content)).report.sizes
     assert len(notes) == (remark is not None) and all(note.startswith(str(remark)) for note in notes)
+
+
+@pytest.mark.parametrize("covered_N, remarks", [(None, 0), (1.0, 1), (2.0, 0)])
+def test_a_force_is_compared_with_what_the_calibration_covers(file, covered_N, remarks):
+    with TimeLogFile(file("t_s,g1,force_N\n0,1,3\n1e-3,2,12\n"), covered_N=covered_N) as log:
+        assert len(log.report.sizes) == remarks
+        assert all(note.startswith("force_N comes to 12: this looks like gf") for note in log.report.sizes)
 
 
 @pytest.mark.parametrize(

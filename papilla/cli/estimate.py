@@ -1,6 +1,5 @@
 """`papilla estimate`: the estimators over a log, one row of answers per row of the log."""
 
-import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,8 +104,14 @@ def estimate(
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
     more = (DEPTH,) if estimators.softness == "force-depth" else ()
-    with progress() as bar, _opened(log, lever_mm, log_map, more, bar) as recorded:
-        record = _load(calibration, recorded, log) if calibration else None
+    record = _load(calibration) if calibration else None
+    covered = record and record.domain["force_N"][1]
+    with (
+        progress() as bar,
+        _opened(log, bar, lever_mm=lever_mm, log_map=log_map, more=more, covered_N=covered) as recorded,
+    ):
+        if record:
+            _check_gauges(record, calibration, recorded)
         noise, zeros = _noise(recorded), _zeros(record)
         pipeline = estimators.pipeline(record, recorded, noise)
         by_depth = DepthModulus(calibration, recorded, pipeline) if more else None
@@ -162,34 +167,37 @@ def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | Non
     return beside
 
 
-def _opened(
-    log: Path, lever_mm: float | None, log_map: Path | None, more: tuple[str, ...], bar: Progress
-) -> "TimeLogFile":
+def _opened(log: Path, bar: Progress, **how: Any) -> "TimeLogFile":
     from papilla.logs import TimeLogFile
 
-    return TimeLogFile(log, lambda rows: _show_reading(bar, rows), lever_mm=lever_mm, log_map=log_map, more=more)
+    def reading(rows: int) -> None:
+        if rows > SILENT_ROWS:
+            bar.line(f"reading the log, {rows:,} rows")
+
+    return TimeLogFile(log, reading, **how)
 
 
-def _show_reading(bar: Progress, rows: int) -> None:
-    if rows > SILENT_ROWS:
-        bar.line(f"reading the log, {rows:,} rows")
-
-
-def _load(path: Path, recorded: "TimeLogFile", log: Path) -> "Calibration":
-    """The calibration, of the gauges that the log has."""
+def _load(path: Path) -> "Calibration":
     from papilla.calibration import Calibration
 
     with warnings.catch_warnings():
         # The pipeline's messages say it.
         warnings.simplefilter("ignore", UserWarning)
-        record = Calibration.load(path)
+        return Calibration.load(path)
+
+
+def _check_gauges(record: "Calibration", path: Path | None, recorded: "TimeLogFile") -> None:
+    """Raise `InputError` for a calibration of other gauges than the log has."""
+    from papilla.logs.log_map import GAUGE_COLUMN
+
     own, made_for = recorded.gauge_names, tuple(gauge.name for gauge in record.gauges)
     if len(made_for) != len(own):
-        raise InputError(f"{log} has {len(own)} gauges, the calibration {path} was made for {len(made_for)}")
+        raise InputError(f"{recorded.path} has {len(own)} gauges, the calibration {path} was made for {len(made_for)}")
     # A design may call its gauges what it likes; numbers like those of a log must be the log's.
-    if made_for != own and all(re.fullmatch(r"g[1-9][0-9]*", name) for name in made_for):
-        raise InputError(f"{log} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}")
-    return record
+    if made_for != own and all(GAUGE_COLUMN.fullmatch(name) for name in made_for):
+        raise InputError(
+            f"{recorded.path} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}"
+        )
 
 
 def _ridge_pitch(design: Path | None) -> float | None:

@@ -35,8 +35,6 @@ from papilla.cli.verify import verify
 from papilla.cli.view import view
 from papilla.errors import InputError, PapillaError
 
-LONGEST = 2000
-"""Characters of a message on stderr; of a longer one, which quotes a file, the middle is left out."""
 TRACEBACK = "PAPILLA_TRACEBACK"
 """The variable that, set to anything, adds the traceback to the line of an internal error."""
 
@@ -198,8 +196,5 @@ def _warn(message: Warning | str, *_place: Any, **_more: Any) -> None:
 
 
 def _refuse(message: str) -> int:
-    line = plain(message)
-    if len(line) > LONGEST:
-        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 4 :]}"
-    print("papilla:", line, file=sys.stderr)
+    print("papilla:", plain(message), file=sys.stderr)
     return BAD_INPUT

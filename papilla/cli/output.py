@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
+LONGEST = 2000
+"""Characters of a line that are shown: more is a quoted name or cell of a broken file, and hides what is said of it."""
+
+
 class Answer(NamedTuple):
     """What a command found: plain values for `--json`, what shows them to a person, and the exit code."""
 
@@ -26,8 +30,11 @@ class Answer(NamedTuple):
 
 
 def plain(text: str) -> str:
-    """One line of text: control characters, by which a name could take over the terminal, become visible escapes."""
+    """One line of text: control characters, by which a name could take over the terminal, become visible escapes, and
+    the middle of one of more than `LONGEST` is left out."""
     text = re.sub(r"[\r\n\t]+\s*", " ", text).strip()
+    if (more := len(text) - LONGEST) > 0:
+        text = f"{text[: LONGEST // 2]} ... ({more} characters) ... {text[-LONGEST // 2 :]}"
     if text.isprintable():
         return text
     return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)

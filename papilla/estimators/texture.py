@@ -7,15 +7,19 @@ discriminant is trained with scikit-learn; a trained model is numbers that class
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError, MissingExtraError
 from papilla.estimators.published.texture.bands import integral
+from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.sealed import read_sealed, write_sealed
 
 SCHEMA = "papilla.texture/1"
@@ -129,8 +133,10 @@ class TextureModel:
         expected = {"centre": (length,), "scale": (length,), "means": (count, length), "precision": (length, length)}
         for name, shape in expected.items():
             values = np.asarray(getattr(self, name))
-            if values.shape != shape or not np.isfinite(values).all():
-                raise InputError(f"{name} must be {shape} finite numbers, got {values.shape}")
+            if values.shape != shape or not (np.abs(values) <= checks.LARGEST).all():
+                raise InputError(f"{name} must be {shape} numbers of at most {checks.LARGEST:g}, got {values.shape}")
+        if not (np.asarray(self.scale) > 0).all():
+            raise InputError("scale must be greater than 0")
         if not isinstance(self.limit, float) or not self.limit > 0:
             raise InputError(f"limit must be greater than 0, got {self.limit!r}")
 
@@ -164,16 +170,24 @@ class TextureModel:
         if remark:
             raise FileFormatError(f"{path}: {remark}")
         try:
-            document |= {name: np.array(document[name], float) for name in ("centre", "scale", "means", "precision")}
-            document |= {"features": Features(**document["features"]), "labels": tuple(document["labels"])}
-            model = cls(**{item.name: document[item.name] for item in fields(cls)})
-            if model.channels * model.features.bands != len(model.centre):
-                raise InputError(f"{model.channels} channels do not fit {len(model.centre)} features")
-            return model
-        except KeyError as error:
-            raise FileFormatError(f"{path} is no texture model: it has no {error}") from error
-        except (InputError, TypeError, ValueError, OverflowError) as error:
-            raise FileFormatError(f"{path} is no texture model: {error}") from error
+            model = _adapter().validate_python(document)
+        except ValidationError as error:
+            raise FileFormatError(f"{path} is no texture model: {in_words(first_of(error))}") from error
+        if model.channels * model.features.bands != len(model.centre):
+            problem = f"{model.channels} channels do not fit {len(model.centre)} features"
+            raise FileFormatError(f"{path} is no texture model: {problem}")
+        return model
+
+
+@lru_cache(maxsize=1)
+def _adapter() -> TypeAdapter[TextureModel]:
+    """What a model file must hold."""
+    row: Any = Annotated[list[float], AfterValidator(np.array)]
+    rows: Any = Annotated[list[list[float]], AfterValidator(np.array)]
+    arrays: dict[str, Any] = {"centre": row, "scale": row, "means": rows, "precision": rows}
+    return TypeAdapter(
+        table(TextureModel, keys_of(TextureModel, features=table(Features, keys_of(Features)), **arrays))
+    )
 
 
 def train(runs: Sequence[tuple], *, features: Features | None = None) -> TextureModel:

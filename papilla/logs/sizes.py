@@ -10,8 +10,9 @@ STRAIN_BELOW = 0.05
 COUNTS_FROM = 3000.0
 """Readings that are whole numbers and reach this size are probably counts of a converter."""
 
-FORCE_ABOVE_N = 20.0
-"""A soft finger is pressed with a newton or two. A number above 20 is probably in gf, where it is a light touch."""
+FORCE_ABOVE_N, TIMES_COVERED = 20.0, 9.81
+"""A soft finger is pressed with a newton or two. A number above 20 is probably in gf, where it is a light touch. With
+a calibration: a number that exceeds the largest calibrated force by this factor. A force in gf exceeds it by 102."""
 
 SPEED_BELOW_MM_S = 0.5
 """A hand moves at 1 to 500 mm/s. If all speeds are smaller than this number, they are probably in m/s."""
@@ -22,10 +23,14 @@ in by 15 mm: such depths are probably in micrometres."""
 
 
 class Sizes:
-    """Collects, block by block, the largest magnitude of each column and whether readings are whole numbers."""
+    """Collects, block by block, the largest magnitude of each column and whether readings are whole numbers.
 
-    def __init__(self, names: tuple[str, ...], gauges: int):
+    covered_N : largest force of the calibration, None without one.
+    """
+
+    def __init__(self, names: tuple[str, ...], gauges: int, covered_N: float | None = None):
         self._names, self._gauges = names, gauges
+        self._force_above = FORCE_ABOVE_N if covered_N is None else TIMES_COVERED * covered_N
         self._largest, self._whole = np.zeros(len(names)), True
 
     def add(self, rows: np.ndarray) -> None:
@@ -42,7 +47,7 @@ class Sizes:
         elif self._whole and gauges >= COUNTS_FROM:
             yield f"readings are whole numbers up to {gauges:.0f}: this looks like counts" + _mend("g1", "counts")
         for name, largest in zip(self._names[self._gauges :], self._largest[self._gauges :], strict=True):
-            if name in ("force_N", "tangential_N") and largest > FORCE_ABOVE_N:
+            if name in ("force_N", "tangential_N") and largest > self._force_above:
                 yield f"{name} comes to {largest:.3g}: this looks like gf" + _mend(name, "gf")
             if name == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
                 yield f"velocity_mm_s stays below {largest:.2g}: this looks like m/s" + _mend(name, "m/s")

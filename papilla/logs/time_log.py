@@ -80,11 +80,18 @@ class TimeLog:
 class _Scan:
     """First pass over the blocks of a time log: sampling rate, noise and counts."""
 
-    def __init__(self, reader: Reader, gauges: tuple[str, ...], lever_mm: float | None, more: tuple[str, ...]):
+    def __init__(
+        self,
+        reader: Reader,
+        gauges: tuple[str, ...],
+        lever_mm: float | None,
+        more: tuple[str, ...],
+        covered_N: float | None,
+    ):
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
         there = {*reader.names, *(["tangential_N"] if lever_mm else [])}
         self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there), *more)
-        self.noise, self.sizes = Noise(), Sizes(self.used, len(gauges))
+        self.noise, self.sizes = Noise(), Sizes(self.used, len(gauges), covered_N)
         self.counts: Counter[str] = Counter()
         self._last = math.nan
 
@@ -146,7 +153,8 @@ class TimeLogFile:
     cannot be estimated.
 
     lever_mm : lever arm of a column `torque_Nmm`, which becomes tangential_N. progress : called with the number of rows
-    read so far. Raises what `read_time_log` raises.
+    read so far. covered_N : largest force of the calibration, if there is one: beside it a force may look like gf.
+    Raises what `read_time_log` raises.
     """
 
     def __init__(
@@ -157,9 +165,10 @@ class TimeLogFile:
         lever_mm: float | None = None,
         log_map: LogMap | str | Path | None = None,
         more: tuple[str, ...] = (),
+        covered_N: float | None = None,
     ):
         self._reader, self.gauge_names = open_log(path, ("t_s", *more), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
-        self._more = more
+        self._more, self._covered = more, covered_N
         try:
             self._lever = _lever(self._reader, lever_mm)
             scan = self._scan()
@@ -215,7 +224,7 @@ class TimeLogFile:
         self.report = scan.finish()[1] if self.live else self.report
 
     def _scan(self) -> _Scan:
-        return _Scan(self._reader, self.gauge_names, self._lever, self._more)
+        return _Scan(self._reader, self.gauge_names, self._lever, self._more, self._covered)
 
 
 def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:

@@ -178,6 +178,17 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(papilla, tmp_
 
 
 @pytest.mark.slow
+def test_a_force_in_gf_is_told_by_what_the_calibration_covers(papilla, log, calibrated, tmp_path):
+    columns = {
+        name: [float(row[name] or "nan") for row in rows_of(tmp_path / log)] for name in rows_of(tmp_path / log)[0]
+    }
+    columns["force_N"] = (20 * np.array(columns["force_N"])).tolist()
+    write_table(tmp_path / "gf.csv", columns)
+    told = papilla("estimate", "gf.csv", "--calibration", calibrated, "--out", "est.csv")
+    assert "force_N comes to 12: this looks like gf" in told.err
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "column, factor, doubt, code",
     [

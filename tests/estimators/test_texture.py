@@ -258,7 +258,8 @@ def test_features_are_of_wavelengths_that_a_window_holds_twice(options, usable):
     [
         {"centre": "many"}, {"means": [[1.0]]}, {"precision": [[10**400]]}, {"scale": {}},
         {"labels": [1, 2]}, {"labels": []}, {"features": {"window_mm": "long"}}, {"features": 3},
-        {"channels": None}, {"channels": 7}, {"limit": -1.0}, {"limit": None},
+        {"channels": None}, {"channels": 7}, {"limit": -1.0}, {"limit": None}, {"channels": 2.5}, {"labels": "ab"},
+        {"features": {"bands": 6.5}}, {"scale": [0.0] * 18}, {"centre": [1e300] * 18}, {"accuracy": 3},
     ],
 )  # fmt: skip
 def test_a_resealed_model_of_wrong_content_is_one_line(model, changes, tmp_path):
@@ -275,5 +276,5 @@ def test_a_resealed_model_that_lacks_a_part_names_it(model, tmp_path):
     model.save(path)
     document = json.loads(path.read_text())
     write_sealed({name: value for name, value in document.items() if name not in ("means", CHECKSUM)}, path)
-    with pytest.raises(FileFormatError, match="is no texture model: it has no 'means'"):
+    with pytest.raises(FileFormatError, match="is no texture model: key means is missing"):
         TextureModel.load(path)

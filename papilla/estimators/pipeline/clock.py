@@ -58,8 +58,8 @@ class ClockState(NamedTuple):
 
     offset_mm : what is added to a stated position, NaN before the first. mean_step : fading mean of the steps that are
     no gaps, in nominal periods; steps : their number, up to its memory. trail : (time, place) of the last `SLOPE_S`,
-    oldest first, where velocities come from positions. stamp_s, stamped : the last time as it was stated, and how many
-    samples stated it; packet_s : between such times where samples come in packets, else 0.
+    oldest first, where velocities come from positions. stamps : the last time as it was stated, how many samples
+    stated it, and the time between such times where samples come in packets, else 0.
     """
 
     time_s: float = _NONE
@@ -70,9 +70,7 @@ class ClockState(NamedTuple):
     mean_step: float = 1.0
     steps: int = 0
     trail: tuple[tuple[float, float], ...] = ()
-    stamp_s: float = _NONE
-    stamped: int = 0
-    packet_s: float = 0.0
+    stamps: tuple[float, int, float] = (_NONE, 0, 0.0)
 
 
 class Clock:
@@ -87,16 +85,20 @@ class Clock:
 
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """What this sample is; without a finite time it is taken to be one period after the last."""
-        rate, last = self._rate, self.state.time_s
-        time = self._spread(time) if math.isfinite(time) else 0.0 if last != last else last + 1 / rate
-        status, missing, mean, steps = OK, 0, self.state.mean_step, self.state.steps
+        rate, state = self._rate, self.state
+        last, stamps, status, missing, mean, steps = state.time_s, state.stamps, OK, 0, state.mean_step, state.steps
+        if math.isfinite(time):
+            time, stamps = self._spread(time)
+        else:
+            time = 0.0 if last != last else last + 1 / rate
         if last == last:
             late = time - last
             periods = late * rate
             if late > LONGEST_GAP_S + 1 / rate or late < -LONGEST_GAP_S:
-                self.state = ClockState(stamp_s=self.state.stamp_s, stamped=1)
-                status, mean, steps = BEGUN_ANEW, 1.0, 0
+                self.state = ClockState()
+                stamps, status, mean, steps = (stamps[0], 1, 0.0), BEGUN_ANEW, 1.0, 0
             elif late <= 0.0:
+                self.state = state._replace(stamps=stamps)
                 return _LEFT_OUT
             else:
                 # A mean that starts from the first steps, not from the nominal one, and fades later.
@@ -107,27 +109,27 @@ class Clock:
                     status, missing = GAP, round(periods) - 1
                 if steps == RATE_MEMORY and abs(mean - 1.0) > RATE_TOLERANCE:
                     status = OTHER_RATE
-        return self._move(status, missing, time, velocity if math.isfinite(velocity) else _NONE, position, mean, steps)
+        velocity = velocity if math.isfinite(velocity) else _NONE
+        return self._move(status, missing, time, velocity, position, (mean, steps, stamps))
 
-    def _spread(self, stamp: float) -> float:
+    def _spread(self, stamp: float) -> tuple[float, tuple[float, int, float]]:
         """The time of a sample that states this one: itself, or, where samples come in packets whose stamp they share,
-        one period after the sample before.
+        one period after the sample before. And the stamps to remember.
 
         Samples are packets' where as many share a stamp as fit at the nominal rate between it and the next one.
         """
-        state, even = self.state, self.state.time_s + 1 / self._rate
-        if stamp == state.stamp_s:
-            self.state = state._replace(stamped=state.stamped + 1)
-            return even if state.packet_s else stamp
-        packet, count = stamp - state.stamp_s, state.stamped
+        even, (before, count, usual) = self.state.time_s + 1 / self._rate, self.state.stamps
+        if stamp == before:
+            return (even if usual else stamp), (stamp, count + 1, usual)
+        packet = stamp - before
         fits = count >= BUNCH and abs(packet * self._rate - count) <= max(1.0, RATE_TOLERANCE * count)
-        packet = packet if fits else state.packet_s if count >= BUNCH else 0.0
-        self.state = state._replace(stamp_s=stamp, stamped=1, packet_s=packet)
-        return even + PULL * (stamp - even) if 0 < 2 * abs(stamp - even) < state.packet_s else stamp
+        packet = packet if fits else usual if count >= BUNCH else 0.0
+        spread = even + PULL * (stamp - even) if 0 < 2 * abs(stamp - even) < usual else stamp
+        return spread, (stamp, 1, packet)
 
-    def _move(self, status: int, missing: int, time: float, velocity: float, position: float, mean, steps) -> Tick:
-        """The tick with the path of this sample, which is remembered."""
-        _, known, before, fast, offset, _, _, trail, *_ = self.state
+    def _move(self, status: int, missing: int, time: float, velocity: float, position: float, kept) -> Tick:
+        """The tick with the path of this sample, which is remembered; kept : mean_step, steps and stamps."""
+        (_, known, before, fast, offset, _, _, trail, _), (mean, steps, stamps) = self.state, kept
         place = _NONE
         if velocity == velocity:
             start = fast if fast == fast else velocity
@@ -138,7 +140,7 @@ class Clock:
                 offset = place - position if before == before and place == place else 0.0
             place = position + offset
         if place != place:
-            self.state = self.state._replace(time_s=time, mean_step=mean, steps=steps)
+            self.state = ClockState(time, known, before, fast, offset, mean, steps, trail, stamps)
             return Tick(status, missing, time, velocity, velocity)
         passed, slope = velocity, velocity
         if velocity != velocity:
@@ -147,7 +149,7 @@ class Clock:
             trail = (*(pair for pair in trail if pair[0] >= time - SLOPE_S), (time, place))[-64:]
             (begun, where), *_ = trail if len(trail) > 1 or not last else last
             slope = (place - where) / (time - begun) if time > begun else _NONE
-        self.state = ClockState(time, time, place, passed, offset, mean, steps, trail, *self.state[8:])
+        self.state = ClockState(time, time, place, passed, offset, mean, steps, trail, stamps)
         return Tick(status, missing, time, passed, slope, place)
 
 

@@ -260,7 +260,7 @@ class Pipeline(Stream):
     def messages(self) -> tuple[str, ...]:
         """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
         doubted = [output.doubted for output in self._outputs.values() if output.doubted]
-        if packet := self._clock.state.packet_s:
+        if packet := self._clock.state.stamps[2]:
             doubted.append(f"time: packets of samples share one time every {1e3 * packet:.3g} ms: spread evenly")
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from operator import add, eq
 
 import numpy as np
 
@@ -11,8 +12,8 @@ class Cells:
     """rows (2 n, 3 + g) : time, place, samples and mean readings of each cell, oldest first, of which at least the
     newest n are kept; length : of a cell, turn : the way back from which a stroke is another one, mm.
 
-    first : number of the cell in row 0; count : rows in use. open_cell : sums of time, place, samples, and of each
-    gauge's readings and their number; began : place at which it began. breaks : cells at which strokes begin;
+    first : number of the cell in row 0; count : rows in use. open_cell : sums of time, place, samples, readings of each
+    gauge, and how many of these there are; began : place at which it began. breaks : cells at which strokes begin;
     direction, extreme, extreme_cell : of the present stroke; broken : whether the path was unknown just now.
     """
 
@@ -44,20 +45,16 @@ class Cells:
 
     def fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
         """Add a sample to the open cell, or close that and begin another."""
-        own = self.open_cell
-        if own and (abs(place - self.began) >= self.length or self.broken):
-            self._close(*own)
-            own = []
-        if not own:
-            self.open_cell = own = [0.0] * (3 + 2 * len(readings))
-            self.began = place
-        own[0] += time
-        own[1] += place
-        own[2] += 1
-        for number, value in enumerate(readings):
-            if math.isfinite(value):
-                own[3 + 2 * number] += value
-                own[4 + 2 * number] += 1
+        known = (*map(eq, readings, readings),)
+        if False in known:
+            readings = tuple([value if seen else 0.0 for value, seen in zip(readings, known, strict=True)])
+        sample = [time, place, 1.0, *readings, *known]
+        if self.open_cell and not self.broken and abs(place - self.began) < self.length:
+            self.open_cell = [*map(add, self.open_cell, sample)]
+            return
+        if self.open_cell:
+            self._close(*self.open_cell)
+        self.open_cell, self.began = sample, place
 
     def _close(self, time: float, place: float, samples: float, *sums: float) -> None:
         if self.count == len(self.rows):
@@ -66,7 +63,8 @@ class Cells:
             self.first += self.count - kept
             self.count = kept
             self.breaks = [cell for cell in self.breaks if cell >= self.first]
-        means = [total / number if number else math.nan for total, number in zip(sums[::2], sums[1::2], strict=True)]
+        half = len(sums) // 2
+        means = [total / number if number else math.nan for total, number in zip(sums[:half], sums[half:], strict=True)]
         self.rows[self.count] = (time / samples, place / samples, samples, *means)
         self.count += 1
         self._turn(self.end - 1, place / samples)

@@ -38,9 +38,10 @@ those of a search while it is under way."""
 PIECES_HZ, LIGHT, MOST_PIECES = 1200.0, 1000, 2
 """Pieces of a search in a second, at slow rates (a search has some forty). A search in fewer readings than `LIGHT` has
 shorter pieces, of which a sample does so many at most."""
-STEADY, SPARE_S, SPARE = 4, 0.15, 0.25
+STEADY, SPARE_S, SPARE, GROWN = 4, 0.15, 0.25, 0.1
 """After so many searches that agree, the least time between two of them; and, once every delay of the path was tried,
-the least path between two, as a part of the path that a search covers."""
+the least path between two, as a part of the path that a search covers; the same where no glance would see another
+surface, or no search found a line: a tenth of new path hardly changes what so many searches said."""
 GLANCE, CLEARLY = 8, 3.0
 """Cells between two glances, which ask whether the newest two periods still have the line, and so many sigmas by which
 they must not: a step of the force is soon over."""
@@ -88,11 +89,11 @@ class Memory:
     begin : first cell of the present texture; limit : mm of path that a search may use; smeared : mm in which the last
     search saw a smeared line. searched : cell of the last search; hop : cells until the next; waited : samples since;
     search : the one under way. finding : of the last search, whose path begins at origin. known : wavenumber and sigma
-    of the answer; guessed : whether no search was sure of them; agreed : searches that agree; proved : wavenumber that
-    many agreed on, 0 for none. glances : whether glances are possible; glanced : cell of the last; doubted : whether it
-    missed the line; changed : whether a new surface was found and not yet measured. hums_Hz : lines over time, hummed :
-    searches since they were found. late_s, late_variance : delay of the path; trial, sharper : number of the delay that
-    is tried, and how much sharper lines are for each.
+    of the answer; guessed : whether no search was sure of them; agreed : searches that agree; missed : searches in a
+    row without a line; proved : wavenumber that many agreed on, 0 for none. glances : whether glances are possible;
+    glanced : cell of the last; doubted : whether it missed the line; changed : whether a new surface was found and not
+    yet measured. hums_Hz : lines over time, hummed : searches since they were found. late_s, late_variance : delay of
+    the path; trial, sharper : number of the delay that is tried, and how much sharper lines are for each.
     """
 
     cells: Cells
@@ -109,6 +110,7 @@ class Memory:
     finding: Finding = field(default_factory=Finding)
     known: tuple[float, float] = (0.0, 0.0)
     agreed: int = 0
+    missed: int = 0
     origin: float = 0.0
     proved: float = 0.0
     glances: bool = False
@@ -172,11 +174,11 @@ class Follower:
         # Of each step by its length: how far apart the readings on the path are.
         memory.step += (step - memory.step) * min(4 * step / self._span, 1.0)
         memory.place = place
-        finite = [value for value in readings if math.isfinite(value)]
-        if finite:
+        seen = any(map(math.isfinite, readings))
+        if seen:
             memory.cells.fill(time, place, readings)
         self._go_on()
-        if not finite:
+        if not seen:
             return TrackingStatus.MISSING
         if time - memory.moved_s > STILL_S:
             return TrackingStatus.STANDSTILL
@@ -306,13 +308,16 @@ class Follower:
             memory.doubted = False
             return
         before, memory.finding, memory.doubted = memory.known[0], found, False
-        tried = memory.agreed > STEADY + len(self._trials)
+        tried, cells = max(memory.agreed, memory.missed) > STEADY + len(self._trials), end - search.begin
         memory.hummed += 1
         if found.hums_Hz or memory.hummed > HUMMING:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
-        memory.hop = max(HOP, int(SPARE * (end - search.begin))) if tried and memory.glances else self._soon()
+        memory.hop = self._soon(int(GROWN * cells) if tried else 0)
+        if tried and memory.agreed and memory.glances:
+            memory.hop = max(HOP, int(SPARE * cells))
         good = found.status.good
+        memory.missed = 0 if good else memory.missed + 1
         if good:
             memory.origin = search.origin
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
@@ -345,10 +350,11 @@ class Follower:
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
 
-    def _soon(self) -> int:
-        """Cells until the next search; at slow rates, where one takes few samples, a part of the longest wavelength."""
+    def _soon(self, spare: int) -> int:
+        """Cells until the next search, of which so many can be spared; at slow rates, where one takes few samples, a
+        part of the longest wavelength."""
         along = SOON * self.options.high / max(self._cell, self.memory.step)
-        return HOP if self._pieces == 1 else min(max(int(along), 2), HOP)
+        return max(HOP, spare) if self._pieces == 1 else min(max(int(along), 2), HOP)
 
     def _held(self, found: Finding) -> bool:
         """Whether a search sees the line that many agreed on, though its phases are too disturbed to refine it."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from operator import eq
 from typing import Any, ClassVar
 
 from papilla import checks
@@ -125,35 +126,36 @@ class FusedTracker(Stream):
 
     def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]) -> Any:
         """The estimate after one more sample at this time and place, for whoever keeps both himself."""
-        limit = self._limit
-        readings = tuple(
-            [self._plain(n, value if -limit < value < limit else math.nan) for n, value in enumerate(readings)]
-        )
-        status = self._follower.advance(time_s, place_mm, readings)
+        readings = self._plain(readings)
+        status, by_phase = self._follower.advance(time_s, place_mm, readings), UNKNOWN
         self._memory.follower = self._follower.memory
         wavelength, sigma = self._follower.estimate()
         frequency = math.nan if status == _NO_PATH else abs(velocity_mm_s) / wavelength
-        found, by_phase = WavelengthEstimate(wavelength, sigma, frequency, int(status)), UNKNOWN
         if self.answer is WavelengthEstimate:
-            return found
+            return WavelengthEstimate(wavelength, sigma, frequency, int(status))
         if self._places is not None and status.good:
             finding = self._follower.memory.finding
             by_phase = _by_phase(self._places, finding.phase, finding.phase_sigma, wavelength)
-        return FusedEstimate(*found, *by_phase, sum(value == value for value in readings))
+        seen = sum(map(eq, readings, readings))
+        return FusedEstimate(wavelength, sigma, frequency, int(status), *by_phase, seen)
 
-    def _plain(self, gauge: int, reading: float) -> float:
-        """A reading, or NaN for a spike: far from the one before it. A second one in a row is a step."""
-        last, usual, count, out = self._memory.changes.get(gauge, (reading, 0.0, 0, False))
-        change = abs(reading - last)
-        if change > SPIKE * usual and count == FADING and not out:
-            self._memory.changes[gauge] = last, usual, count, True
-            return math.nan
-        if change == change:
-            count = min(count + 1, FADING)
-            self._memory.changes[gauge] = reading, usual + (change - usual) / count, count, False
-        elif last != last:
-            self._memory.changes[gauge] = reading, usual, count, False
-        return reading
+    def _plain(self, readings: tuple[float, ...]) -> tuple[float, ...]:
+        """The readings, with NaN for one that is saturated, and for a spike: far from the one before it. A second one
+        in a row is a step."""
+        changes, limit, kept = self._memory.changes, self._limit, []
+        for gauge, given in enumerate(readings):
+            reading = given if -limit < given < limit else math.nan
+            last, usual, count, out = changes.get(gauge) or (reading, 0.0, 0, False)
+            change = abs(reading - last)
+            if change > SPIKE * usual and count == FADING and not out:
+                changes[gauge], reading = (last, usual, count, True), math.nan
+            elif change == change:
+                count += count < FADING
+                changes[gauge] = reading, usual + (change - usual) / count, count, False
+            elif last != last:
+                changes[gauge] = reading, usual, count, False
+            kept.append(reading)
+        return tuple(kept)
 
 
 @lru_cache(maxsize=16)
