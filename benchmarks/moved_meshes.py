@@ -1,11 +1,12 @@
 """Shipped meshes moved into other fingers, against fresh ones of the mesher: presses, mesh scatter and price.
 
-`python benchmarks/moved_meshes.py [--shapes NAME ...] [--drawn N] [--variants N]`
+`python benchmarks/moved_meshes.py [--shapes NAME ...] [--drawn N] [--variants N] [--stored]`
 
 Presses of 10 to 100 gf on blocks of 0.05 to 0.5 MPa, linear and without friction. Columns: root mean square over the
 presses of the relative difference between the moved meshes' mean and the drawn meshes' mean, for S_d, gauges (over the
 largest reading of a press), indentation and contact area; in brackets how far single moved and single drawn meshes
-scatter about their own mean. Last: worst mean ratio, processor seconds of a moved and of a drawn mesh.
+scatter about their own mean. Last: worst mean ratio, processor seconds of a moved and of a drawn mesh. --stored prints
+what `papilla verify --only moved` compares with instead.
 """
 
 import argparse
@@ -14,14 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla import Finger, units
-from papilla.errors import ContactRangeError
-from papilla.fem import FingerModel, press
+from papilla import Finger
 from papilla.finger import Dome, Shape, Slab
 from papilla.mesh import DEFAULT_SIZE_MM, build, quality
 from papilla.mesh.drawing import drawn
-from papilla.mesh.layered import LayeredMesh
-from papilla.specimen import Block
+from papilla.studies.verify import moved
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF, MODULI_MPA = (10.0, 30.0, 60.0, 100.0), (0.05, 0.15, 0.5)
@@ -49,22 +47,6 @@ def fingers() -> dict[str, Finger]:
     return found | {"gauges to 55 deg": replace(default, gauges=wide), "gauges off": replace(default, gauges=beside)}
 
 
-def presses(finger: Finger, mesh: LayeredMesh) -> np.ndarray:
-    """(presses, quantities) S_d, indentation, area and the gauges; NaN where the contact would leave its patch."""
-    reduced = FingerModel(finger, mesh).reduce()
-    rows = []
-    for modulus in MODULI_MPA:
-        for force in FORCES_GF:
-            try:
-                block, load = Block(modulus, thickness=10.0), units.gf_to_newton(force)
-                found = press(reduced, block, force=load, fidelity="contact", friction=0)
-            except ContactRangeError:
-                rows.append([np.nan] * (3 + len(reduced.gauge_names)))
-            else:
-                rows.append([found.sd, found.indentation, found.contact_area, *found.reading])
-    return np.array(rows)
-
-
 def compared(finger: Finger, drawings: int, variants: int) -> str:
     """The line of a finger."""
     kinds, seconds, worst = [], [], 1.0
@@ -73,15 +55,16 @@ def compared(finger: Finger, drawings: int, variants: int) -> str:
         for variant in range(count):
             meshes.append(make(finger, SIZE_MM, variant=variant))
         seconds.append((time.process_time() + _children() - before) / count)
-        kinds.append(np.array([presses(finger, mesh) for mesh in meshes]))
+        kinds.append(np.array([moved.pressed(finger, mesh, MODULI_MPA, FORCES_GF) for mesh in meshes]))
         if make is build:
             worst = min(quality(mesh)["mean_ratio_min"] for mesh in meshes)
     middle = kinds[1].mean(axis=0)
-    scale = np.column_stack([middle[:, :3], np.repeat(np.abs(middle[:, 3:]).max(axis=1, keepdims=True), 5, axis=1)])
+    scale = np.abs(middle)
+    scale[:, 1:6] = scale[:, 1:6].max(axis=1, keepdims=True)
     apart = (kinds[0].mean(axis=0) - middle) / scale
     own = [(kind - kind.mean(axis=0)) / scale * np.sqrt(len(kind) / max(len(kind) - 1, 1)) for kind in kinds]
     parts = []
-    for columns in (slice(0, 1), slice(3, None), slice(1, 2), slice(2, 3)):
+    for columns in (slice(0, 1), slice(1, 6), slice(6, 7), slice(7, 8)):
         difference, *scatter = (100 * np.sqrt(np.nanmean(part[..., columns] ** 2)) for part in (apart, *own))
         parts.append(f"{difference:5.2f} ({scatter[0]:.2f} {scatter[1]:.2f})")
     return " ".join(parts) + f"  {worst:.2f}  {seconds[0]:.2f} {seconds[1]:.1f}"
@@ -100,7 +83,13 @@ def main() -> None:
     parser.add_argument("--shapes", nargs="*", default=list(fingers()), choices=list(fingers()))
     parser.add_argument("--drawn", type=int, default=2, help="fresh meshes a finger")
     parser.add_argument("--variants", type=int, default=2, help="shipped meshes a finger")
+    parser.add_argument("--stored", action="store_true", help="print presses on fresh meshes, as moved.py stores them")
     given = parser.parse_args()
+    for name, finger in moved.fingers().items() if given.stored else ():
+        fresh = [moved.pressed(finger, drawn(finger, SIZE_MM, variant=number)) for number in range(given.drawn)]
+        print(name, np.array2string(np.mean(fresh, axis=0), precision=6, separator=", "), flush=True)
+    if given.stored:
+        return
     print(
         f"{'finger':18s} {'S_d %':>17s} {'gauges %':>17s} {'indentation %':>17s} {'area %':>17s}  worst  s moved drawn"
     )

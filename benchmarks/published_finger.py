@@ -8,13 +8,12 @@ flat in the place of the gratings on which depths were measured.
 """
 
 import argparse
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator, RegularGridInterpolator
-from scipy.optimize import brentq, least_squares, minimize_scalar
+from scipy.optimize import brentq, least_squares
 
 from papilla import fem
 from papilla.calibrate.press_table import corrected
@@ -24,17 +23,17 @@ from papilla.fem.finite.strain_tables import measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.files import write_text
-from papilla.finger import Bench, Finger, Gauge, Slab
+from papilla.finger import Bench, Finger, Gauge
 from papilla.mesh import DEFAULT_SIZE_MM, build
-from papilla.specimen import STICK, Block, Friction, Specimen, friction_coefficient
+from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
 from papilla.units import gf_to_newton
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCE_GF, HEAVY = np.arange(10.0, 101.0, 10.0), 2
 """Forces at which (9) is compared, and the first of the 30-100 gf."""
 PUBLISHED = published_sd(FORCE_GF[:, None], np.array(SPECIMENS_MPA))
-LENGTHS_MM, TURNS = (0.2, 1.0, 2.4), (0.7, 0.85, 1.0)
-"""Grid lengths, and shares of the default's gauge angles, between which readings are interpolated."""
+LENGTHS_MM, ANGLES_DEG = (0.2, 1.0, 2.4), (0, 20, 40)
+"""Grid lengths between which readings are interpolated, and angles of the default's gauges on one side."""
 RATIOS, INNER_MPA = np.geomspace(2.0, 8.0, 7), np.geomspace(0.0265, 0.054, 5)
 """Moduli, outer over inner and inner, between which presses are interpolated."""
 TABLE_RATIOS = (2.0, 4.0, 8.0)
@@ -47,8 +46,6 @@ MISFIT, NUMBERS = 0.03, 5
 DEPTH_ERROR = 0.01
 """Relative error of a published depth."""
 CHI_SQUARE_95 = 3.84
-SLABS_MM = (10.0,)
-"""Depths of the slabs that are tried instead of the dome: that of the 2011 paper (a contact leaves deeper ones)."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +76,8 @@ of its backing, which strains as one; foils with shorter grids are made."""
 
 
 def carrier() -> Finger:
-    """The default finger with gauges of all lengths and angles on one side; the other is its mirror image."""
-    places = sorted({round(turn * angle, 3) for turn in TURNS for angle in (0, 20, 40)})
-    gauges = [Gauge(f"a{a:g}L{L}", angle_deg=float(a), length_mm=L) for L in LENGTHS_MM for a in places]
+    """The default finger with gauges of all lengths on one side; the other is its mirror image."""
+    gauges = [Gauge(f"a{a:g}L{L}", angle_deg=float(a), length_mm=L) for L in LENGTHS_MM for a in ANGLES_DEG]
     return replace(Finger.default(), gauges=tuple(gauges))
 
 
@@ -108,11 +104,10 @@ def measure_strain(friction: Friction) -> None:
 
 @dataclass(frozen=True)
 class Physics:
-    """Under what presses are made: friction, large strain, and the specimen of a modulus."""
+    """Under what presses are made."""
 
     friction: Friction = STICK
     large_strain: bool = True
-    specimen: Callable[[float], Specimen] = Bench().specimen
 
     def presses(self, ratio: float, inner: float) -> tuple[np.ndarray, np.ndarray]:
         """(forces, moduli, q, gauges) of the carrier's gauges, and depths (k,) in mm at `PUBLISHED_POINTS`."""
@@ -122,7 +117,7 @@ class Physics:
             found = fem.press(reduced, specimen, force=float(force), fidelity="contact", friction=self.friction)
             return corrected(reduced, specimen, found) if self.large_strain and force > LIGHTEST * inner else found
 
-        felt = [[one(self.specimen(E), force).values for E in SPECIMENS_MPA] for force in gf_to_newton(FORCE_GF)]
+        felt = [[one(Bench().specimen(E), force).values for E in SPECIMENS_MPA] for force in gf_to_newton(FORCE_GF)]
         return np.array(felt), np.array([one(RIGID, force).indentation for _, force in PUBLISHED_POINTS])
 
 
@@ -132,24 +127,15 @@ SHIPPED = Physics()
 class Model:
     """S_d and depth of all fingers under some physics, between presses of a grid of moduli."""
 
-    def __init__(self, physics: Physics, turn: float = 1.0):
+    def __init__(self, physics: Physics):
         if physics.large_strain:
             measure_strain(physics.friction)
         grid = [[physics.presses(ratio, inner) for inner in INNER_MPA] for ratio in RATIOS]
-        shape = (len(LENGTHS_MM), -1)
-        turned = BarycentricInterpolator(TURNS, np.eye(len(TURNS)))(turn)
-        places = [round(share * angle, 3) for share in TURNS for angle in (0, 20, 40)]
-        order = sorted(set(places))
-        pick = np.zeros((3, len(order)))
-        for k, share in enumerate(TURNS):
-            for row, angle in enumerate((0, 20, 40)):
-                pick[row, order.index(round(share * angle, 3))] += turned[k]
-        felt = np.array([[one[0] for one in row] for row in grid])
-        self.felt = np.einsum("...lp,ap->...la", felt.reshape(*felt.shape[:-1], *shape), pick)
-        self.depth = np.array([[one[1] for one in row] for row in grid])
+        felt, depth = (np.array([[one[part] for one in row] for row in grid]) for part in (0, 1))
         axes = (np.log(RATIOS), np.log(INNER_MPA))
         self._felt, self._depth = (
-            RegularGridInterpolator(axes, values, method="cubic") for values in (self.felt, self.depth)
+            RegularGridInterpolator(axes, values, method="cubic")
+            for values in (felt.reshape(*felt.shape[:-1], len(LENGTHS_MM), -1), depth)
         )
 
     def sd(self, values: dict[str, float]) -> np.ndarray:
@@ -249,52 +235,6 @@ def as_regression(sd: np.ndarray) -> np.ndarray:
     return (columns @ np.linalg.lstsq(columns, sd.ravel(), rcond=None)[0]).reshape(sd.shape)
 
 
-def slab_values(depth: float, outer: float, inner: float) -> np.ndarray:
-    """Gauges' values (forces, moduli, q, g) of linear presses on a slab of the dome's section, `depth` mm deep."""
-    dome = Finger.default().shape
-    shape = Slab((dome.outer[0], dome.outer[2]), (dome.interface[0], dome.interface[2]), (10.0, 6.0), depth)
-    slab = with_moduli(replace(Finger.default(), shape=shape), outer, inner)
-    reduced = fem.prepare(slab, size_mm=max(SIZE_MM, 1.0), progress=print)
-    rows = []
-    for force in gf_to_newton(FORCE_GF):
-        one = [fem.press(reduced, Bench().specimen(E), force=force, fidelity="contact") for E in SPECIMENS_MPA]
-        rows.append([found.values for found in one])
-    return np.array(rows)
-
-
-def best_lever(values: np.ndarray) -> tuple[float, float, float]:
-    """Relative rms over 10-100 and 30-100 gf of gauges' values (forces, moduli, q, g), and the lever (mm) for it."""
-
-    def left(lever: float) -> np.ndarray:
-        return scaled(1e6 * (values[..., 0, :] + lever * values[..., 1, :]).std(axis=-1))[1]
-
-    lever = float(minimize_scalar(lambda one: relative(left(one)), bounds=(-2.0, 1.0), method="bounded").x)
-    return relative(left(lever)), relative(left(lever), HEAVY), lever
-
-
-def explain(best: Fit) -> None:
-    """Print what each piece of physics changes in what is left, all parameters fitted again."""
-    variants = {
-        "linear, no friction": (Physics(0.0, False), 1.0),
-        "linear, stick": (Physics(STICK, False), 1.0),
-        "large strain, no friction": (Physics(0.0, True), 1.0),
-        "gauges at 0.85 of their angles": (Physics(), 0.85),
-        "blocks of 5 mm": (Physics(specimen=lambda E: Block(E, 5.0)), 1.0),
-        "blocks of 20 mm": (Physics(specimen=lambda E: Block(E, 20.0)), 1.0),
-    }
-    for name, (physics, turn) in variants.items():
-        found = fit(Model(physics, turn))
-        print(f"{name}: {told(found)}", flush=True)
-    for depth in SLABS_MM:
-        moduli = best.values["outer_modulus"], best.values["inner_modulus"]
-        rms, heavy, lever = best_lever(slab_values(depth, *moduli))
-        print(
-            f"slab {depth:g} mm deep, linear, no friction, moduli as fitted: {100 * rms:.2f} % rms, "
-            f"{100 * heavy:.2f} % over 30-100 gf, lever {lever:.2f} mm",
-            flush=True,
-        )
-
-
 def told(found: Fit) -> str:
     """A fit in a line."""
     values = ", ".join(f"{name} {value:.4g} {PARAMETERS[name].unit}" for name, value in found.values.items())
@@ -323,10 +263,9 @@ def published_tables(grid_length: float) -> list[LargeStrain]:
 
 
 def main() -> None:
-    """Fit, tell, explain, and write what ships."""
+    """Fit, tell, and write what ships."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="write the table that ships beside the design")
-    parser.add_argument("--explain", action="store_true", help="fit under other physics, too")
     asked = parser.parse_args()
     model = Model(SHIPPED)
     best = fit(model)
@@ -344,8 +283,6 @@ def main() -> None:
     for name in PARAMETERS:
         low, high = interval(model, best, name)
         print(f"{name}: {best.values[name]:.4g}, {low:.4g} to {high:.4g} {PARAMETERS[name].unit}", flush=True)
-    if asked.explain:
-        explain(best)
     if asked.write:
         measure_strain(0.0)
         design = Finger.published()

@@ -6,14 +6,11 @@ modulus is read from the S_d of presses without it, over moduli.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, lru_cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator, PchipInterpolator
-from scipy.sparse.linalg import splu
-from skfem import Basis, ElementHex2, ElementVector, FacetBasis, LinearForm, MeshHex
-from skfem.models.elasticity import lame_parameters, linear_elasticity
+from scipy.interpolate import PchipInterpolator
 
 from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem.pressing.adhesion import adhesive_press
@@ -33,9 +30,6 @@ FORCES_GF, MODULI_MPA = (5.0, 38.0, 100.0), (0.1, 0.51)
 
 MODELLED = 0.01
 """Change of S_d from which an effect is to be modelled, not only named."""
-
-CELLS = 8
-"""Hexahedra along half the width of a narrow block, and twice those down it."""
 
 CURVE_MPA = np.geomspace(0.02, 20.0, 25)
 """Moduli at which S_d is known without the effect."""
@@ -74,73 +68,6 @@ class TiltedBlock(Block):
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Height (k,) in mm over points (k, 2) of the contact plane; negative on the side that comes nearer."""
         return points[:, 0] * math.tan(math.radians(self.tilt_deg))
-
-
-@dataclass(frozen=True, eq=False)
-class NarrowBlock(Block):
-    """A bonded square block of `width` mm: its compliance is a layer's, and by finite elements what its edges add.
-
-    `pressed` is a press on the whole layer; what the edges let the surface sink under its pressure is added to the gap.
-    """
-
-    width: float = 20.0
-    pressed: Press | None = field(default=None, repr=False)
-    reduced: ReducedFinger | None = field(default=None, repr=False)
-
-    def __post_init__(self):
-        """Only numbers are checked."""
-        Block(self.modulus, self.thickness, self.nu)
-
-    def gap(self, points: np.ndarray) -> np.ndarray:
-        """Height (k,) in mm over points (k, 2): how much more the narrow block sinks than the layer."""
-        return self._sunk(np.abs(points))
-
-    @cached_property
-    def _sunk(self) -> Callable:
-        assert self.pressed is not None and self.reduced is not None
-        pressure = LinearNDInterpolator(self.reduced.patch.xy, self.pressed.pressure, fill_value=0.0)
-        narrow, wide = (_PressedBlock.of(self.width / 2, self.thickness, self.nu, beyond) for beyond in (False, True))
-        place, sunk = narrow.sunk(pressure)
-        return LinearNDInterpolator(place, (sunk - wide.sunk(pressure)[1][: len(sunk)]) / self.modulus, fill_value=0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class _PressedBlock:
-    """A quarter of a bonded block of 1 MPa in quadratic hexahedra, factorised; its nodes on top by their distance."""
-
-    top: FacetBasis
-    place: np.ndarray
-    surface: np.ndarray
-    free: np.ndarray
-    solve: Callable
-
-    @classmethod
-    @lru_cache(maxsize=4)
-    def of(cls, half: float, thickness: float, nu: float, beyond: bool) -> "_PressedBlock":
-        """Of half a width (mm); `beyond` that, on request, it goes on far enough to be a layer."""
-        sides = np.linspace(0, half, CELLS + 1)
-        if beyond:
-            sides = np.append(sides, half + half * np.array([0.15, 0.4, 0.9, 2.0]))
-        down = -thickness * np.linspace(1, 0, CELLS // 2 + 1) ** 1.5
-        mesh, element = MeshHex.init_tensor(sides, sides, down), ElementVector(ElementHex2())
-        basis = Basis(mesh, element, intorder=4)
-        top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda x: x[2] > -1e-9), intorder=8)
-        matrix = linear_elasticity(*lame_parameters(1.0, nu)).assemble(basis)
-        fixed = [basis.get_dofs(lambda x: x[2] < 1e-9 - thickness).flatten()]
-        fixed += [basis.get_dofs(lambda x, axis=axis: x[axis] < 1e-9).all(f"u^{axis + 1}") for axis in (0, 1)]
-        free = np.setdiff1d(np.arange(basis.N), np.concatenate(fixed))
-        surface = basis.get_dofs(lambda x: x[2] > -1e-9).all("u^3")
-        x, y = basis.doflocs[:2, surface]
-        order = np.lexsort((y, x, np.maximum(x, y) > half + 1e-9))
-        solve = splu(matrix[free][:, free].tocsc()).solve
-        return cls(top, np.column_stack([x, y])[order], surface[order], free, solve)
-
-    def sunk(self, pressure: Callable) -> tuple[np.ndarray, np.ndarray]:
-        """Places (k, 2) on top, those within the half width first, and how far (k,) in mm they sink."""
-        load = LinearForm(lambda v, w: -pressure(w.x[0], w.x[1]) * v[2]).assemble(self.top)
-        moved = np.zeros(len(load))
-        moved[self.free] = self.solve(load[self.free])
-        return self.place, -moved[self.surface]
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,19 +182,6 @@ def _effects(bench: Bench):
             "its own gap",
             specimen(lambda E, tilt=tilt: TiltedBlock(E, thick, tilt_deg=tilt), lambda: bench.whole),
         )
-    yield (
-        "width of the block",
-        "20 mm square",
-        "",
-        lambda force, E: (
-            contact_press(
-                bench.reduced,
-                NarrowBlock(E, thick, pressed=bench.plain(force, E), reduced=bench.reduced),
-                (force, None),
-                0.0,
-            ).sd
-        ),
-    )
     yield (
         "adhesion",
         "0.05 J/m2",

@@ -1,14 +1,16 @@
 """Shipped meshes moved into other fingers, against fresh meshes of these fingers by the mesher (docs/adr/0031).
 
 No mesh is drawn here: `STORED` holds what presses on two fresh meshes gave, the mean of both.
-`python -m papilla.studies.verify.moved` draws new ones and prints the table.
+`python benchmarks/moved_meshes.py --stored` draws new ones and prints the table.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
+from papilla.errors import ContactRangeError
 from papilla.fem import FingerModel, press
 from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import build
@@ -67,7 +69,7 @@ STORED: dict[str, tuple[tuple[float, ...], ...]] = {
 def moved() -> Iterator[Case]:
     """Linear presses on 0.15 MPa, without friction, on a moved mesh and on two fresh ones."""
     for name, finger in fingers().items():
-        found = _pressed(finger, build(finger))
+        found = pressed(finger, build(finger))
         for row, stored, force_gf in zip(found, np.array(STORED[name]), FORCES_GF, strict=True):
             errors = {
                 "S_d": off(row[0], stored[0]),
@@ -83,27 +85,17 @@ def moved() -> Iterator[Case]:
                 yield Case(f"{name}, {force_gf:g} gf, {quantity}", measure, error, bound)
 
 
-def _pressed(finger: Finger, mesh: LayeredMesh) -> np.ndarray:
-    """(forces, 8) a row as in `STORED`."""
-    reduced, block, rows = FingerModel(finger, mesh).reduce(), Block(MODULUS_MPA, THICKNESS_MM), []
-    for force_gf in FORCES_GF:
-        found = press(reduced, block, force=gf_to_newton(force_gf), fidelity="contact", friction=0.0)
-        rows.append([found.sd, *found.reading, found.indentation, found.contact_area])
+def pressed(
+    finger: Finger, mesh: LayeredMesh, moduli_MPa: Sequence[float] = (MODULUS_MPA,), forces_gf=FORCES_GF
+) -> np.ndarray:
+    """(presses, 8) a row as in `STORED` for each modulus and force; NaN where the contact would leave its patch."""
+    reduced, rows = FingerModel(finger, mesh).reduce(), []
+    for modulus, force_gf in product(moduli_MPa, forces_gf):
+        block, force = Block(modulus, THICKNESS_MM), gf_to_newton(force_gf)
+        try:
+            found = press(reduced, block, force=force, fidelity="contact", friction=0.0)
+        except ContactRangeError:
+            rows.append([np.nan] * (3 + len(reduced.gauge_names)))
+        else:
+            rows.append([found.sd, *found.reading, found.indentation, found.contact_area])
     return np.array(rows)
-
-
-def _print_fresh() -> None:
-    """Draw two meshes of each finger, and print the mean of their presses."""
-    from papilla.mesh import DEFAULT_SIZE_MM
-    from papilla.mesh.drawing import drawn
-
-    for name, finger in fingers().items():
-        rows = [_pressed(finger, drawn(finger, DEFAULT_SIZE_MM, variant=variant)) for variant in range(2)]
-        print(f'    "{name}": (')
-        for row in np.mean(rows, axis=0):
-            print(f"        ({', '.join(f'{value:.6g}' for value in row)}),")
-        print("    ),", flush=True)
-
-
-if __name__ == "__main__":
-    _print_fresh()
