@@ -48,7 +48,7 @@ def main() -> None:
         labels = [f"{what}: {kind}" for what, kind in zip(("moves", "pressed", "mu"), scene.kinds, strict=True)]
         for label in (EVERY, told, f"{scene.rate_Hz:g} Hz", *labels):
             kinds[label].append(found)
-    for make in NAMED:
+    for make in NAMED.values():
         for seed in range(chosen.first, chosen.first + max(chosen.runs // 10, 1)):
             scene = make(seed)
             kinds[scene.kinds[0]].append(judged(scene))

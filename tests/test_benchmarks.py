@@ -64,7 +64,6 @@ SHORT = {
         "swing of the section over that in three dimensions",
     ),
     "suggested_presses": (["--fingers", "2", "--size", "2.8"], {}, "suggested presses are better by"),
-    "thousand_scenes": ([], {}, "peak memory"),
     "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
     "size": ([], {}, "in all"),
     "budget": (["--jobs", "update"], {}, "one update of the pipeline"),
@@ -109,7 +108,6 @@ def test_short_form(name, monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
     module = loaded(name, monkeypatch)
-    monkeypatch.setattr("papilla.studies.bench.scenes.GRID_MPA", np.array([0.5]))
     for constant, value in constants.items():
         assert hasattr(module, constant)
         monkeypatch.setattr(module, constant, value)

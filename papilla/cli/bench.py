@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import FingerOption, keep_inputs, option
-from papilla.cli.output import Answer, plain, progress, say, show_table, tell
+from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
 
 if TYPE_CHECKING:
     from papilla.studies.bench import Bench
@@ -67,23 +67,17 @@ def bench(
 
 
 def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(title=escape(f"{plain(found.finger_name)}: errors in %, worst of 10-100 gf; * on the Pareto front"))
-    for title in ("fidelity", "element"):
-        table.add_column(title, no_wrap=True)
-    for title in ("mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s", "S_d", "indentation", "area", "MiB", ""):
-        table.add_column(title, justify="right", no_wrap=True)
+    heads = ("fidelity", "element", "mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s")
+    rows = []
     for row in found.rows:
-        numbers = [row.seconds_setup, 1e3 * row.seconds_per_scene, row.seconds_thousand]
-        seconds = [f"{value:.3g}" if value == value else "-" for value in numbers]
-        found_errors = (row.error_sd, row.error_indentation, row.error_area)
-        errors = [f"{100 * error:.2f}" if error == error else "-" for error in found_errors]
+        seconds = (row.seconds_setup, 1e3 * row.seconds_per_scene, row.seconds_thousand)
+        errors = (100 * error for error in (row.error_sd, row.error_indentation, row.error_area))
+        numbers = [*(f"{value:.3g}" for value in seconds), *(f"{error:.2f}" for error in errors)]
         mark = "reference" if row.reference else "*" if row.pareto else ""
-        cells = [f"{row.size_mm:g}", f"{row.dofs:,}", *seconds, *errors, f"{row.peak_memory_MiB:.0f}", mark]
-        table.add_row(row.fidelity, row.element, *cells)
-    show_table(table)
+        cells = [value.replace("nan", "-") for value in numbers] + [f"{row.peak_memory_MiB:.0f}", mark]
+        rows.append([row.fidelity, row.element, f"{row.size_mm:g}", f"{row.dofs:,}", *cells])
+    title = f"{plain(found.finger_name)}: errors in %, worst of 10-100 gf; * on the Pareto front"
+    show_rows((*heads, "S_d", "indentation", "area", "MiB", ""), rows, title)
     for line in found.sentences():
         tell(line)
     for peer in peers:

@@ -7,13 +7,14 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from papilla.cli.options import JsonOption, SceneOption, about, keep_inputs, option
-from papilla.cli.output import INTERRUPTED, print_json, say, tell
+from papilla.cli.options import SceneOption, about, keep_inputs, option
+from papilla.cli.output import INTERRUPTED, Answer, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
     QUANTITY_COLUMNS,
@@ -88,8 +89,7 @@ def sensor(
     seconds: float | None = SECONDS,
     seed: int = option(0, "Of the noise.", min=0),
     scene: SceneOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Follow a remote hand over a simulated grating, estimate its wavelength at 1 kHz, and send that.
 
     With --calibration the finger also presses as the hand does, on a soft specimen under the grating: modulus and
@@ -117,10 +117,7 @@ def sensor(
         source, sensing = TouchSource(touch, seed), touch.sensing(components)
     with address.endpoint() as endpoint, _live() as report:
         how: Any = {"seconds": _time(seconds), "report": report, "parameters_Hz": parameters_rate}
-        stopped = _until_stopped(
-            lambda period: run_sensor(endpoint, source, sensing, period=period, **how), endpoint, as_json
-        )
-    raise typer.Exit(stopped)
+        return _until_stopped(lambda period: run_sensor(endpoint, source, sensing, period=period, **how), endpoint)
 
 
 def display(
@@ -130,8 +127,7 @@ def display(
     seconds: float | None = SECONDS,
     scene: SceneOption = None,
     out: OutOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Move a simulated hand, send where it is, and display the texture under it from what the sensor sends back.
 
     The vibration is made here, of the hand's own motion, so it is not late however long the link is. When the link is
@@ -148,10 +144,7 @@ def display(
         if out is not None:
             how["keep"] = stack.enter_context(_table_of_rows(out))
         how["report"] = stack.enter_context(_live())
-        stopped = _until_stopped(
-            lambda period: run_display(endpoint, model, motion, period=period, **how), endpoint, as_json
-        )
-    raise typer.Exit(stopped)
+        return _until_stopped(lambda period: run_display(endpoint, model, motion, period=period, **how), endpoint)
 
 
 @contextmanager
@@ -240,8 +233,8 @@ def _quantiles_ms(times: "Spread") -> dict[str, float]:
     return {"p50": 1e3 * times.quantile_s(0.5), "p99.9": 1e3 * times.quantile_s(0.999)}
 
 
-def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_json: bool) -> int:
-    """Run until the time is over, Ctrl-C or a polite kill, and say how it went; the exit code.
+def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> Answer:
+    """Run until the time is over, Ctrl-C or a polite kill; how it went.
 
     Both signals are heard also where a script that started this in the background has them ignored.
     """
@@ -261,7 +254,7 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
         for stop, handler in before.items():
             signal.signal(stop, handler)
     offset, counts = endpoint.gate.offset, endpoint.gate.counts
-    found = {
+    found: dict[str, Any] = {
         "periods": period.ticked,
         "missed": period.missed,
         "work_ms": _quantiles_ms(period.work),
@@ -272,12 +265,8 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint", as_
         "round_trip_ms": 1e-6 * offset.round_trip_ns,
         "clock_offset_ms": 1e-6 * offset.offset_ns,
     }
-    if as_json:
-        print_json(found)
-    else:
-        trip = 1e-6 * offset.round_trip_ns
-        tell(
-            f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, {counts.accepted} "
-            f"received, {counts.dropped} dropped" + (f"; shortest round trip {trip:.2f} ms" if trip == trip else "")
-        )
-    return code
+    trip = found["round_trip_ms"]
+    said = f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, "
+    said += f"{counts.accepted} received, {counts.dropped} dropped"
+    said += f"; shortest round trip {trip:.2f} ms" if trip == trip else ""
+    return Answer(found, partial(tell, said), code)

@@ -49,7 +49,7 @@ def answered(scene):
     return Friction(sample_rate_Hz=scene.rate_Hz, **scene.options).process(scene.samples)
 
 
-@pytest.mark.parametrize("kind", friction_logs.NAMED, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", friction_logs.NAMED.values(), ids=friction_logs.NAMED)
 def test_logs_of_the_kinds_that_it_was_wrong_on(kind):
     """Inside two sigma, and sigma at most 10 % where anything tells the offset."""
     for seed in (1001, 1002):

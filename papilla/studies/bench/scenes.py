@@ -23,8 +23,6 @@ QUANTITIES = ("sd", "indentation", "contact_area")
 MODULI_MPA, DRAWN_GF = (0.05, 0.72), (5.0, 100.0)
 """Moduli (MPa), log-uniform, and forces (gf), uniform, of which scenes are drawn."""
 
-GRID_MPA, GRID_N = np.geomspace(*MODULI_MPA, 25), np.linspace(0.05, 1.0, 40)
-
 
 def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=QUANTITIES) -> np.ndarray:
     """S_d in microstrain, indentation in mm and contact area in mm2 of what `pressed` by each force gives: (3, forces);
@@ -50,14 +48,4 @@ def thousand(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
     """Seconds of a thousand drawn scenes, and the median of one."""
     began = perf_counter()
     seconds = drawn(reduced, 1000, fidelity=fidelity)
-    return perf_counter() - began, float(np.median(seconds))
-
-
-def warm_grid(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
-    """Seconds of all scenes of a sweep (25 moduli x 40 rising forces), and the median of one."""
-    seconds, began = [], perf_counter()
-    for modulus in GRID_MPA:
-        for force in GRID_N:
-            scene = press(reduced, Block(float(modulus), SPECIMEN.thickness), force=float(force), fidelity=fidelity)
-            seconds.append(scene.seconds)
     return perf_counter() - began, float(np.median(seconds))

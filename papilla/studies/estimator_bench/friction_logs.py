@@ -5,8 +5,9 @@ off in between), the offset of the tangential sensor, what mu depends on, what a
 noise. The skin shears before it slides (Dahl's model), so a start and a turn pull less than sliding does.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -211,8 +212,11 @@ def drawn(seed: int) -> Rubbed:
 _NOTHING = np.array(np.nan)
 
 
-def tribometer(seed: int) -> Rubbed:
-    """(a) One way for 180 s at 10 Hz in four steps of speed; mu runs in by 4 % and varies with N by chance."""
+def tribometer(seed: int, told: bool = False) -> Rubbed:
+    """(a) One way for 180 s at 10 Hz in four steps of speed; mu runs in by 4 % and varies with N by chance.
+
+    told : the offset is subtracted, but for 1 mN.
+    """
     rng = np.random.default_rng(seed)
     time = np.arange(1800) / 10
     speed = np.repeat(np.sort(rng.uniform(30, 750, 4)), 450)
@@ -222,16 +226,11 @@ def tribometer(seed: int) -> Rubbed:
     # T falls or rises with N: mu changes with it by chance, or by where the disc is
     tangential = mu * 3.0 + rng.uniform(-0.8, 0.2) * (normal - 3.0) + offset + rng.normal(0, 0.004, len(time))
     mu[:8] = np.nan
-    return Rubbed(
-        10.0, np.column_stack([tangential, normal, speed]), mu, offset, _NOTHING, told=False, kinds=("(a) tribometer",)
-    )
-
-
-def told_tribometer(seed: int) -> Rubbed:
-    """(a) with the offset told."""
-    known = tribometer(seed)
-    known.samples[:, 0] -= known.offset
-    return Rubbed(10.0, known.samples, known.mu, 0.0, _NOTHING, options={"offset_sigma_N": 1e-3}, kinds=("(a) told",))
+    if told:
+        samples = np.column_stack([tangential - offset, normal, speed])
+        return Rubbed(10.0, samples, mu, 0.0, _NOTHING, True, {"offset_sigma_N": 1e-3}, ("(a) told",))
+    samples = np.column_stack([tangential, normal, speed])
+    return Rubbed(10.0, samples, mu, offset, _NOTHING, told=False, kinds=("(a) tribometer",))
 
 
 def long_strokes(seed: int, rests: bool = True) -> Rubbed:
@@ -243,17 +242,10 @@ def long_strokes(seed: int, rests: bool = True) -> Rubbed:
     normal = 0.2 * (1 + 0.1 * np.sin(2 * np.pi * rng.uniform(0.05, 0.5) * time + rng.uniform(0, 6)))
     mu, offset = rng.uniform(0.6, 1.0), rng.uniform(0.13, 0.16)
     fades = np.exp(-(phase - 10) / rng.uniform(0.05, 0.3)) * ~moving + moving * (1 - np.exp(-phase / 0.1))
-    pull = way * mu * normal * fades
-    samples = np.column_stack(
-        [pull + offset + rng.normal(0, 0.002, len(time)), normal, way * (moving if rests else 1.0)]
-    )
+    tangential = way * mu * normal * fades + offset + rng.normal(0, 0.002, len(time))
+    samples = np.column_stack([tangential, normal, way * (moving if rests else 1.0)])
     true = np.where(moving & (phase > 0.3), mu, np.nan)
     return Rubbed(50.0, samples, true, offset, _NOTHING, kinds=("(b) rests told" if rests else "(b) rests not told",))
-
-
-def rests_not_told(seed: int) -> Rubbed:
-    """(b) with a velocity that has no rests."""
-    return long_strokes(seed, rests=False)
 
 
 def swipe(seed: int, told: bool = False) -> Rubbed:
@@ -277,11 +269,6 @@ def swipe(seed: int, told: bool = False) -> Rubbed:
     return Rubbed(1000.0, samples, true, offset, np.array(static), True, options, (kind,))
 
 
-def told_swipe(seed: int) -> Rubbed:
-    """(c) with the offset told."""
-    return swipe(seed, told=True)
-
-
 def encoder(seed: int) -> Rubbed:
     """(d) To and fro, the velocity a difference of an encoder's raw positions."""
     rng = np.random.default_rng(seed)
@@ -295,14 +282,8 @@ def encoder(seed: int) -> Rubbed:
     mu, offset = rng.uniform(0.08, 0.4), rng.uniform(-0.1, 0.1)
     pull = sheared(mu * normal, velocity, rate, 0.1)
     true = np.where(np.abs(pull) > 0.95 * mu * normal, mu, np.nan)
-    return Rubbed(
-        rate,
-        np.column_stack([pull + offset + rng.normal(0, 0.005, len(time)), normal, raw]),
-        true,
-        offset,
-        _NOTHING,
-        kinds=("(d) encoder",),
-    )
+    samples = np.column_stack([pull + offset + rng.normal(0, 0.005, len(time)), normal, raw])
+    return Rubbed(rate, samples, true, offset, _NOTHING, kinds=("(d) encoder",))
 
 
 def by_force(seed: int) -> Rubbed:
@@ -319,7 +300,14 @@ def by_force(seed: int) -> Rubbed:
     return Rubbed(1000.0, samples, true, offset, _NOTHING, kinds=("mu ~ N^(-1/3)",))
 
 
-NAMED: tuple[Callable[[int], Rubbed], ...] = (
-    tribometer, told_tribometer, long_strokes, rests_not_told, swipe, told_swipe, encoder, by_force
-)  # fmt: skip
+NAMED: Mapping[str, Callable[[int], Rubbed]] = {
+    "tribometer": tribometer,
+    "told_tribometer": partial(tribometer, told=True),
+    "long_strokes": long_strokes,
+    "rests_not_told": partial(long_strokes, rests=False),
+    "swipe": swipe,
+    "told_swipe": partial(swipe, told=True),
+    "encoder": encoder,
+    "by_force": by_force,
+}
 """The kinds of logs that an estimator of friction was found wrong on."""
