@@ -77,7 +77,7 @@ def move_presses(
     covers is left out. Raises `InputError` where a contact beside the apex would leave the skin.
     """
     forces, moduli = np.geomspace(*domain["force_N"], FORCES), np.geomspace(*domain["modulus_MPa"], MODULI)
-    presses = press_grid(reduced, model.finger.bench.specimen, moduli, forces, friction)
+    presses = press_grid(reduced, map(model.finger.bench.specimen, moduli.tolist()), forces, friction)
     found = [one for _, one in presses if not isinstance(one, Exception)]
     force_N, modulus_MPa = np.array([(one.force, one.modulus) for one in found]).reshape(-1, 2).T
     places = position_places(model)

@@ -4,8 +4,7 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
-from functools import partial
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from papilla.calibration.published import SPECIMENS_MPA
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.grid import press_grid, with_modulus
+from papilla.fem.pressing.grid import press_grid
 from papilla.fem.pressing.large_strain import is_known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
 from papilla.short_repr import html_table
@@ -170,19 +169,20 @@ def sweep(
     """
     needs_reduced(reduced)
     moduli, forces = _rising("modulus (MPa)", moduli), _rising("force (N)", forces)
-    make = specimen if callable(specimen) else reduced.bench.specimen
     if isinstance(specimen, Specimen):
-        make = partial(with_modulus, specimen)
+        specimens = [replace(specimen, modulus=modulus) for modulus in moduli]
+    else:
+        specimens = [(specimen or reduced.bench.specimen)(modulus) for modulus in moduli]
     friction = reduced.bench.friction if friction is None else friction
     friction_told = friction is not None
     if friction is None:
         friction = STICK if large_strain and is_known(reduced, math.inf) else 0.0
-    rubbing, first = friction_coefficient(friction), make(moduli[0])
+    rubbing, first = friction_coefficient(friction), specimens[0]
     large_strain = large_strain and is_known(reduced, rubbing) and first.curvature == (0.0, 0.0)
     rows: list[tuple] = []
     scenes = itertools.product(moduli, forces)
     for (modulus, force), (touched, found) in zip(
-        scenes, press_grid(reduced, make, moduli, forces, friction), strict=True
+        scenes, press_grid(reduced, specimens, forces, friction), strict=True
     ):
         try:
             if isinstance(found, Exception):
@@ -216,7 +216,7 @@ def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press
     finger, or the specimen is curved. Raises `ContactRangeError` outside of the table."""
     if not is_known(reduced, found.friction) or specimen.curvature != (0.0, 0.0):
         return found
-    with_it = including_large_strain(reduced, specimen, found, found.friction)
+    with_it = including_large_strain(reduced, specimen, found)
     if with_it is None:
         raise ContactRangeError("large strain is not known here: the press is outside of the presses that tell it")
     return with_it

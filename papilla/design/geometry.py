@@ -106,10 +106,10 @@ def measure_base(base: Finger, processes: int, say: Say) -> str:
 def borrow(design: Finger, base: Finger) -> None:
     """Keep the neighbour's tables of large strain as those of a design with the same places, scaled to its size."""
     tables = known(base.strain_sha256)
-    if tables is None or known(design.strain_sha256) is not None:
+    if not tables or known(design.strain_sha256):
         return
     size = narrowest_mm(design) / narrowest_mm(base)
-    keep(design.strain_sha256, [_resized(table, size) for table in tables.tables])
+    keep(design.strain_sha256, [_resized(table, size) for table in tables])
 
 
 def _resized(table: LargeStrain, size: float) -> LargeStrain:

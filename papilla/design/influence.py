@@ -8,7 +8,6 @@ friction and stuck. Presses are linear: large strain changes readings by some pe
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -19,7 +18,7 @@ from papilla.design.places import Places, foil_of, half_length
 from papilla.design.scene import Scene
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import SIZE
-from papilla.fem.pressing.grid import press_grid, with_modulus
+from papilla.fem.pressing.grid import press_grid
 from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
@@ -87,7 +86,7 @@ def _tractions(reduced, finger: Finger, scene: Scene, friction, say) -> np.ndarr
     """(n, 3, nodes) tractions of the presses of the scene's grid."""
     say("presses of the scene" + (", stuck" if friction else ""))
     forces, moduli = (np.unique(part) for part in scene.grid)
-    found = press_grid(reduced, partial(with_modulus, finger.bench.specimen(1.0)), moduli, forces, friction)
+    found = press_grid(reduced, map(finger.bench.specimen, moduli.tolist()), forces, friction)
     by_modulus = [one for _, one in found]
     if refused := next((one for one in by_modulus if isinstance(one, Exception)), None):
         raise InputError(f"a press of the scene leaves what the model covers: {refused}")

@@ -9,8 +9,8 @@ import pytest
 from papilla.errors import SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
-from papilla.fem.pressing.loading_path import loading_path, path_of
-from papilla.fem.pressing.pivoting import solve_contact
+from papilla.fem.pressing.contact_step import contact_step, first_touch
+from papilla.fem.pressing.loading_path import LoadingPath, loading_path
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, HalfSpace, Sphere
@@ -18,17 +18,13 @@ from papilla.specimen import Block, HalfSpace, Sphere
 SPECIMENS = [Block(0.02, 10), Block(0.51, 10), Block(1e4, 3), HalfSpace(0.3), Sphere(1.0, 20.0), Sphere(1e5, 4.0)]
 
 
-def without_friction(compliance, mass, gap) -> ContactProblem:
-    return ContactProblem(compliance, mass, gap, np.zeros((0, len(mass)), dtype=bool))
-
-
 def check_against_single_presses(path, forces, rel=1e-10):
     problem = path.problem
     for force in forces:
-        single = solve_contact(problem.compliance, problem.mass, problem.gap, force=force)
+        single = contact_step(problem, first_touch(problem), force=force)
         state = path.at(force=force)
         assert state.indentation == pytest.approx(single.indentation, rel=rel)
-        assert state.traction[0] == pytest.approx(single.pressure, abs=10 * rel * single.pressure.max())
+        assert state.traction[0] == pytest.approx(single.traction[0], abs=10 * rel * single.traction[0].max())
         assert state.force == pytest.approx(force, rel=1e-9) and (state.active == single.active).all()
 
 
@@ -42,8 +38,9 @@ def test_every_force_is_the_single_press(reference, specimen):
 def test_force_and_depth_rise_and_are_two_ways_to_one_state(reference):
     path = loading_path(reference, Block(0.3, 10), 0.0)
     by_force = path.at(force=0.2)
-    assert (np.diff(path.depth) >= 0).all() and (np.diff(path.force) >= 0).all()
-    assert len(set(path.nodes)) == len(path.nodes) > by_force.active.sum()
+    whole = path.whole
+    assert (np.diff(whole.depth) >= 0).all() and (np.diff(whole.force) >= 0).all()
+    assert len(set(whole.nodes)) == len(whole.nodes) > by_force.active.sum()
     by_depth = path.at(indentation=by_force.indentation)
     assert by_depth.force == pytest.approx(0.2, rel=1e-12)
     assert by_depth.traction == pytest.approx(by_force.traction, abs=1e-12 * by_force.traction.max())
@@ -61,7 +58,7 @@ def test_all_gaps_equal_is_a_flat_punch():
     rng = np.random.default_rng(2)
     root = rng.normal(size=(12, 12))
     mass, compliance = rng.uniform(0.5, 1.0, 12), root @ root.T + 30 * np.eye(12)
-    path = ContactPath(without_friction(compliance, mass, 0.25 * mass))
+    path = ContactPath(ContactProblem(compliance, mass, 0.25 * mass))
     check_against_single_presses(path, [5.0])
     assert path.depth == pytest.approx(0.25)
 
@@ -73,7 +70,7 @@ def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
     n = 15
     root = rng.normal(size=(n, n))
     compliance, mass = root @ root.T + 0.5 * np.eye(n), rng.uniform(0.5, 1.5, n)
-    path = ContactPath(without_friction(compliance, mass, mass * rng.exponential(size=n)))
+    path = ContactPath(ContactProblem(compliance, mass, mass * rng.exponential(size=n)))
     answered = 0
     for force in np.linspace(0.01, 2.0, 25):
         try:
@@ -87,7 +84,7 @@ def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
 def test_a_compliance_that_is_not_positive_is_refused():
     compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
     with pytest.raises(SolverError, match="not positive"):
-        ContactPath(without_friction(compliance, np.ones(2), np.array([0.0, 1.0]))).at(force=10.0)
+        ContactPath(ContactProblem(compliance, np.ones(2), np.array([0.0, 1.0]))).at(force=10.0)
 
 
 def test_a_press_whose_nodes_leave_is_still_a_contact(reference, monkeypatch):
@@ -111,9 +108,9 @@ def test_another_order_to_begin_with_changes_nothing(reference, stuck):
     """A guess from another specimen, from none, and from a path that is worthless."""
     path = loading_path(reference, Block(0.2, 10), math.inf) if stuck else loading_path(reference, Block(0.2, 10), 0.0)
     problem, expected = path.problem, path.at(force=0.1)
-    backwards = ContactPath(without_friction(problem.compliance[: len(problem.mass), : len(problem.mass)],
+    backwards = ContactPath(ContactProblem(problem.compliance[: len(problem.mass), : len(problem.mass)],
                                              problem.mass, problem.gap.max() - problem.gap))  # fmt: skip
-    for guess in (None, loading_path(reference, Sphere(5.0, 8.0), 0.0), backwards):
-        other = (path_of(problem, math.inf, guess) if stuck else ContactPath(problem, guess)).at(force=0.1)
+    for guess in (None, loading_path(reference, Sphere(5.0, 8.0), 0.0).whole, backwards):
+        other = LoadingPath(problem, math.inf if stuck else 0.0, guess).at(force=0.1)
         assert other.indentation == pytest.approx(expected.indentation, rel=1e-12)
         assert other.traction == pytest.approx(expected.traction, abs=1e-11 * expected.traction.max())

@@ -7,9 +7,8 @@ import pytest
 
 from papilla.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactProblem
-from papilla.fem.pressing.friction_step import coulomb_step
-from papilla.fem.pressing.loading_path import FrictionPath, path_of
-from papilla.fem.pressing.pivoting import solve_contact
+from papilla.fem.pressing.contact_step import contact_step, first_touch
+from papilla.fem.pressing.loading_path import LoadingPath
 from papilla.fem.reduction.compliance import PatchSurface, quadrature
 from papilla.references import (
     dundurs_beta,
@@ -49,6 +48,12 @@ def bodies_on(patch, specimen, finger=None) -> ContactProblem:
     return ContactProblem(compliance, patch.mass, patch.gap, fixed)
 
 
+def without_friction(problem, **load):
+    n = len(problem.mass)
+    plain = ContactProblem(problem.compliance[:n, :n], problem.mass, problem.gap)
+    return contact_step(plain, first_touch(plain), **load)
+
+
 def shear_moment(patch, state):
     """int q r dA on the specimen, N mm."""
     points, weights, hats = quadrature(patch)
@@ -75,7 +80,7 @@ def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
     patch = sphere
     expected = frictional_punch(dundurs_beta(1.0, nu))
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = path_of(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
+    state = LoadingPath(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=1e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
 
@@ -86,7 +91,7 @@ def test_stick_is_from_the_moment_of_contact_not_from_the_start(sphere):
     problem = bodies_on(patch, HalfSpace(1.0, nu))
     expected = frictional_punch(dundurs_beta(1.0, nu))
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = path_of(problem, STICK).at(indentation=depth)
+    state = LoadingPath(problem, STICK).at(indentation=depth)
     index = np.flatnonzero(problem.free & state.active)
     right = np.append((depth * patch.mass - patch.gap)[state.active], np.zeros(len(index) - state.active.sum()))
     at_once = np.zeros((3, len(patch.xy)))
@@ -99,11 +104,10 @@ def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     """Against the frictionless punch on the same patch, whose edge is as coarse."""
     patch, nu = disc(1.0, 16), 0.3
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    n = len(patch.xy)
-    plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, indentation=0.01)
-    state = path_of(problem, friction).at(indentation=0.01)
+    plain = without_friction(problem, indentation=0.01)
+    state = LoadingPath(problem, friction).at(indentation=0.01)
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
-    assert state.force / (patch.mass @ plain.pressure) == pytest.approx(expected.force_factor, rel=1.5e-3)
+    assert state.force / (plain.force) == pytest.approx(expected.force_factor, rel=1.5e-3)
     check_state(problem, state, friction)
 
 
@@ -114,7 +118,7 @@ def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    state = path_of(problem, friction).at(indentation=depth)
+    state = LoadingPath(problem, friction).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=1e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
     r, element = np.hypot(*patch.xy.T), 3.0 / 20
@@ -130,7 +134,7 @@ def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
     expected = frictional_punch(dundurs_beta(*one, *other), 0.2)
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(*one, *other))
     problem = bodies_on(patch, HalfSpace(*one), HalfSpace(*other))
-    state = FrictionPath(problem, 0.2).at(indentation=depth)
+    state = LoadingPath(problem, 0.2).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=2e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=0.02)
 
@@ -142,10 +146,10 @@ def test_small_coupling_is_goodman_s(sphere):
     expected, c = frictional_punch(beta, friction), goodman_stick_radius(beta, friction)
     _, depth = expected.sphere(2.0, RADIUS, 1.0)
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    state = path_of(problem, friction).at(indentation=depth)
-    n, element = len(patch.xy), 3.0 / 20
-    plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, indentation=depth)
-    assert state.force == pytest.approx(patch.mass @ plain.pressure, rel=5e-4)
+    state = LoadingPath(problem, friction).at(indentation=depth)
+    element = 3.0 / 20
+    plain = without_friction(problem, indentation=depth)
+    assert state.force == pytest.approx(plain.force, rel=5e-4)
     r = np.hypot(*patch.xy.T)
     assert r[state.active & ~state.slipping].max() < 2.0 * c + element
     assert r[state.slipping].min() > 2.0 * c - element
@@ -153,7 +157,7 @@ def test_small_coupling_is_goodman_s(sphere):
 
 def test_similar_bodies_do_not_rub(disc):
     patch = disc(3.0, 8, paraboloid)
-    state = FrictionPath(bodies_on(patch, HalfSpace(1.0, 0.3), HalfSpace(1.0, 0.3)), 0.1).at(indentation=0.1)
+    state = LoadingPath(bodies_on(patch, HalfSpace(1.0, 0.3), HalfSpace(1.0, 0.3)), 0.1).at(indentation=0.1)
     assert np.abs(state.traction[1:]).max() < 1e-12 * state.traction[0].max()
     assert not state.slipping.any()
 
@@ -174,14 +178,14 @@ def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
     patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15
     body = HalfSpace(1.0, 0.0)
     problem = bodies_on(patch, body, body)
-    state = path_of(problem, friction).at(indentation=depth)
+    state = LoadingPath(problem, friction).at(indentation=depth)
     assert np.abs(state.traction[1:]).max() < 1e-9 * state.traction[0].max()
     force, contact_radius = state.force, math.sqrt(RADIUS * depth)
     moved, r = 0.0, np.hypot(*patch.xy.T)
     limit = mindlin_displacement(friction * force, friction * force, contact_radius, 8.0)[0]
     for share in (0.2, 0.5, 0.8):
         step = share * limit - moved
-        state = coulomb_step(problem, state, friction, force=force, slide=(step, 0.0))
+        state = contact_step(problem, state, friction, force=force, slide=(step, 0.0))
         moved += step
         pulled = float(patch.mass @ state.traction[1])
         assert abs(patch.mass @ state.traction[2]) < 1e-6 * pulled
@@ -191,7 +195,7 @@ def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
         assert r[state.active & ~state.slipping].max() < stick + element
         assert r[state.slipping].min() > stick - element
         check_state(problem, state, friction)
-    state = coulomb_step(problem, state, friction, force=force, slide=(limit, 0.0))
+    state = contact_step(problem, state, friction, force=force, slide=(limit, 0.0))
     assert patch.mass @ state.traction[1] == pytest.approx(friction * force, rel=1e-9)
     assert state.slipping[state.active].all()
 
@@ -224,10 +228,10 @@ def test_steps_agree_with_gauss_seidel(disc, friction):
     """A specimen of nu 0 against a finger that is elliptic and stands askew: nothing is symmetric but the patch."""
     patch = disc(3.0, 3, lambda x, y: (1.5 * x * x + 0.8 * y * y + 0.6 * x * y) / 40, quarter=False)
     problem = bodies_on(patch, HalfSpace(1.0, 0.0))
-    state = path_of(problem, friction).knots[0]
+    state = first_touch(problem)
     for depth in (0.03, 0.08, 0.15):
         expected = gauss_seidel(problem, state, friction, depth)
-        state = coulomb_step(problem, state, friction, indentation=depth)
+        state = contact_step(problem, state, friction, indentation=depth)
         assert state.traction == pytest.approx(expected, abs=1e-9 * expected.max())
         check_state(problem, state, friction)
     assert state.slipping.sum() > 0
@@ -245,9 +249,9 @@ def random_problem(seed, n=9) -> ContactProblem:
 def test_sticking_nodes_do_not_slip_and_all_else_is_linear(disc):
     patch = disc(3.0, 10, paraboloid)
     problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    path = path_of(problem, STICK)
+    path = LoadingPath(problem, STICK)
     path.at(indentation=0.15)
-    states = [path.at(indentation=depth) for depth in path.depth[1:]]
+    states = [path.at(indentation=depth) for depth in path.whole.depth[1:]]
     for before, after in zip(states, states[1:], strict=False):
         moved = problem.moved(after.traction) - problem.moved(before.traction)
         slip = moved[1:][~problem.fixed & before.active]
@@ -260,7 +264,7 @@ def test_paths_of_random_bodies_hold_the_laws_or_say_so(seed):
     """Strongly coupled bodies let nodes go again; where no state of stick follows, an error says so."""
     problem = random_problem(seed)
     for friction in (STICK, 0.3):
-        path = path_of(problem, friction)
+        path = LoadingPath(problem, friction)
         try:
             path.at(indentation=4.0)
         except SolverError:
@@ -273,7 +277,7 @@ def test_paths_of_random_bodies_hold_the_laws_or_say_so(seed):
 
 def test_friction_takes_energy_and_never_gives_it(disc):
     patch = disc(3.0, 10, paraboloid)
-    path = FrictionPath(bodies_on(patch, HalfSpace(1.0, 0.2)), 0.15)
+    path = LoadingPath(bodies_on(patch, HalfSpace(1.0, 0.2)), 0.15)
     last = path.at(indentation=0.2)
     steps = np.diff([knot.dissipated for knot in path.knots])
     assert steps.min() > -1e-12 * last.dissipated and last.dissipated > 0
@@ -285,11 +289,10 @@ def test_friction_takes_energy_and_never_gives_it(disc):
 def test_little_friction_is_none_and_much_is_stick(disc):
     patch = disc(3.0, 10, paraboloid)
     problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    n = len(patch.xy)
-    plain = solve_contact(problem.compliance[:n, :n], patch.mass, patch.gap, force=0.4)
-    almost = FrictionPath(problem, 1e-7).at(force=0.4)
-    assert almost.traction[0] == pytest.approx(plain.pressure, abs=1e-6 * plain.pressure.max())
-    stuck, rough = (path_of(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
+    plain = without_friction(problem, force=0.4)
+    almost = LoadingPath(problem, 1e-7).at(force=0.4)
+    assert almost.traction[0] == pytest.approx(plain.traction[0], abs=1e-6 * plain.traction[0].max())
+    stuck, rough = (LoadingPath(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
     assert rough.traction == pytest.approx(stuck.traction, abs=1e-9 * stuck.traction.max())
     assert rough.indentation == pytest.approx(stuck.indentation, rel=1e-9)
 
@@ -297,9 +300,9 @@ def test_little_friction_is_none_and_much_is_stick(disc):
 @pytest.mark.parametrize("friction", [STICK, 0.1])
 def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
     problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
-    path = path_of(problem, friction)
+    path = LoadingPath(problem, friction)
     high, low = path.at(force=0.5), path.at(force=0.2)
-    alone = path_of(problem, friction).at(force=0.2)
+    alone = LoadingPath(problem, friction).at(force=0.2)
     # A factor of more nodes is rounded otherwise
     assert low.traction == pytest.approx(alone.traction, abs=1e-13 * high.traction.max())
     deep = path.at(indentation=high.indentation)
@@ -311,7 +314,7 @@ def test_other_units_give_the_same_answer(disc):
     patch = disc(3.0, 6, paraboloid)
     problem = bodies_on(patch, HalfSpace(1.0, 0.2))
     scaled = ContactProblem(1e-12 * 1e9 * problem.compliance, 1e6 * patch.mass, 1e9 * patch.gap, problem.fixed)
-    one, other = FrictionPath(problem, 0.1), FrictionPath(scaled, 0.1)
+    one, other = LoadingPath(problem, 0.1), LoadingPath(scaled, 0.1)
     a, b = one.at(indentation=0.1), other.at(indentation=1e3 * 0.1)
     assert len(one.knots) == len(other.knots)
     assert b.traction * 1e-12 == pytest.approx(a.traction, abs=1e-9 * a.traction.max())
@@ -320,7 +323,7 @@ def test_other_units_give_the_same_answer(disc):
 def test_a_whole_patch_gives_what_its_quarter_does_and_no_net_shear(disc):
     quarter, whole = disc(3.0, 6, paraboloid), disc(3.0, 6, paraboloid, quarter=False)
     for friction in (STICK, 0.1):
-        one = path_of(bodies_on(quarter, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
-        two = path_of(bodies_on(whole, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
+        one = LoadingPath(bodies_on(quarter, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
+        two = LoadingPath(bodies_on(whole, HalfSpace(1.0, 0.2)), friction).at(indentation=0.12)
         assert two.force == pytest.approx(4 * one.force, rel=1e-6)
         assert np.abs(two.traction[1:] @ whole.mass).max() < 1e-9 * two.force

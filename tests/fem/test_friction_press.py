@@ -31,8 +31,8 @@ def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
     loads = sp.hstack([loaded.loads(SYMMETRIC, c) for c in range(3)])
     loads = sp.vstack([loads, sp.csr_matrix((len(free) - loads.shape[0], loads.shape[1]))]).tocsr()[free]
     traction, n = np.zeros(loads.shape[1]), len(coarse.patch.xy)
-    knots = [path.at(indentation=depth) for depth in path.depth[1:] if depth < aim.indentation] + [aim]
-    first = dataclasses.replace(aim, indentation=path.depth[0], active=np.isin(np.arange(n), path.nodes[0]))
+    knots = [path.at(indentation=depth) for depth in path.whole.depth[1:] if depth < aim.indentation] + [aim]
+    first = dataclasses.replace(aim, indentation=path.whole.depth[0], active=np.isin(np.arange(n), path.whole.nodes[0]))
     knots = [first, *knots]
     for before, after in zip(knots, knots[1:], strict=False):
         # Between two knots those are in contact that are at the second

@@ -2,7 +2,7 @@
 
 With K and U = K^-1 M the tangent and its responses to unit pressures of the state where they were made (at rest: those
 of linear elasticity), unknowns are x = U p + z. The drift z is what large strain adds to the linear answer; each step
-solves the contact problem of `solve_contact` with the skin moved by z, and corrects z by K^-1 (M p - f(x)), f being the
+solves the contact problem of `contact_step` with the skin moved by z, and corrects z by K^-1 (M p - f(x)), f being the
 internal forces. Anderson's mixing (1965, doi:10.1145/321296.321305) of a few steps makes that converge by an order of
 magnitude a step; where it does not, the tangent is made anew, and a step is then Newton's. The specimen's compliance
 follows the skin's lateral positions as closely as the residual asks for. All tests are relative.
@@ -19,8 +19,7 @@ from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
 from papilla.fem.finite.touching import Touch, Touching
 from papilla.fem.pressing.contact_path import ContactProblem
-from papilla.fem.pressing.friction_step import FrictionState, coulomb_step
-from papilla.fem.pressing.pivoting import solve_contact
+from papilla.fem.pressing.contact_step import StepState, contact_step
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8
@@ -167,27 +166,22 @@ def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Line
     """
     (origin, state), mass, n = states, touching.patch.mass, len(touching.patch.mass)
     gap = touch.gap + held.loads[:, :n].T @ (drift - _free(body, state))
-    compliance = held.compliance + touch.compliance
-    normal = compliance[:n, :n]
-    found = solve_contact(normal, mass, gap, force=force, indentation=indentation, start=state.active)
+    slid = held.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
+    moved = np.concatenate([np.zeros(n), slid]).reshape(-1, n)
+    start = StepState(0.0, 0.0, state.contact.reshape(-1, n), state.active, 0.0, moved, np.zeros(n, dtype=bool))
+    problem = ContactProblem(held.compliance + touch.compliance, mass, gap, touching.fixed)
+    found = contact_step(problem, start, touching.friction, force=force, indentation=indentation)
     if not found.active.any() and state.contact.any():
         raise StepError("the skin leaves the specimen")
     if not found.active.any():
         raise ContactRangeError(
             f"an indentation of {indentation:g} mm makes no contact on this mesh: the mesh is too coarse"
         )
-    contact, active, depth = found.pressure, found.active, found.indentation
-    if touching.friction:
-        slid = held.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
-        moved = np.concatenate([np.zeros(n), slid]).reshape(3, n)
-        start = FrictionState(depth, 0.0, state.contact.reshape(3, n), active, 0.0, moved, np.zeros(n, dtype=bool))
-        problem = ContactProblem(compliance, mass, gap, touching.fixed)
-        stuck = coulomb_step(problem, start, touching.friction, force=force, indentation=indentation)
-        contact, active, depth = stuck.traction.ravel(), stuck.active, stuck.indentation
+    contact = found.traction.ravel()
     full = np.zeros(body.space.unknowns)
     full[body.free] = held.response @ contact + drift
     size = 3 * body.space.nodes
-    return State(full[:size].reshape(-1, 3), full[size:], contact, active, depth)
+    return State(full[:size].reshape(-1, 3), full[size:], contact, found.active, found.indentation)
 
 
 def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:

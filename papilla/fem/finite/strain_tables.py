@@ -21,7 +21,7 @@ from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.large_strain import LEAST_PRESSES, SHIPPED, LargeStrain, keep, known, shipped_text
+from papilla.fem.pressing.large_strain import LEAST_PRESSES, SHIPPED, LargeStrain, at_ratio, keep, known, shipped_text
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
@@ -163,9 +163,9 @@ def begin_large_strain(
     The wait returns what to note where a finger has to do without, else nothing.
     """
     key, own = finger.strain_sha256, finger.outer.modulus / finger.inner.modulus
-    family = known(key)
+    tables = known(key)
     wanted = [(ratio, stuck) for ratio in ((own,) if ratios is None else ratios) for stuck in ends]
-    missing = [(ratio, stuck) for ratio, stuck in wanted if family is None or not family.at(ratio, stuck)]
+    missing = [(ratio, stuck) for ratio, stuck in wanted if not at_ratio(tables, ratio, stuck)]
     refused = next((_REFUSED[key, *one] for one in missing if (key, *one) in _REFUSED), "")
     if not missing or refused:
         return lambda: refused
@@ -209,8 +209,7 @@ def ship(stuck: bool = False) -> None:
     stuck : measure the presses in which nothing slips instead, and add them to the file.
     """
     finger = Finger.default()
-    family = known(finger.strain_sha256)
-    tables = [table for table in (family.tables if family else ()) if (table.friction == 0) == stuck]
+    tables = [table for table in known(finger.strain_sha256) if (table.friction == 0) == stuck]
     for ratio in RATIOS:
         one = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
         began = perf_counter()

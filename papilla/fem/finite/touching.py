@@ -59,10 +59,10 @@ class Touching:
         self._place, self._compliance = self.patch.xy, self._compliance_at(self.patch)
 
     @property
-    def fixed(self) -> np.ndarray:
-        """(2, n) tangential tractions that mirrors keep zero."""
+    def fixed(self) -> np.ndarray | None:
+        """(2, n) tangential tractions that mirrors keep zero; None without friction."""
         mirrored = np.any(self.patch.images < 0, axis=0)
-        return (self.patch.xy == 0).T & mirrored[:, None]
+        return (self.patch.xy == 0).T & mirrored[:, None] if self.friction else None
 
     @property
     def patch(self) -> Patch:

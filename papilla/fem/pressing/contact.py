@@ -98,21 +98,20 @@ def contact_press(
     specimen: Specimen,
     load: Load,
     friction: float = 0.0,
-    start: np.ndarray | None = None,
     began: float | None = None,
 ) -> Press:
     """The press of a `load`, as the nodes of the patch give it, with Coulomb's coefficient (infinite for stick).
 
-    The finger moves along the contact normal and is held sideways. start : (n,) active nodes of a similar press without
-    friction; began : `perf_counter` when its seconds begin. Raises `ContactRangeError` if the contact reaches the rim,
-    goes too deep, or is smaller than the mesh can resolve, and what `loading_path` raises.
+    The finger moves along the contact normal and is held sideways. began : `perf_counter` when its seconds begin.
+    Raises `ContactRangeError` if the contact reaches the rim, goes too deep, or is smaller than the mesh can resolve,
+    and what `loading_path` raises.
     """
     began = perf_counter() if began is None else began
     force, indentation = load
     refuse_detail(specimen, reduced.patch, reduced.mesh_size_mm)
     path = loading_path(reduced, specimen, friction)
     share = None if force is None else force / reduced.multiplicity
-    state = path.at(force=share, indentation=indentation, start=start)
+    state = path.at(force=share, indentation=indentation)
     if state is None or not state.active.any():
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
     pressure, shear = state.traction[0], state.traction[1:]
@@ -175,7 +174,7 @@ def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Pr
         return found
     nodes = found
     if found.friction:
-        nodes = contact_press(reduced, specimen, (found.force, None), start=found.active)
+        nodes = contact_press(reduced, specimen, (found.force, None))
     shape = {
         "contact_area": float(np.pi * np.prod(scene.semi_axes)),
         "indentation": scene.indentation,

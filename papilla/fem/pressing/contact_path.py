@@ -57,25 +57,26 @@ class ContactProblem:
 
     compliance : (c n, c n) of both, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
     mass : (n,) mm2. gap : (n,) weak gap at rest, mm3.
-    fixed : (c - 1, n) tangential tractions that symmetry keeps zero.
+    fixed : (2, n) tangential tractions that symmetry keeps zero; None without friction.
     """
 
     compliance: np.ndarray
     mass: np.ndarray
     gap: np.ndarray
-    fixed: np.ndarray
+    fixed: np.ndarray | None = None
 
     @cached_property
     def free(self) -> np.ndarray:
         """(c, n) True for the tractions that symmetry does not keep zero."""
-        return np.vstack([np.ones((1, len(self.mass)), dtype=bool), ~self.fixed])
+        normal = np.ones((1, len(self.mass)), dtype=bool)
+        return normal if self.fixed is None else np.vstack([normal, ~self.fixed])
 
     @cached_property
     def stiffness(self) -> np.ndarray:
-        """(3, n) stiffness rho of each node by itself, the same along both axes: the scale of gap and slip in Newton's
+        """(c, n) stiffness rho of each node by itself, the same along both axes: the scale of gap and slip in Newton's
         method."""
-        normal, *tangential = self.compliance.diagonal().reshape(3, -1)
-        return np.stack([1 / normal, *2 * [2 / sum(tangential)]])
+        normal, *tangential = self.compliance.diagonal().reshape(self.free.shape)
+        return np.stack([1 / normal, *(2 / sum(tangential) for _ in tangential)])
 
     def moved(self, traction: np.ndarray) -> np.ndarray:
         """Weak closure and slip (c, n), in mm3, under tractions (c, n)."""
@@ -106,7 +107,7 @@ class ContactPath:
     definite.
     """
 
-    def __init__(self, problem: ContactProblem, guess: "ContactPath | None" = None, margin: float = 1.2):
+    def __init__(self, problem: ContactProblem, guess: "ContactPath | None" = None, margin: float = 1.0):
         self.problem, self.guess, self.margin = problem, guess, margin
         self.nodes, self.depth, self.force = np.zeros(0, dtype=int), np.zeros(0), np.zeros(0)
         self._stuck, self._ended = len(problem.free) > 1, False

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla.errors import InputError
-from papilla.fem.pressing.pivoting import solve_contact
+from papilla.fem.pressing.contact_path import ContactProblem
+from papilla.fem.pressing.contact_step import StepState, contact_step, first_touch
 from papilla.fem.pressing.press import refuse_detail, refuse_rim
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -77,18 +78,16 @@ def creeping_press(
     theirs, mass = reduced.specimen_compliance(specimen), reduced.patch.mass
     rows: list[tuple[float, float, np.ndarray]] = []
     memory = _Memory(prony, len(mass))
-    active = None
+    state: StepState | None = None
     for step, value in zip(np.diff(time, prepend=time[0]), load.tolist(), strict=True):
         more, left = memory.over(float(step))
         wanted = {"indentation": value} if force is None else {"force": value / images}
-        found = solve_contact(
-            more * reduced.compliance + theirs, mass, gap + reduced.compliance @ left, **wanted, start=active
-        )
-        refuse_rim(reduced.patch, found.active)
-        active = found.active
-        memory.accept(found.pressure, float(step))
-        felt = reduced.rows @ (more * found.pressure + left)
-        rows.append((images * float(mass @ found.pressure), found.indentation, felt))
+        problem = ContactProblem(more * reduced.compliance + theirs, mass, gap + reduced.compliance @ left)
+        state = contact_step(problem, state or first_touch(problem), **wanted)
+        refuse_rim(reduced.patch, state.active)
+        pressure = state.traction[0]
+        memory.accept(pressure, float(step))
+        rows.append((images * state.force, state.indentation, reduced.rows @ (more * pressure + left)))
     forces, depths, values = (np.array(column) for column in zip(*rows, strict=True))
     reading = to_microstrain((reduced.weights * values).sum(axis=1))
     return CreepingPress(time, forces, depths, values, reading)

@@ -6,11 +6,13 @@ the remaining error and that of the mesh, if `papilla bench` has measured them (
 """
 
 import math
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
 
@@ -24,6 +26,8 @@ from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
+
+Corrected = TypeVar("Corrected", Press, Press | None)
 
 SETTLED = 4
 """Number of linear presses that find the indentation with large strain: the change is about 1 %, and each press leaves
@@ -59,7 +63,7 @@ def press(
     fidelity: str | None = None,
     tolerance: float = 0.02,
     friction: Friction | None = None,
-    start: np.ndarray | None = None,
+    start: object = None,
     force: float | None = None,
     indentation: float | None = None,
 ) -> Press:
@@ -77,12 +81,14 @@ def press(
         force grows from first touch along the contact normal, because the effect of friction depends on the path. None
         takes the friction of the finger's bench; if the bench states none, presses with large strain stick, as silicone
         does on silicone, and linear presses have no friction (docs/adr/0013).
-    start : (n,) active nodes of a similar press without friction, to start the contact search from.
+    start : has no effect any more.
 
     Raises `InputError` for unusable values, `ContactRangeError` if the press is outside the range of the model.
     """
     began = perf_counter()
     needs_reduced(reduced)
+    if start is not None:
+        warnings.warn("press: start has no effect any more, leave it out", DeprecationWarning, stacklevel=2)
     loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
     load = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, **loads)
     checks.positive("tolerance", tolerance)
@@ -97,80 +103,68 @@ def press(
     if fidelity == "hertz":
         return hertz_press(reduced, specimen, load, "hertz: as asked", began)
 
-    linear = partial(_linear, reduced, specimen, start=start, began=began)
-    strained = partial(_with_large_strain, reduced, specimen, load)
+    contact, stuck = (partial(_contact, reduced, specimen, began, one) for one in (rubbing, math.inf))
+    strained = partial(_strained, reduced, specimen)
     alone = "; large strain, which raises S_d about as much as stick lowers it, is not included" if rubbing else ""
     if fidelity == "contact":
-        found = linear(load, rubbing)
+        found = _settled(contact, load)
         return replace(found, status=found.status + alone)
     doubt = ""
     if friction is None and tables_of(reduced, stuck=True):
         try:
-            found = strained(math.inf, partial(linear, friction=math.inf))
+            if held := _settled(partial(strained, stuck), load):
+                return replace(held, seconds=perf_counter() - began)
+            doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
         except InputError as error:
             doubt = f"; without friction: {error}"
-        else:
-            if found.large_strain:
-                return replace(found, seconds=perf_counter() - began)
-            doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
     if rubbing or (fidelity is None and tables_of(reduced)):
         with suppress(*([] if rubbing else [NoContactError])):
-            found = strained(rubbing, partial(linear, friction=rubbing))
-            if found.large_strain:
-                return replace(found, status=found.status + doubt, seconds=perf_counter() - began)
-    if not rubbing:
-        found = strained(0.0, partial(_cheapest, reduced, specimen, tolerance, start, began))
+            if large := _settled(partial(strained, contact), load):
+                return replace(large, status=large.status + doubt, seconds=perf_counter() - began)
+    linear = contact if rubbing else partial(_cheapest, reduced, specimen, began, tolerance)
+    found = (None if rubbing else _settled(partial(strained, linear), load)) or _settled(linear, load)
     losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
     return replace(found, status=found.status + alone + doubt + losses, seconds=perf_counter() - began)
 
 
 def including_large_strain(
-    reduced: ReducedFinger, specimen: Specimen, found: Press, friction: float, *, beyond: bool = False
+    reduced: ReducedFinger, specimen: Specimen, found: Press, *, beyond: bool = False
 ) -> Press | None:
-    """A linear press with the given friction, with the change by large strain; None if that change is not known.
+    """A linear press with the change by large strain; None if that change is not known.
 
     Tables exist without friction and with full stick; for a coefficient between, both are used (`between_ends`). They
     hold for flat specimens only. beyond : see `with_large_strain`.
     """
     if specimen.curvature != (0.0, 0.0):
         return None
-    if friction in (0, math.inf):
-        return with_large_strain(reduced, found, friction > 0, beyond=beyond)
-    linear = partial(_linear, reduced, specimen, (found.force, None), start=found.active, began=perf_counter())
-    free, held = linear(friction=0.0), linear(friction=math.inf)
+    if found.friction in (0, math.inf):
+        return with_large_strain(reduced, found, found.friction > 0, beyond=beyond)
+
+    def linear(friction: float) -> Press:
+        """The same press with another friction."""
+        return _contact(reduced, specimen, perf_counter(), friction, (found.force, None))
+
+    free, held = linear(0.0), linear(math.inf)
     free_large = with_large_strain(reduced, free, beyond=beyond)
     held_large = with_large_strain(reduced, held, stuck=True, beyond=beyond)
     if free_large is None or held_large is None:
         return None
-    return between_ends(reduced, found, (free, held), (free_large, held_large), lambda lower: linear(friction=lower))
+    return between_ends(reduced, found, (free, held), (free_large, held_large), linear)
 
 
-def _linear(reduced, specimen, load: Load, friction: float, start, began: float) -> Press:
-    """The linear contact press, corrected by the ellipse if the contact is small."""
-
-    def made(aim: Load) -> Press:
-        return with_ellipse(reduced, specimen, contact_press(reduced, specimen, aim, friction, start, began))
-
-    found = _settled(made, load)
-    assert found is not None
-    return found
+def _contact(reduced: ReducedFinger, specimen: Specimen, began: float, friction: float, load: Load) -> Press:
+    """The linear contact press, corrected by the ellipse if the contact is small, which changes an indentation."""
+    return with_ellipse(reduced, specimen, contact_press(reduced, specimen, load, friction, began))
 
 
-def _with_large_strain(reduced, specimen, load: Load, friction: float, linear: Callable[[Load], Press]) -> Press:
-    """The press that `linear` makes with the change by large strain; without it if that is not known."""
-
-    def made(aim: Load) -> Press | None:
-        return including_large_strain(reduced, specimen, linear(aim), friction)
-
-    return _settled(made, load) or linear(load)
+def _strained(reduced: ReducedFinger, specimen: Specimen, linear: Callable[[Load], Press], load: Load) -> Press | None:
+    """The press that `linear` makes with the change by large strain; None if that is not known."""
+    return including_large_strain(reduced, specimen, linear(load))
 
 
-def _settled(made: Callable[[Load], Press | None], load: Load) -> Press | None:
-    """The press at a load, where `made` makes a linear press and corrects it. A given indentation is that after the
-    correction. None if `made` has no answer on the way.
-
-    None where `made` has none on the way.
-    """
+def _settled(made: Callable[[Load], Corrected], load: Load) -> Corrected:
+    """The press at a load, where `made` makes a linear press and corrects it. A given indentation is that after all
+    corrections. None if `made` has no answer on the way."""
     indentation, found, aim = load[1], made(load), load[1]
     for _ in range(SETTLED):
         if found is None or indentation is None or aim is None or found.indentation == indentation:
@@ -180,27 +174,28 @@ def _settled(made: Callable[[Load], Press | None], load: Load) -> Press | None:
     return found
 
 
-def _cheapest(reduced, specimen, tolerance: float, start, began, load: Load) -> Press:
+def _cheapest(reduced: ReducedFinger, specimen: Specimen, began: float, tolerance: float, load: Load) -> Press:
     """The press of the cheapest linear fidelity within the tolerance; its status says why this one was chosen."""
     error = hertz_error(reduced, specimen, load)
     if error is not None and error.error <= tolerance:
         return hertz_press(reduced, specimen, load, f"hertz: {error}, within {100 * tolerance:g} %", began)
+    found: Press | ContactRangeError
     try:
-        found = _linear(reduced, specimen, load, 0.0, start, began)
-    except NoContactError:
-        found = None
-    if found is None or not found.resolved:
+        found = _contact(reduced, specimen, began, 0.0, load)
+    except NoContactError as missed:
+        found = missed
+    if isinstance(found, NoContactError) or not found.resolved:
         light = lightest_error(reduced, specimen)
         if light is not None and light.error <= NEARLY_HERTZIAN:
             reason = (
                 "hertz: the contact is smaller than this mesh resolves, "
                 f"and {light} from Hertzian at the lightest force that it does"
             )
-            try:
+            with suppress(ContactRangeError):
                 return hertz_press(reduced, specimen, load, reason, began)
-            except ContactRangeError:
-                pass
-        return found or _linear(reduced, specimen, load, 0.0, start, began)
+        if isinstance(found, NoContactError):
+            raise found
+        return found
     if error is None:
         return replace(found, status=f"{found.status}; hertz is not measured at this force")
     return replace(found, status=f"{found.status}; hertz is off by {error}, over {100 * tolerance:g} %")
@@ -259,14 +254,13 @@ def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
 def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
     """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite if contact does not
     resolve the press."""
-    errors, start = np.full((len(PROBE_FORCES), len(QUANTITIES)), np.inf), None
+    errors = np.full((len(PROBE_FORCES), len(QUANTITIES)), np.inf)
     for k, force in enumerate(PROBE_FORCES):
         try:
-            truth = contact_press(reduced, specimen, (float(force), None), start=start)
+            truth = contact_press(reduced, specimen, (float(force), None))
             scene = hertz_press(reduced, specimen, (float(force), None), "", perf_counter())
         except ContactRangeError:
             break
-        start = truth.active
         if truth.resolved:
             errors[k] = relative_errors(scene, truth)
     return errors

@@ -1,7 +1,6 @@
-"""Presses of one finger over a grid of moduli and forces."""
+"""Presses of one finger over a grid of specimens and forces."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -12,26 +11,19 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Friction, Specimen
 
 
-def with_modulus(specimen: Specimen, modulus: float) -> Specimen:
-    """The same specimen with another modulus (MPa)."""
-    return replace(specimen, modulus=modulus)
-
-
 def press_grid(
     reduced: ReducedFinger,
-    specimen: Callable[[float], Specimen],
-    moduli: Sequence[float] | np.ndarray,
+    specimens: Iterable[Specimen],
     forces: Sequence[float] | np.ndarray,
     friction: Friction | None,
 ) -> Iterator[tuple[Specimen, Press | ContactRangeError | SolverError]]:
-    """Linear presses on specimens of rising moduli (MPa) by rising forces (N). Yields the specimen and its press, or
-    the error that refused it: all forces of a modulus, then the next modulus.
+    """Linear presses on specimens by rising forces (N). Yields the specimen and its press, or the error that refused
+    it: all forces of a specimen, then the next specimen.
 
     Presses on one specimen share one contact path. The hardest press is made first, so the path is long enough for all
     others; in rising order it would have to be extended again and again.
     """
-    for modulus in map(float, moduli):
-        touched = specimen(modulus)
+    for touched in specimens:
         found: list[Press | ContactRangeError | SolverError] = []
         for force in map(float, reversed(forces)):
             try:

@@ -14,7 +14,7 @@ changed like the nearest one inside (`FURTHER`), and its status says so.
 
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -149,12 +149,6 @@ class LargeStrain:
     def sd_error(self, weights: np.ndarray) -> float:
         """Root mean square relative error of S_d for readings weighted by (q, g), each press being predicted by a fit
         to all others; a table of few presses adds `COARSE`."""
-        return self._sd_error(tuple(map(tuple, weights.tolist())))
-
-    @kept(8)
-    def _sd_error(self, rows: tuple[tuple[float, ...], ...]) -> float:
-        """`sd_error` with the weights as a tuple, which can be hashed, so that the result is kept."""
-        weights = np.array(rows)
         predicted = self.finite[:, 3:] + self.fit.errors[:, 3:] * self.fit.norms[:, 3:]
         both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, 3:]))
         found, true = (to_microstrain((weights * values).sum(axis=-2)).std(axis=-1) for values in both)
@@ -238,26 +232,21 @@ def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powe
     return np.stack([x**i * y**j for i, j in powers.tolist()], axis=-1)
 
 
-@dataclass(frozen=True, eq=False)
-class Family:
-    """Tables of one geometry at rising ratios of moduli; between tables the ratio is interpolated."""
-
-    tables: tuple[LargeStrain, ...]
-
-    def at(self, ratio: float, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
-        """Tables and their weights for a ratio of moduli, without friction or stuck; empty if none is known."""
-        tables = [table for table in self.tables if (table.friction > 0) == stuck]
-        for table in tables:
-            if abs(ratio / table.ratio - 1) < SAME_RATIO:
-                return ((table, 1.0),)
-        nodes, at = np.log([table.ratio for table in tables]), np.log(ratio)
-        if len(nodes) < 3 or not nodes[0] <= at <= nodes[-1]:
-            return ()
-        terms = 1 + int(np.sum(np.diff(nodes) > APART))
-        if terms < 3:
-            return ()
-        weights = np.vander([at - nodes[0]], terms)[0] @ np.linalg.pinv(np.vander(nodes - nodes[0], terms))
-        return tuple(zip(tables, weights.tolist(), strict=True))
+def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
+    """Tables of one geometry and their weights for a ratio of moduli, without friction or stuck; empty if none is
+    known. Between three or more tables of rising ratios it is interpolated."""
+    tables = [table for table in tables if (table.friction > 0) == stuck]
+    for table in tables:
+        if abs(ratio / table.ratio - 1) < SAME_RATIO:
+            return ((table, 1.0),)
+    nodes, at = np.log([table.ratio for table in tables]), np.log(ratio)
+    if len(nodes) < 3 or not nodes[0] <= at <= nodes[-1]:
+        return ()
+    terms = 1 + int(np.sum(np.diff(nodes) > APART))
+    if terms < 3:
+        return ()
+    weights = np.vander([at - nodes[0]], terms)[0] @ np.linalg.pinv(np.vander(nodes - nodes[0], terms))
+    return tuple(zip(tables, weights.tolist(), strict=True))
 
 
 def with_large_strain(
@@ -343,9 +332,14 @@ def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
 
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
     """Relative error of S_d with large strain, from the known tables for a friction; 0 if there is none."""
-    tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]
-    worst = max((table.sd_error(reduced.weights) for table in tables), default=0.0)
+    worst = max(_worst_error(reduced, stuck) for stuck in ends_of(friction))
     return math.hypot(worst, BETWEEN) if 0 < friction < math.inf else worst
+
+
+@kept(2)
+def _worst_error(reduced: ReducedFinger, stuck: bool) -> float:
+    """The largest error of S_d of the tables of one end of friction."""
+    return max((table.sd_error(reduced.weights) for table, _ in tables_of(reduced, stuck)), default=0.0)
 
 
 def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
@@ -354,12 +348,10 @@ def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeS
     if reduced.at != (0.0, 0.0) or len(reduced.layers) < 2:
         return ()
     ratio = float(reduced.layers[0, 1] / reduced.layers[1, 1])
-    family = known(reduced.strain_key)
-    found = family.at(ratio, stuck) if family else ()
+    found = at_ratio(known(reduced.strain_key), ratio, stuck)
     if not found and reduced.strain_source is not None:
         reduced.strain_source(stuck)
-        family = known(reduced.strain_key)
-        found = family.at(ratio, stuck) if family else ()
+        found = at_ratio(known(reduced.strain_key), ratio, stuck)
     return found
 
 
@@ -373,16 +365,14 @@ def ends_of(friction: float) -> tuple[bool, ...]:
     return (False, True) if 0 < friction < math.inf else (friction > 0,)
 
 
-def known(key: str) -> Family | None:
-    """The tables of a geometry from the cache and from the package; None if there are none."""
-    return _known(key, cache.folder()) if key else None
+def known(key: str) -> tuple[LargeStrain, ...]:
+    """The tables of a geometry by rising ratio, from the cache or from the package; empty if there are none."""
+    return _known(key, cache.folder()) if key else ()
 
 
 def keep(key: str, tables: Iterable[LargeStrain]) -> None:
     """Add tables of a geometry to the cache, where `known` finds them."""
-    family = known(key)
-    known_ones = (*(family.tables if family else ()), *tables)
-    new = {(table.friction, round(float(np.log(table.ratio)), 3)): table for table in known_ones}
+    new = {(table.friction, round(float(np.log(table.ratio)), 3)): table for table in (*known(key), *tables)}
     cache.keep(
         "large_strain",
         cache.key(MEASURED_BY, key),
@@ -397,16 +387,14 @@ def shipped_text(key: str, tables: Iterable[LargeStrain]) -> str:
 
 
 @lru_cache(maxsize=16)
-def _known(key: str, _folder: Path) -> Family | None:
+def _known(key: str, _folder: Path) -> tuple[LargeStrain, ...]:
     """`known`, kept for each folder of the cache."""
-    kept = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
-    if kept is not None:
-        return Family(tuple(LargeStrain.from_json(table) for table in json.loads(str(kept["json"]))))
-    for path in ALL_SHIPPED:
+    own = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
+    tables = [] if own is None else json.loads(str(own["json"]))
+    for path in ALL_SHIPPED if own is None else ():
         shipped = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-        if shipped.get("key") == key:
-            return Family(tuple(LargeStrain.from_json(table) for table in shipped["tables"]))
-    return None
+        tables += shipped["tables"] if shipped.get("key") == key else []
+    return tuple(LargeStrain.from_json(table) for table in tables)
 
 
 def _digits(array: np.ndarray) -> list:

@@ -4,19 +4,19 @@ The effect of friction depends on how the force was reached. Here it grows from 
 node keeps, while it sticks, the relative tangential displacement that it had at the moment of contact (Spence 1968,
 doi:10.1098/rspa.1968.0105). Without friction and with full stick the path is that of `contact_path`, exact. With
 Coulomb's law a step ends at the indentation where the next node should come into contact, and is solved exactly. If
-nodes leave the contact again, `pivoting` solves each load without friction, and stick is computed as Coulomb friction
+nodes leave the contact again, one step solves each load without friction, and stick is computed as Coulomb friction
 with a coefficient that no force overcomes.
 """
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from papilla.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
-from papilla.fem.pressing.friction_step import FrictionState, coulomb_step, rates
-from papilla.fem.pressing.pivoting import solve_contact
+from papilla.fem.pressing.contact_step import StepState, contact_step, first_touch, rates
 from papilla.fem.reduction.compliance import weak_gap
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -39,14 +39,14 @@ SHORTEST = 2.0**-12
 """Smallest share of its length to which a step is cut if it does not converge."""
 
 ROUGH = 1e9
-"""Coefficient of friction that stands for stick if nodes leave the contact again."""
+"""Coefficient of friction that stands for stick."""
 
-STUCK_MARGIN = 1.05
-"""Factor by which a stuck path is computed further than needed: its nodes are guessed from the path without friction,
-whose forces differ by up to 2 %."""
+PLAIN_MARGIN, STUCK_MARGIN = 1.2, 1.05
+"""Factors by which a path without friction and a stuck one are computed further than needed: the nodes of the stuck one
+are guessed from the path without friction, whose forces differ by up to 2 %."""
 
 
-def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "PlainPath | StuckPath | FrictionPath":
+def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
     """The path of a finger and specimen with Coulomb's coefficient, 0 for none, infinite for stick.
 
     The path is kept, so that the presses of a sweep share it. Raises `InputError` if the tangential compliance of a
@@ -56,103 +56,72 @@ def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) ->
 
 
 @kept(64)
-def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "PlainPath":
+def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "LoadingPath":
     """The path without friction. Its first order of nodes is that of a path at a similar modulus."""
     patch, guess = reduced.patch, None
     if specimen.elastic:
         near = replace(specimen.unit, modulus=math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP)))
-        guess = _plain_path(reduced, near) if near != specimen else None
+        guess = _plain_path(reduced, near).whole if near != specimen else None
     compliance = reduced.compliance + reduced.specimen_compliance(specimen)
-    fixed = np.zeros((0, len(patch.mass)), dtype=bool)
-    return PlainPath(ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed), guess)
+    return LoadingPath(ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit)), 0.0, guess)
 
 
 @kept(8)
-def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "StuckPath | FrictionPath":
+def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
     patch = reduced.patch
     compliance = reduced.traction_compliance + reduced.specimen_traction_compliance(specimen)
     fixed = ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T
     problem = ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed)
-    return path_of(problem, friction, _plain_path(reduced, specimen))
+    return LoadingPath(problem, friction, _plain_path(reduced, specimen).whole)
 
 
-def path_of(problem: ContactProblem, friction: float, plain: ContactPath | None = None) -> "StuckPath | FrictionPath":
-    """The path of two bodies with Coulomb's coefficient, infinite for stick; `plain` is their path without friction."""
-    return StuckPath(problem, plain) if math.isinf(friction) else FrictionPath(problem, friction)
+class LoadingPath:
+    """States of growing indentation with Coulomb's coefficient, 0 for none, infinite for stick; computed as far as
+    needed, and kept.
 
+    whole : the exact path of a contact that only grows; None with Coulomb's law. knots : the states found by steps.
+    guess : the path of a similar problem on the same nodes, or of this one without friction, whose order is tried
+    first.
+    """
 
-class PlainPath(ContactPath):
-    """States of growing indentation without friction. If nodes leave the contact again, `pivoting` solves each load."""
-
-    def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> ContactState | None:
-        """As `ContactPath.at`; start : (n,) nodes with which `pivoting` begins. Raises `SolverError`."""
-        try:
-            return super().at(force=force, indentation=indentation)
-        except LeavingError:
-            one = self.problem
-            found = solve_contact(one.compliance, one.mass, one.gap, force=force, indentation=indentation, start=start)
-            return ContactState(found.indentation, one.force(found.pressure[None]), found.pressure[None], found.active)
-
-    def words(self, state: ContactState) -> str:
-        """Words for the status of a press, which describe a state."""
-        return f"{state.active.sum()} nodes in contact"
-
-
-class StuckPath(ContactPath):
-    """States of growing indentation with full stick. If nodes leave the contact again, Coulomb's law with `ROUGH`
-    friction is used."""
-
-    def __init__(self, problem: ContactProblem, plain: ContactPath | None = None):
-        super().__init__(problem, plain, STUCK_MARGIN)
-        self._rough: FrictionPath | None = None
-
-    def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> ContactState | None:
-        """As `ContactPath.at`; raises `SolverError` if a step of the path with Coulomb friction does not converge."""
-        try:
-            return super().at(force=force, indentation=indentation)
-        except LeavingError:
-            if self._rough is None:
-                self._rough = FrictionPath(self.problem, ROUGH)
-            return self._rough.at(force=force, indentation=indentation)
-
-    def words(self, state: ContactState) -> str:
-        """Words for the status of a press, which describe a state."""
-        steps = int(state.active.sum())
-        return f"stuck from the moment of contact, the force grown from first touch in {steps} steps"
-
-
-class FrictionPath:
-    """States of growing indentation with Coulomb's coefficient, computed as far as needed, and kept."""
-
-    def __init__(self, problem: ContactProblem, friction: float):
-        self.problem, self.friction = problem, friction
-        first = int(np.argmin(problem.gap / problem.mass))
-        nothing, active = np.zeros((3, len(problem.mass))), np.arange(len(problem.mass)) == first
-        depth = float(problem.gap[first] / problem.mass[first])
-        self.knots = [FrictionState(depth, 0.0, nothing, active, 0.0, nothing, np.zeros_like(active))]
+    def __init__(self, problem: ContactProblem, friction: float, guess: ContactPath | None = None):
+        self.problem, self.friction = problem, min(friction, ROUGH)
+        margin = {0.0: PLAIN_MARGIN, ROUGH: STUCK_MARGIN}.get(self.friction)
+        self.whole = ContactPath(problem, guess, margin) if margin else None
+        self.knots = [first_touch(problem)]
         self._idle = 0
 
     def words(self, state: ContactState) -> str:
         """Words for the status of a press, which describe a state."""
-        assert isinstance(state, FrictionState)
-        slips = f"{state.slipping.sum()} of {state.active.sum()} nodes slip"
+        touching = int(state.active.sum())
+        if not self.friction:
+            return f"{touching} nodes in contact"
+        if self.whole is not None:
+            return f"stuck from the moment of contact, the force grown from first touch in {touching} steps"
+        assert isinstance(state, StepState)
         steps = sum(knot.indentation < state.indentation for knot in self.knots)
+        slips = f"{state.slipping.sum()} of {touching} nodes slip"
         return f"friction {self.friction:g}: {slips}, the force grown from first touch in {steps} steps"
 
-    def at(self, *, force=None, indentation=None, start: np.ndarray | None = None) -> FrictionState | None:
+    def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
         """The state at a force on the patch (N) or an indentation (mm); it does not depend on what was computed before.
         None before first touch. Raises `SolverError` if a step does not converge."""
+        if self.whole is not None:
+            with suppress(LeavingError):
+                return self.whole.at(force=force, indentation=indentation)
         name, aim = ("force", force) if force is not None else ("indentation", indentation)
         assert aim is not None
         if aim <= getattr(self.knots[0], name):
             return None
+        if not self.friction:
+            return contact_step(self.problem, self.knots[0], force=force, indentation=indentation)
         while getattr(self.knots[-1], name) < aim:
             self._extend()
         k = next(k for k, knot in enumerate(self.knots) if getattr(knot, name) >= aim)
         before, after = self.knots[k - 1], self.knots[k]
         share = (aim - getattr(before, name)) / (getattr(after, name) - getattr(before, name))
         traction = before.traction + share * (after.traction - before.traction)
-        return coulomb_step(self.problem, before, self.friction, force=force, indentation=indentation, guess=traction)
+        return contact_step(self.problem, before, self.friction, force=force, indentation=indentation, guess=traction)
 
     def _extend(self) -> None:
         """Add one step, up to the indentation where the next node comes into contact."""
@@ -171,13 +140,13 @@ class FrictionPath:
         if node is not None:
             self.knots[-1] = replace(self.knots[-1], active=self.knots[-1].active | (np.arange(len(rate[0])) == node))
 
-    def _coulomb(self, state: FrictionState, length: float, rate: np.ndarray) -> FrictionState:
+    def _coulomb(self, state: StepState, length: float, rate: np.ndarray) -> StepState:
         """The state `length` (mm) further, in as many shorter steps as needed."""
         done, cut = 0.0, 1.0
         while done < 1:
             depth, guess = state.indentation + cut * length, state.traction + cut * length * rate
             try:
-                state = coulomb_step(self.problem, state, self.friction, indentation=depth, guess=guess)
+                state = contact_step(self.problem, state, self.friction, indentation=depth, guess=guess)
                 done += cut
             except SolverError:
                 cut /= 2
@@ -186,7 +155,7 @@ class FrictionPath:
         return state
 
 
-def _next_event(problem: ContactProblem, state: FrictionState, rate: np.ndarray) -> tuple[float, int | None]:
+def _next_event(problem: ContactProblem, state: StepState, rate: np.ndarray) -> tuple[float, int | None]:
     """Distance (mm), at given rates, until the next node comes into contact, and that node; infinity and None if there
     is none."""
     gap = state.moved[0] + problem.gap - state.indentation * problem.mass

@@ -15,7 +15,7 @@ covers the difference.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -23,7 +23,7 @@ from scipy.interpolate import BarycentricInterpolator
 
 from papilla import cache
 from papilla.errors import InputError
-from papilla.fem.pressing.grid import press_grid, with_modulus
+from papilla.fem.pressing.grid import press_grid
 from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.pressing.response import FORCES, MODULI, USUAL
 from papilla.fem.reduction.family import RATIOS, FingerFamily
@@ -162,7 +162,7 @@ def off_apex_change(
     """
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), family.finger.sha256)
     design = (PLACES, SHIFTS, GRID, RATIO_NODES, PROBE, PROBES, REACH_MM, SHIFT_MM)
-    key = cache.key(__name__, *parts, repr(with_modulus(specimen, 1.0)), str(friction), *design)
+    key = cache.key(__name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), *design)
     found = cache.fetch("off_apex", key, lambda: _made(family, specimen, friction, progress))
     return OffApex(found["coefficients"], MoveLimits.of(family), float(found["error"]))
 
@@ -252,7 +252,8 @@ def _presses(
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
     forces, moduli = np.geomspace(FORCES[0], FORCES[-1], GRID[0]), np.geomspace(MODULI[0], MODULI[-1], GRID[1])
-    presses = press_grid(member, partial(with_modulus, specimen), moduli * inner, forces * inner, friction)
+    touching = [replace(specimen, modulus=float(modulus)) for modulus in moduli * inner]
+    presses = press_grid(member, touching, forces * inner, friction)
     rows, tractions = [], []
     for (modulus, force), (_, found) in zip(product(moduli, forces), presses, strict=True):
         if not isinstance(found, Exception):

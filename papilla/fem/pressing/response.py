@@ -9,8 +9,7 @@ and has exact derivatives, and the fit averages out the steps that arise as the 
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -18,7 +17,7 @@ import numpy as np
 from papilla import cache
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.grid import press_grid, with_modulus
+from papilla.fem.pressing.grid import press_grid
 from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
 from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.pressing.press import Press
@@ -150,7 +149,7 @@ def response(
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
     design = (FORCES, MODULI, list(DEGREES), TOTAL)
     key = cache.key(
-        __name__, *parts, repr(with_modulus(specimen, 1.0)), str(friction), large, json.dumps(tables), *design
+        __name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), large, json.dumps(tables), *design
     )
     found = cache.fetch("response", key, make)
     strained = float(found["strained"]) if large else math.inf
@@ -172,15 +171,15 @@ def _presses(
     """Rows of F / E_inner, E / E_inner, ratio, whether the mesh resolves it, whether large strain is known,
     indentation, values."""
     rows: list[tuple] = []
-    rubbing = friction_coefficient(friction)
-    presses = press_grid(member, partial(with_modulus, specimen), MODULI * inner, FORCES * inner, friction)
+    touching = [replace(specimen, modulus=float(modulus)) for modulus in MODULI * inner]
+    presses = press_grid(member, touching, FORCES * inner, friction)
     for (modulus, force), (touched, found) in zip(product(MODULI, FORCES), presses, strict=True):
         if isinstance(found, Exception):
             continue
         if large:
             try:
                 # Without friction the contact is larger, so it may leave the patch even if the stuck one does not
-                found = including_large_strain(member, touched, found, rubbing, beyond=True) or found
+                found = including_large_strain(member, touched, found, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue
         rows.append((force, modulus, ratio, found.resolved, BEYOND not in found.status, *_measures(found)))

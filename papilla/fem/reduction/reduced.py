@@ -132,32 +132,23 @@ class ReducedFinger:
 
     def specimen_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa."""
-        return _scaled(_compliance(self, specimen.unit), specimen)
+        return _of_unit(self, specimen.unit, "compliance") / _scale(specimen)
 
     def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
-        """Weak compliance (3n, 3n) of a specimen's surface against pressure and tangential tractions, mm3 / MPa."""
-        return _scaled(_traction_compliance(self, specimen.unit), specimen)
+        """Weak compliance (3n, 3n) of a specimen's surface against pressure and tangential tractions, mm3 / MPa.
+
+        Raises `InputError` where it does not fit the one for pressure alone.
+        """
+        return _of_unit(self, specimen.unit, "traction_compliance") / _scale(specimen)
 
     def specimen_displacement(self, specimen: Specimen, pressure: np.ndarray) -> np.ndarray:
         """Weak displacement (n,) of a specimen's surface under nodal pressures (n,) in MPa, mm3."""
-        return _scaled(_compliance(self, specimen.unit) @ pressure, specimen)
+        return _of_unit(self, specimen.unit, "compliance") @ pressure / _scale(specimen)
 
     def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
         """Everything as named arrays, ready for `numpy.savez`; on request with what friction needs, made if it must."""
-        meta = {
-            "schema": SCHEMA,
-            "finger_name": self.finger_name,
-            "finger_sha256": self.finger_sha256,
-            "mesh_sha256": self.mesh_sha256,
-            "mesh_size_mm": self.mesh_size_mm,
-            "at": list(self.at),
-            "gauge_names": list(self.gauge_names),
-            "outer_modulus": self.outer_modulus,
-            "strain_key": self.strain_key,
-            "bench": vars(self.bench),
-            "facets": self.facets,
-            "element": self.element,
-        }
+        meta = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in _NOT_META}
+        meta |= {"schema": SCHEMA, "bench": vars(self.bench)}
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"patch_{item.name}": getattr(self.patch, item.name) for item in fields(Patch)}
         if tangential:
@@ -213,45 +204,37 @@ class ReducedFinger:
 
 _TANGENTIAL = ("tangential_compliance", "tangential_rows")
 _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
+_NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source")
 
 
 def _both(compliance: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return compliance, rows
 
 
-@kept(16)
-def _compliance(reduced: ReducedFinger, unit: Specimen) -> np.ndarray:
-    """Of a specimen of 1 MPa, or of one whose compliance does not go with its modulus."""
-    return _kept(reduced, unit, "compliance")
+@kept(8)
+def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
+    """What a specimen of 1 MPa, or one whose compliance does not go with its modulus, makes of the patch by its method
+    `name`. Of papilla's own specimens on a patch that is not large, which are asked for most, it is kept in the cache:
+    it takes a second."""
 
+    def make() -> dict[str, np.ndarray]:
+        return {name: np.asarray(getattr(unit, name)(PatchSurface(reduced.patch, reduced.half_space)))}
 
-@kept(4)
-def _traction_compliance(reduced: ReducedFinger, unit: Specimen) -> np.ndarray:
-    """The same against pressure and shear; raises `InputError` where both disagree for pressure alone."""
-    found = _kept(reduced, unit, "traction_compliance")
-    n, normal = len(reduced.patch.xy), _compliance(reduced, unit)
-    if np.abs(found[:n, :n] - normal).max() > UNLIKE * normal.max():
-        raise InputError(
-            f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
-        )
+    own = type(unit).__module__ == Specimen.__module__ and len(reduced.patch.xy) <= MOST_KEPT
+    key = cache.key(__name__, name, reduced.patch, repr(unit)) if own else ""
+    found = (cache.fetch("specimen", key, make) if own else make())[name]
+    if name == "traction_compliance":
+        n, normal = len(reduced.patch.xy), _of_unit(reduced, unit, "compliance")
+        if np.abs(found[:n, :n] - normal).max() > UNLIKE * normal.max():
+            raise InputError(
+                f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
+            )
     return found
 
 
-def _kept(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
-    """What a specimen's method of that name makes of the patch; of papilla's own specimens on a patch that is not
-    large, which are asked for most, kept in the cache: it takes a second."""
-
-    def make() -> np.ndarray:
-        return np.asarray(getattr(unit, name)(PatchSurface(reduced.patch, reduced.half_space)))
-
-    if type(unit).__module__ != Specimen.__module__ or len(reduced.patch.xy) > MOST_KEPT:
-        return make()
-    key = cache.key(__name__, name, reduced.patch, repr(unit))
-    return cache.fetch("specimen", key, lambda: {name: make()})[name]
-
-
-def _scaled(of_unit: np.ndarray, specimen: Specimen) -> np.ndarray:
-    return of_unit / specimen.modulus if specimen.elastic else of_unit
+def _scale(specimen: Specimen) -> float:
+    """What the compliance of `specimen.unit` is divided by for that of the specimen."""
+    return specimen.modulus if specimen.elastic else 1.0
 
 
 def needs_reduced(given: object) -> None:

@@ -14,7 +14,7 @@ from papilla.fem import ReducedFinger, press
 from papilla.fem.pressing.adhesion import adhesive_press
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.creep import creeping_press
-from papilla.fem.pressing.loading_path import path_of
+from papilla.fem.pressing.loading_path import LoadingPath
 from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
 from papilla.finger import Layer
 from papilla.references import Prony, StackLayer
@@ -125,7 +125,7 @@ def _layer_both_ways() -> Iterator[Case]:
     problem = ContactProblem(turned[:, None] * kernels * turned, patch.mass, weak_gap(patch, BALL), (patch.xy == 0).T)
     for value in ("stick", 0.1):
         found = press(reduced, BALL, indentation=0.6 / BALL_RADIUS, friction=value)
-        expected = path_of(problem, friction_coefficient(value)).at(indentation=0.6 / BALL_RADIUS)
+        expected = LoadingPath(problem, friction_coefficient(value)).at(indentation=0.6 / BALL_RADIUS)
         assert expected is not None
         name = f"sphere on incompressible layer, friction {value}"
         against = "at given indentation, against the layer's kernels (second method)"

@@ -10,7 +10,8 @@ import scipy.sparse as sp
 from papilla.fem import FingerModel, ReducedFinger, press
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.pivoting import solve_contact
+from papilla.fem.pressing.contact_path import ContactProblem
+from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.finger import Dome, Gauge, Layer
@@ -74,11 +75,10 @@ def _energy() -> Iterator[Case]:
     yield Case("strain energy", "integral over the mesh, against half of pressure times displacement",
                 abs(stored / work - 1), BALANCE)  # fmt: skip
     depths = np.linspace(0, pressed.indentation, STEPS + 1)[1:]
-    forces, start = [0.0], None
+    forces = [0.0]
     for depth in depths:
-        step = contact_press(reduced, BLOCK, (None, float(depth)), 0.0, start)
+        step = contact_press(reduced, BLOCK, (None, float(depth)), 0.0)
         forces.append(step.force)
-        start = step.active
     own = reduced.compliance + reduced.specimen_compliance(BLOCK)
     stored = reduced.multiplicity * float(step.pressure @ own @ step.pressure) / 2
     work = float(np.trapezoid(forces, np.append(0, depths)))
@@ -175,8 +175,8 @@ def _pressed(reduced: ReducedFinger, stress: float, length: float):
     found = contact_press(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch
-    cold = solve_contact(compliance, patch.mass, patch.gap, force=force / reduced.multiplicity)
-    return found, cold.iterations
+    problem = ContactProblem(compliance, patch.mass, patch.gap)
+    return found, contact_step(problem, first_touch(problem), force=force / reduced.multiplicity).iterations
 
 
 def _rescaled(stress: float, length: float) -> ReducedFinger:

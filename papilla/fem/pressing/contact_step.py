@@ -1,7 +1,7 @@
-"""One step of Coulomb friction on condensed bodies: stick, slip and contact found together.
+"""One step of contact between condensed bodies, without friction or with Coulomb's: contact, stick and slip together.
 
-Unknowns are the tractions [p, q_1, q_2] of the nodes (MPa) and, under force control, the indentation delta. With the
-compliance A (normal and tangential, coupled), the mass m of the nodes and the weak gap g,
+Unknowns are the tractions [p, q_1, q_2] of the nodes (MPa; without friction p alone) and, under force control, the
+indentation delta. With the compliance A (normal and tangential, coupled), the mass m of the nodes and the weak gap g,
 
     w = A_n lambda + g - delta m >= 0,  p >= 0,  p w = 0                     contact,
     s = A_t (lambda - lambda_0) - m X                                        slip of the finger since the last state,
@@ -9,7 +9,11 @@ compliance A (normal and tangential, coupled), the mass m of the nodes and the w
 
 where X is the sideways displacement of the specimen in the step. The law is q = P(q - rho s), P the projection on the
 disc of radius mu p, and is solved by Newton's method on the sets of nodes out of contact, sticking and slipping (Alart
-and Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact stick and exact slip, no regularisation.
+and Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact contact, stick and slip, no regularisation.
+Without friction this is block principal pivoting: guess the nodes in contact, solve the equations on them, exchange
+every node whose pressure or gap is negative, and repeat. Blocks may cycle; after `PATIENCE` rounds without progress
+single nodes are exchanged, which cannot cycle (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All decisions
+use signs only, so the units do not matter.
 """
 
 from dataclasses import dataclass
@@ -20,8 +24,7 @@ from papilla.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactProblem, ContactState
 
 PATIENCE = 4
-"""Iterations without a smaller number of wrong nodes, after which one node at a time changes sets (which cannot
-cycle)."""
+"""Iterations without a smaller number of wrong nodes, after which one node at a time changes sets."""
 
 NEWTON_STEPS = 300
 """Largest number of iterations; a step that needs more is not solved."""
@@ -38,40 +41,52 @@ EVEN = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionState(ContactState):
-    """State at a point of a loading path; `active` are the nodes in contact from here on.
+class StepState(ContactState):
+    """State at a point of a loading path, with c = 1 or 3 components of traction.
 
-    dissipated : energy that friction has dissipated on the patch, N mm. moved : (3, n) weak closure and slip under the
-    tractions,
-    mm3. slipping : (n,) nodes that slipped in the last step.
+    active : (n,) the nodes in contact from here on. dissipated : energy that friction has dissipated on the patch,
+    N mm. moved : (c, n) weak closure and slip under the tractions, mm3. slipping : (n,) nodes that slipped in the last
+    step. iterations : of the last step.
     """
 
     dissipated: float
     moved: np.ndarray
     slipping: np.ndarray
+    iterations: int = 0
 
 
-def coulomb_step(
+def first_touch(problem: ContactProblem) -> StepState:
+    """The state at which the nearest node touches, without load."""
+    depth = problem.gap / problem.mass
+    first, nothing = int(np.argmin(depth)), np.zeros(problem.free.shape)
+    active = np.arange(len(depth)) == first
+    return StepState(float(depth[first]), 0.0, nothing, active, 0.0, nothing, np.zeros_like(active))
+
+
+def contact_step(
     problem: ContactProblem,
-    state: FrictionState,
-    friction: float,
+    state: StepState,
+    friction: float = 0.0,
     *,
     force: float | None = None,
     indentation: float | None = None,
-    slide: tuple[float, float] = (0.0, 0.0),
+    slide: tuple[float, ...] = (),
     guess: np.ndarray | None = None,
-) -> FrictionState:
+) -> StepState:
     """The state after a step to a force on the patch (N) or an indentation (mm); exactly one is given.
 
-    `slide` (mm) is the displacement of the specimen along both axes in the step; `guess` (3, n) tractions to start
-    from. Raises `SolverError` where Newton's method does not settle.
+    Without friction only the active nodes of `state` count: the search starts with them. `slide` (mm) is the
+    displacement of the specimen along both axes in the step; `guess` (c, n) tractions to start from. Raises
+    `SolverError` if Newton's method does not converge.
     """
-    rho, before = problem.stiffness, state.moved[1:] + np.outer(slide, problem.mass)
+    rho, before = problem.stiffness, state.moved[1:] + (np.outer(slide, problem.mass) if slide else 0.0)
     active, slipping = state.active.copy(), state.slipping & state.active
     aim = (state.traction if guess is None else guess)[1:].T
     pressure = (state.traction if guess is None else guess)[0]
     depth, best, patience = indentation or 0.0, len(active) + 1, PATIENCE
-    for _ in range(NEWTON_STEPS):
+    for iteration in range(1, NEWTON_STEPS + 1):
+        if force is not None and not active.any():
+            active = np.arange(len(active)) == np.argmin(problem.gap / problem.mass)
         still, per_depth = _linearised(problem, active, slipping, friction, aim, pressure, before)
         if force is not None:
             depth = (force - problem.force(still)) / problem.force(per_depth)
@@ -81,37 +96,37 @@ def coulomb_step(
         touching = np.where(active, traction[0] > 0, gap < -CLOSED * (moved[0] + np.abs(problem.gap)))
         slip = moved[1:] - before
         aimed = (traction[1:] - rho[1:] * slip).T
-        aimed[problem.fixed.T] = 0
+        aimed[~problem.free[1:].T] = 0
         pressure = np.where(active, traction[0], -rho[0] * gap)
         limit = friction * np.maximum(pressure, 0) * np.where(slipping, 1 - EVEN, 1 + EVEN)
-        slides = touching & (np.hypot(*aimed.T) > limit)
+        slides = touching & (np.hypot.reduce(aimed, axis=1) > limit)
         wrong = (touching != active) | (slides != slipping)
-        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN * pressure.max():
-            rubbed = -float((traction[1:] * slip).sum())
+        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN * max(pressure.max(), 0):
+            dissipated = state.dissipated - float((traction[1:] * slip).sum())
             pushed = problem.force(traction)
-            return FrictionState(depth, pushed, traction, active, state.dissipated + rubbed, moved, slipping)
+            return StepState(depth, pushed, traction, active, dissipated, moved, slipping, iteration)
         patience = PATIENCE if wrong.sum() < best else patience - 1
         best = min(best, int(wrong.sum()))
         if patience < 0 and wrong.any():
             wrong = np.arange(len(wrong)) == np.flatnonzero(wrong)[-1]
         active, slipping = np.where(wrong, touching, active), np.where(wrong, slides, slipping)
         aim = aimed
-    raise SolverError(f"stick and slip did not settle in {NEWTON_STEPS} iterations")
+    raise SolverError(f"contact, stick and slip did not settle in {NEWTON_STEPS} iterations")
 
 
 def _turned(one: np.ndarray, other: np.ndarray, pressure: np.ndarray) -> float:
     """Largest angle between vectors (k, 2), in radians if small, times the pressure (k,)."""
+    if not len(pressure):
+        return 0.0
     cross = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
-    return float((pressure * cross / (np.hypot(*one.T) * np.hypot(*other.T))).max(initial=0.0))
+    return float((pressure * cross / (np.hypot(*one.T) * np.hypot(*other.T))).max())
 
 
 def _linearised(problem, active, slipping, friction, aim, pressure, before) -> tuple[np.ndarray, np.ndarray]:
-    """Tractions (3, n) of the linearised law for given sets, at zero indentation, and their change per mm of
+    """Tractions (c, n) of the linearised law for given sets, at zero indentation, and their change per mm of
     indentation."""
     n = len(active)
     index = np.flatnonzero(problem.free & active)
-    if not len(index):
-        raise SolverError("no node is left in contact")
     component, node = np.divmod(index, n)
     matrix, right = problem.compliance[np.ix_(index, index)], np.zeros((len(index), 2))
     normal = component == 0
@@ -119,9 +134,9 @@ def _linearised(problem, active, slipping, friction, aim, pressure, before) -> t
     right[~normal, 0] = before[component[~normal] - 1, node[~normal]]
     if slipping.any():
         _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure, before)
-    tractions = np.zeros((2, 3 * n))
+    tractions = np.zeros((2, problem.free.size))
     tractions[:, index] = np.linalg.solve(matrix, right).T
-    still, per_depth = tractions.reshape(2, 3, n)
+    still, per_depth = tractions.reshape(2, -1, n)
     return still, per_depth
 
 
@@ -150,8 +165,8 @@ def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure,
         matrix[place[1 + a, there]], right[place[1 + a, there], 0] = rows[a, there], held[a, there]
 
 
-def rates(problem: ContactProblem, state: FrictionState, friction: float) -> np.ndarray:
-    """Change of the tractions (3, n) per mm of further indentation, with unchanged sets of nodes."""
+def rates(problem: ContactProblem, state: StepState, friction: float) -> np.ndarray:
+    """Change of the tractions (c, n) per mm of further indentation, with unchanged sets of nodes."""
     slipping = state.slipping & state.active
     aim, pressure = state.traction[1:].T, state.traction[0]
     return _linearised(problem, state.active, slipping, friction, aim, pressure, state.moved[1:])[1]
