@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import chain, islice
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO, Any, Self
 
 import numpy as np
@@ -75,6 +76,8 @@ class TableReader:
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not UTF-8, no header, more than `MAX_COLUMNS`
     columns, a column name empty or twice).
     """
+
+    called: Mapping[str, str] = MappingProxyType({})
 
     def __init__(
         self,

@@ -154,6 +154,10 @@ def test_two_columns_of_one_quantity_ask_for_a_map(file):
         ("stamp,ai0,ai1,load\n2026-01-02 03:04:05.1,2000,2010,0.1\n2026-01-02 03:04:05.2,2001,2002,0.1\n",
          {"t_s": "iso", "g1": "counts", "g2": "counts", "force_N": "N"}),
         ("# rig 3\n# 1 kHz\n\ntime,strain,vel\n0.000,5,10\n0.001,6,10\n", {"t_s": "s", "g1": "microstrain"}),
+        ("t_s,stage speed (mm/s),finger strain 1,load_cell,temp\n0,50,7,.2,20\n.1,60,8,.3,20\n",
+         {"velocity_mm_s": "mm/s", "g1": "microstrain", "force_N": "N"}),
+        ("t_s,sledge (m/s),AIN,ch (mV/V),Fz (V)\n0,5,7,.2,2\n.1,6,8,.3,2\n", {"velocity_mm_s": "m/s", "g1": "mV/V"}),
+        ("t_s,speed,g1\n0,0.05,3.5\n.1,0.06,4\n", {"velocity_mm_s": "m/s"}),
         ("force_gf,E_kPa,g1\n10,50,1\n20,60,2\n", {"force_N": "gf", "modulus_MPa": "kPa", "g1": "microstrain"}),
     ],
 )  # fmt: skip
@@ -165,6 +169,13 @@ def test_a_proposed_map_reads_its_own_log(file, content, expected):
     log_map = LogMap.load(file(found.to_toml(), "proposed.toml"))
     read = read_presses if "modulus_MPa" in guessed else read_time_log
     assert read(path, log_map=log_map).readings.shape[1] == sum(name.startswith("g") for name in guessed)
+
+
+def test_channels_that_count_from_0_keep_their_order(file):
+    content = "t_s,ch2,ch0,ch1\n0,1.5,2,3\n0.1,2.5,3,4\n"
+    assert {guess.name: guess.meant for guess in propose(file(content)).guesses} == {
+        "t_s": "t_s", "ch0": "g1", "ch1": "g2", "ch2": "g3"
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize("content", ["", "\x00\x01\n", "no table\nhere at all\n", "a,b\nx,y\n"])
@@ -179,7 +190,8 @@ def test_what_nothing_tells_is_named(file):
     assert "not used, because they were not recognised: alpha, beta" in found.to_toml()
     assert any("no column seems to be a gauge" in question for question in found.open_questions)
     assert any("no column seems to be a force" in question for question in found.open_questions)
-    known = propose(file("t_s,g1,force_N\n0,1.5,0.2\n1,2.5,0.3\n")).open_questions
+    assert any("no column seems to be a velocity or a position" in question for question in found.open_questions)
+    known = propose(file("t_s,g1,force_N,v\n0,1.5,0.2,50\n1,2.5,0.3,50\n")).open_questions
     assert not any("no column seems" in question for question in known)
 
 
@@ -291,6 +303,11 @@ def test_a_force_is_compared_with_what_the_calibration_covers(file, covered_N, r
     with TimeLogFile(file("t_s,g1,force_N\n0,1,3\n1e-3,2,12\n"), covered_N=covered_N) as log:
         assert len(log.report.sizes) == remarks
         assert all(note.startswith("force_N comes to 12: this looks like gf") for note in log.report.sizes)
+
+
+def test_a_remark_names_the_column_as_the_log_does(file):
+    (remark,) = read_time_log(file("t_s,g1,Fz [N]\n0,1,30.5\n1e-3,2,31\n")).report.sizes
+    assert remark.endswith('(if so: --map with force_N = { column = "Fz [N]", unit = "gf" })')
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,13 @@ def test_topics_become_columns_and_the_slower_one_is_held(tmp_path, kind):
     assert "rows are the messages of /gauges" in found.report.notes
     assert "of /ft each row has the latest value" in found.report.notes
     guessed = {guess.name: guess.meant for guess in propose(path).guesses}
-    assert guessed["t_s"] == "t_s" and "/ft:wrench.force.z" in guessed and "/ft:header.stamp" in guessed
+    expected = {"t_s": "t_s", "/gauges:data[0]": "g1", "/gauges:data[1]": "g2", "/ft:wrench.force.z": "force_N"}
+    expected |= {"/ft:wrench.force.x": "tangential_N", "/ft:wrench.torque.y": "", "/ft:header.stamp": ""}
+    assert expected.items() <= guessed.items()
+    (tmp_path / "proposed.toml").write_text(propose(path).to_toml())
+    again = read_time_log(path, log_map=tmp_path / "proposed.toml")
+    np.testing.assert_array_equal(again.readings, found.readings)
+    np.testing.assert_allclose(again.force_N, found.force_N)
 
 
 def test_a_single_mcap_file_and_a_stamp_as_the_time(tmp_path):

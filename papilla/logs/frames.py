@@ -4,9 +4,10 @@ A frame is any object that lists its columns (`columns`, `keys()`, or the names 
 `frame[name]`. Frames of pandas and polars are such objects; neither package is imported.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -27,6 +28,7 @@ class FrameReader:
 
     delimiter, decimal, live = ",", ".", False
     notes: tuple[str, ...] = ()
+    called: Mapping[str, str] = MappingProxyType({})
 
     def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME):
         self.path, self._frame = path, frame

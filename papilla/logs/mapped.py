@@ -24,6 +24,7 @@ class MappedReader:
     def __init__(self, reader: TableReader | FrameReader, log_map: LogMap, wanted: Callable[[str], bool]):
         self._reader, self._map, self.path = reader, log_map, reader.path
         self._columns = {name: column for name, column in log_map.columns.items() if wanted(name)}
+        self.called = {name: column.name for name, column in self._columns.items()}
         self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
         self.names, self.live = (*self._columns, *self._constant), reader.live
         self.ignored = reader.ignored
@@ -47,9 +48,8 @@ class MappedReader:
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows in blocks; raises what `TableReader.blocks` raises."""
-        called = {name: column.name for name, column in self._columns.items()}
         for block in self._reader.blocks(size):
-            table = Table(block.path, block.columns, block.lines, called)
+            table = Table(block.path, block.columns, block.lines, self.called)
             columns = {name: self._values(table, name) for name in self._columns}
             columns |= {name: np.full(len(block), value) for name, value in self._constant.items()}
             yield replace(table, columns=columns)

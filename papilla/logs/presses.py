@@ -131,7 +131,9 @@ def read_presses(
         readings=readings, gauge_names=gauges, notes=reader.notes, stated_sd=None if gauges else stated, **columns
     )
     _check_sd(table, log, stated)
-    log = replace(log, sizes=(*of_presses(log.readings, log.force_N, log.modulus_MPa, log.indentation_mm),))
+    log = replace(
+        log, sizes=(*of_presses(log.readings, log.force_N, log.modulus_MPa, log.indentation_mm, reader.called),)
+    )
     if log.t_s is None:
         return log
     if (late := np.diff(log.t_s) <= 0).any():

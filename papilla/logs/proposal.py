@@ -1,9 +1,11 @@
 """Proposes a log map: what the columns of a foreign log probably are, with the reason for each guess.
 
-A column is recognised by its name, the unit in its name, and the size of its numbers. A column that is not recognised
-is listed but left out of the map, so that a person decides.
+A column is recognised by its name or a word of it, the unit in its name, and the size of its numbers. Messages of a bag
+are taken to be in SI units, as ROS demands. A column that is not recognised is listed but left out of the map, so that
+a person decides.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -15,6 +17,7 @@ from papilla.errors import FileFormatError
 from papilla.logs.bags import BagReader, is_bag
 from papilla.logs.frames import PARQUET, FrameReader, parquet
 from papilla.logs.quantities import BRIDGES, GAUGE, ISO, QUANTITIES, column_meant, quantity_of, split_number, split_unit
+from papilla.logs.sizes import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
 from papilla.tables import TableReader
 
 HEAD = 2000
@@ -23,8 +26,27 @@ HEAD = 2000
 RATES_HZ = 8.0, 60_000.0
 """Lowest and highest sampling rate of gauge logs. A time without a unit gets the unit that gives such a rate."""
 
-STRAIN_BELOW, COUNTS_FROM = 0.05, 1500.0
-"""Largest reading that is more likely strain than microstrain, and from which whole numbers are more likely counts."""
+COUNTS_FROM = 1500.0
+"""Readings that are whole numbers and reach this size are more likely counts of a converter than microstrain."""
+
+LARGE = {
+    "force_N": (FORCE_ABOVE_N, "gf"),
+    "tangential_N": (FORCE_ABOVE_N, "gf"),
+    "indentation_mm": (DEPTH_ABOVE_MM, "um"),
+    "modulus_MPa": (MODULUS_ABOVE_MPA, "kPa"),
+}
+"""Largest numbers that papilla's unit of a column explains, and the unit of larger ones."""
+
+SI = {"position_mm": "m", "velocity_mm_s": "m/s", "indentation_mm": "m", "torque_Nmm": "Nm"}
+"""Units of ROS messages where they are not papilla's."""
+
+TELLING = dict.fromkeys(("mV/V", "microstrain", "ue", "um/m"), "g") | dict.fromkeys(
+    ("mm/s", "um/s", "cm/s", "m/s"), "velocity_mm_s"
+)
+"""Units that tell what a column is, whatever its name."""
+
+VECTORS = {"force": "f", "torque": "m", "linear": "v"}
+"""Vectors in ROS messages, and the letter before the axis in the short name of a component (force.z is fz)."""
 
 MOST_SKIPPED = 60
 """Number of lines that are searched for the header."""
@@ -64,11 +86,16 @@ class Proposal:
             bridge = ", gauge_factor = 2.0, active_arms = 1" if guess.unit in BRIDGES else ""
             bridge += ", excitation_V = 5.0, amplification = 1.0" if guess.unit in BRIDGES[1:] else ""
             bridge += ", bits = 16, span_V = 10.0" if guess.unit == "counts" else ""
-            entry = f"{guess.meant} = {{ column = {_quoted(guess.name)}, unit = {_quoted(guess.unit)}{bridge} }}"
+            topic, _, column = guess.name.partition(":") if guess.name.startswith("/") else ("", "", guess.name)
+            topic = f"topic = {_quoted(topic)}, " if topic else ""
+            entry = f"{guess.meant} = {{ {topic}column = {_quoted(column)}, unit = {_quoted(guess.unit)}{bridge} }}"
             lines.append(f"{entry}   # {guess.reason}")
         rest = [one.name for one in self.guesses if not one.meant]
         lines += [f"# not used, because they were not recognised: {', '.join(rest)}"] if rest else []
         return "\n".join([*lines, *(f"# ? {question}" for question in self.open_questions)]) + "\n"
+
+
+_ALL = (*QUANTITIES.values(), GAUGE)
 
 
 def propose(path: Path) -> Proposal:
@@ -110,23 +137,47 @@ def _header_line(path: Path) -> int:
 
 
 def _guess(name: str, values: np.ndarray, is_date: bool) -> Guess:
-    stem, unit = split_unit(name)
-    found = values[np.isfinite(values)]
-    meant = name if name in QUANTITIES else column_meant(stem) or ""
+    found, in_bag = values[np.isfinite(values)], name.startswith("/")
     if is_date:
         return Guess(name, "t_s", ISO, "dates and times")
     if not len(found):
         return Guess(name, "", "", "no numbers")
+    stem, unit = (name, None) if in_bag else split_unit(name)
+    meant = _in_message(*name.split(":", 1)) if in_bag else _meant(stem, unit)
     if not meant:
-        word, number = split_number(stem)
-        known = unit in GAUGE.units or any(word.startswith(one) for one in GAUGE.words if len(one) > 1)
-        if not known:
-            return Guess(name, "", "", "unknown name")
-        meant = f"g{number}" if number else "g"
+        return Guess(name, "", "", "unknown name")
     if unit in quantity_of(meant).units:
         return Guess(name, meant, str(unit), "its name has the unit")
+    if in_bag and meant in SI:
+        return Guess(name, meant, SI[meant], "its name; ROS has SI units")
     sized, reason = _unit_by_size(meant, found)
     return Guess(name, meant, sized, f"its name; {reason}")
+
+
+def _meant(stem: str, unit: str | None = None) -> str:
+    """Papilla's column for a name, else for a word of it from the last on, else for its unit; "" for none.
+
+    A gauge without a number is "g", one with the number 0 "g0". What has another quantity's unit is not that column.
+    """
+    if stem in QUANTITIES:
+        return stem
+    whole, number = split_number(stem)
+    words = [word for word in re.split(r"[\W\d_]+", whole.lower()) if len(word) > 1]
+    for word in (whole, *reversed(words)):
+        gauge = word in GAUGE.words or any(word.startswith(one) for one in ("channel", "gauge", "strain"))
+        found = ("g" if number is None else f"g{number}") if gauge else column_meant(word)
+        if found and (unit in quantity_of(found).units or not any(unit in one.units for one in _ALL)):
+            return found
+    return TELLING.get(unit or "", "")
+
+
+def _in_message(topic: str, name: str) -> str:
+    """The same for a number in a message: by its field, or by the topic where the field is only called data."""
+    if axis := re.search(r"(force|torque|linear)\.([xyz])$", name):
+        return _meant(VECTORS[axis[1]] + axis[2])
+    stem, number = split_number(name.replace("]", ""))
+    stem = topic if stem.startswith("data") else stem.replace("[", "")
+    return _meant(stem if number is None else f"{stem} {number}")
 
 
 def _unit_by_size(meant: str, values: np.ndarray) -> tuple[str, str]:
@@ -147,23 +198,30 @@ def _unit_by_size(meant: str, values: np.ndarray) -> tuple[str, str]:
         if whole and largest >= COUNTS_FROM:
             return "counts", f"whole numbers up to {largest:.0f}"
         return "microstrain", f"at most {largest:.3g}"
-    if meant in ("force_N", "tangential_N") and largest > 20:
-        return "gf", f"up to {largest:.3g}, too much in N for a soft finger"
-    if meant == "modulus_MPa" and largest > 20:
-        return ("kPa" if largest < 2e4 else "Pa"), f"up to {largest:.3g}, too stiff in MPa"
+    limit, larger = LARGE.get(meant, (np.inf, ""))
+    if largest > limit:
+        larger = "Pa" if meant == "modulus_MPa" and largest > 1e3 * limit else larger
+        return larger, f"up to {largest:.3g}, too much in {meant.split('_')[1]}"
+    if meant == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
+        return "m/s", f"up to {largest:.3g}, too slow in mm/s"
     return next(unit for unit, factor in QUANTITIES[meant].units.items() if factor == 1), f"up to {largest:.3g}"
 
 
 def _unique(guesses: list[Guess]) -> tuple[Guess, ...]:
-    """Guesses with a number for each gauge; if two columns have one meaning, the first keeps it."""
-    taken, result = Counter(guess.meant for guess in guesses), []
-    used: set[str] = set()
-    for guess in guesses:
-        meant = guess.meant
-        if meant == "g" or (meant.startswith("g") and meant in used):
+    """Guesses with a number for each gauge; if two columns have one meaning, the first keeps it.
+
+    Gauges that count from 0 count from 1 here. A torque beside the tangential force is not needed.
+    """
+    first = Counter(guess.meant for guess in guesses)
+    shift = 1 if first["g0"] == 1 and not first["g"] else 0
+    named = [f"g{int(one.meant[1:]) + shift}" if re.fullmatch(r"g\d+", one.meant) else one.meant for one in guesses]
+    taken, result = Counter(named), []
+    used = {"torque_Nmm"} if taken["tangential_N"] else set()
+    for guess, meant in zip(guesses, named, strict=True):
+        if meant in ("g", "g0") or (meant.startswith("g") and meant in used):
             meant = next(f"g{k}" for k in range(1, len(guesses) + 1) if f"g{k}" not in used and not taken[f"g{k}"])
         if meant in used:
-            result.append(Guess(guess.name, "", "", f"{meant} is another column already"))
+            result.append(Guess(guess.name, "", "", f"{meant} is another column already, or not needed beside it"))
             continue
         used |= {meant} - {""}
         result.append(Guess(guess.name, meant, guess.unit, guess.reason))
@@ -179,10 +237,14 @@ def _questions(guesses: tuple[Guess, ...]) -> Iterator[str]:
         yield "no column seems to be a gauge (g1, g2, ...)"
     if "force_N" not in meant:
         yield "no column seems to be a force (force_N): without one there is no modulus"
-    for guess in guesses:
-        if guess.unit in BRIDGES and guess.meant:
-            yield "the numbers of the gauges' amplifier are examples: gauge_factor and what stands beside it are yours"
-            return
+    if "modulus_MPa" not in meant and not meant & {"velocity_mm_s", "position_mm"}:
+        yield "no column seems to be a velocity or a position: state speed_mm_s, or there is no wavelength"
+    if "torque_Nmm" in meant:
+        yield "a torque needs the lever arm from its axis to the skin: give --lever-mm, or remove the line"
+    if any(guess.unit in BRIDGES and guess.meant for guess in guesses):
+        yield "the numbers of the gauges' amplifier are examples: gauge_factor and what stands beside it are yours"
+    if any(guess.unit == "counts" for guess in guesses):
+        yield "counts have a zero of their own: state air_s, the seconds before the touch"
 
 
 def _floats(cells: np.ndarray, decimal: str) -> np.ndarray:

@@ -30,11 +30,13 @@ class Quantity:
 
 QUANTITIES = {
     "t_s": Quantity(_TIMES | {ISO: 1.0}, ("t", "time", "timestamp", "stamp", "elapsed", "zeit")),
-    "force_N": Quantity(_FORCES, ("force", "fz", "fn", "load", "normal_force", "normal", "kraft", "loadcell")),
+    "force_N": Quantity(
+        _FORCES, ("force", "fz", "fn", "load", "normal_force", "normal", "kraft", "loadcell", "normalkraft")
+    ),
     "tangential_N": Quantity(_FORCES, ("tangential", "ft", "fx", "shear", "tangential_force", "friction_force")),
     "torque_Nmm": Quantity(_TORQUES, ("torque", "moment", "tz", "mz", "my")),
-    "velocity_mm_s": Quantity(_SPEEDS, ("velocity", "speed", "vel", "v", "vx")),
-    "position_mm": Quantity(_LENGTHS, ("position", "pos", "stage", "encoder", "travel")),
+    "velocity_mm_s": Quantity(_SPEEDS, ("velocity", "speed", "vel", "v", "vx", "geschwindigkeit")),
+    "position_mm": Quantity(_LENGTHS, ("position", "pos", "stage", "encoder", "travel", "weg")),
     "indentation_mm": Quantity(_LENGTHS, ("indentation", "depth", "displacement", "z")),
     "modulus_MPa": Quantity(_PRESSURES, ("modulus", "e", "young", "youngs_modulus", "stiffness")),
     "modulus_sigma_MPa": Quantity(_PRESSURES, ("modulus_sigma",)),

@@ -1,6 +1,6 @@
 """Remarks on numbers whose size suggests another unit: strain, counts, gram-force, m/s."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -39,33 +39,41 @@ class Sizes:
         self._largest = np.maximum(self._largest, np.abs(known).max(axis=0, initial=0))
         self._whole &= bool((known[:, : self._gauges] % 1 == 0).all())
 
-    def remarks(self) -> Iterator[str]:
-        """Columns that seem to have another unit, each with the line of a map that states it."""
+    def remarks(self, called: Mapping[str, str]) -> Iterator[str]:
+        """Columns that seem to have another unit, each with the line of a map that states it; called : what the log
+        calls a column, where it has another name."""
         gauges = self._largest[: self._gauges].max(initial=0)
         if 0 < gauges < STRAIN_BELOW:
-            yield f"no reading is above {gauges:.2g}: this looks like strain, not microstrain" + _mend("g1", "strain")
+            yield f"no reading is above {gauges:.2g}: this looks like strain, not microstrain" + _mend(
+                "g1", "strain", called
+            )
         elif self._whole and gauges >= COUNTS_FROM:
-            yield f"readings are whole numbers up to {gauges:.0f}: this looks like counts" + _mend("g1", "counts")
+            yield f"readings are whole numbers up to {gauges:.0f}: this looks like counts" + _mend(
+                "g1", "counts", called
+            )
         for name, largest in zip(self._names[self._gauges :], self._largest[self._gauges :], strict=True):
             if name in ("force_N", "tangential_N") and largest > self._force_above:
-                yield f"{name} comes to {largest:.3g}: this looks like gf" + _mend(name, "gf")
+                yield f"{name} comes to {largest:.3g}: this looks like gf" + _mend(name, "gf", called)
             if name == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
-                yield f"velocity_mm_s stays below {largest:.2g}: this looks like m/s" + _mend(name, "m/s")
+                yield f"velocity_mm_s stays below {largest:.2g}: this looks like m/s" + _mend(name, "m/s", called)
 
 
 def of_presses(
-    readings: np.ndarray, force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarray | None
-) -> Iterator[str]:
+    readings: np.ndarray, force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarray | None,
+    called: Mapping[str, str],
+) -> Iterator[str]:  # fmt: skip
     """The same remarks on presses: readings (n, g), and what they were made with (n,)."""
     sizes = Sizes((*(f"g{number + 1}" for number in range(readings.shape[1])), "force_N"), readings.shape[1])
     sizes.add(np.column_stack([readings, force_N]))
-    yield from sizes.remarks()
+    yield from sizes.remarks(called)
     if modulus_MPa.min() > MODULUS_ABOVE_MPA:
-        yield f"no modulus_MPa is below {modulus_MPa.min():.3g}: this looks like kPa" + _mend("modulus_MPa", "kPa")
+        yield f"no modulus_MPa is below {modulus_MPa.min():.3g}: this looks like kPa" + _mend(
+            "modulus_MPa", "kPa", called
+        )
     if indentation_mm is not None and indentation_mm.max() > DEPTH_ABOVE_MM:
         deepest = f"indentation_mm comes to {indentation_mm.max():.3g}"
-        yield f"{deepest}: this looks like micrometres" + _mend("indentation_mm", "um")
+        yield f"{deepest}: this looks like micrometres" + _mend("indentation_mm", "um", called)
 
 
-def _mend(column: str, unit: str) -> str:
-    return f' (if so: --map with {column} = {{ column = "{column}", unit = "{unit}" }})'
+def _mend(column: str, unit: str, called: Mapping[str, str]) -> str:
+    return f' (if so: --map with {column} = {{ column = "{called.get(column, column)}", unit = "{unit}" }})'

@@ -140,7 +140,7 @@ class _Scan:
             *beyond[: self.counts["unbelievable"]],
             *self._reader.notes,
         )
-        sizes = tuple(self.sizes.remarks())
+        sizes = tuple(self.sizes.remarks(self._reader.called))
         return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, sizes=sizes, **self.counts)
 
 

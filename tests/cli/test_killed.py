@@ -1,0 +1,75 @@
+"""A cold `calibrate` and a cold `identify` that are killed: nothing half-written, and the next run is right."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from papilla.finger import Finger
+from papilla.logs import read_presses
+
+COMMAND = "import sys; from papilla.cli.main import run; run(sys.argv[1:])"
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGKILL)
+"""Of the first, second and third run: each dies when the cache holds one entry more than it was left with."""
+
+
+def started(arguments, folder: Path) -> subprocess.Popen:
+    environment = os.environ | {"PAPILLA_CACHE": str(folder / "cache")}
+    command = [sys.executable, "-c", COMMAND, *map(str, arguments)]
+    return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def written(folder: Path) -> set[Path]:
+    return {path for path in folder.rglob("*") if path.is_file() and "cache" not in path.parts}
+
+
+def killed_and_repeated(arguments, folder: Path) -> None:
+    """Kill runs on one cold cache, each a little later than the one before; then let one end."""
+    before = written(folder)
+    for number in SIGNALS:
+        entries = len(list((folder / "cache").rglob("*.entry")))
+        process = started(arguments, folder)
+        while process.poll() is None and len(list((folder / "cache").rglob("*.entry"))) == entries:
+            time.sleep(0.005)
+        process.send_signal(number)
+        told = process.communicate(timeout=60)[1].decode()
+        assert process.returncode == (143 if number == signal.SIGTERM else -number), told
+        assert written(folder) == before, "nothing is half-written, and no temporary file stays"
+    process = started(arguments, folder)
+    told = process.communicate(timeout=900)[1].decode()
+    assert process.returncode == 0, told
+    assert "damaged" not in told and not list(folder.rglob("*.tmp"))
+
+
+@pytest.mark.slow
+def test_a_killed_calibrate(papilla, tmp_path):
+    cold = tmp_path / "cold"
+    cold.mkdir()
+    killed_and_repeated(["calibrate", "--quick", "--friction", "0", "--out", "c"], cold)
+    assert papilla("calibrate", "--quick", "--friction", "0", "--out", tmp_path / "warm").code == 0
+    for name in ("sweep.csv",):
+        assert (cold / "c" / name).read_bytes() == (tmp_path / "warm" / name).read_bytes()
+    assert {path.name for path in (cold / "c").iterdir()} == {"calibration.json", "sweep.csv", "report.html"}
+
+
+@pytest.mark.slow
+def test_a_killed_identify(papilla, tmp_path):
+    cold, log = tmp_path / "cold", tmp_path / "log.csv"
+    cold.mkdir()
+    assert papilla("calibrate", "--quick", "--friction", "0", "--out", tmp_path / "c").code == 0
+    presses = read_presses(tmp_path / "c" / "sweep.csv")
+    few = np.arange(0, len(presses), 7)
+    columns = {"force_N": presses.force_N, "modulus_MPa": presses.modulus_MPa, "indentation_mm": presses.indentation_mm}
+    columns |= dict(zip(presses.gauge_names, presses.readings.T, strict=True))
+    rows = np.column_stack([values[few] for values in columns.values()])
+    np.savetxt(log, rows, delimiter=",", header=",".join(columns), comments="")
+    options = ("--friction", "0", "--fix", "lever_mm=0.5")
+    killed_and_repeated(["identify", log, "--out", "f.toml", *options], cold)
+    assert papilla("identify", log, "--out", tmp_path / "warm.toml", *options).code == 0
+    once, again = Finger.load(cold / "f.toml"), Finger.load(tmp_path / "warm.toml")
+    assert (once.outer, once.inner, once.gauges) == (again.outer, again.inner, again.gauges)
