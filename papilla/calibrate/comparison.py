@@ -33,6 +33,9 @@ SCENE = (0.588, 0.51)
 ALIKE = 0.03
 """Share by which two values may differ and still be called alike: meshes move S_d by up to half of it."""
 
+BETTER, LARGER = ("better", "best"), ("larger", "largest")
+"""Said of the first of two, and of more. A larger S_d is no better by itself: a gain makes it larger, too."""
+
 TIMED = 50
 """Presses and answers of which the median time is told."""
 
@@ -193,7 +196,7 @@ def _verdicts(rows: Sequence[Row]) -> list[str]:
     said = [
         _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
         _best(rows, "Share of the domain where E is identified", "identified", _percent),
-        _best(rows, f"S_d at {SCENE[0]:g} N on {SCENE[1]:g} MPa", "sd_microstrain", "{:,.0f} µε".format),
+        _best(rows, f"S_d at {SCENE[0]:g} N on {SCENE[1]:g} MPa", "sd_microstrain", "{:,.0f} µε".format, win=LARGER),
         _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
         _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
     ]
@@ -216,14 +219,17 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def _best(rows: Sequence[Row], what: str, key: str, words: Callable[[float], str], *, low: bool = False) -> str:
-    """A sentence on one quantity, of which less (`low`) or more is better."""
+def _best(
+    rows: Sequence[Row], what: str, key: str, words: Callable[[float], str], *, low: bool = False, win=BETTER
+) -> str:
+    """A sentence on one quantity, of which less (`low`) or more is better; win : what is said of the first of two, and
+    of more."""
     values = {row.name: getattr(row, key) for row in rows if np.isfinite(getattr(row, key))}
     told = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
     ordered = sorted(values, key=lambda name: values[name], reverse=not low)
     if not ordered:
         return f"{what}: none of them has one."
-    first, second = (values[name] for name in (ordered * 2)[:2])
-    if len(ordered) == len(rows) and abs(first - second) <= ALIKE * max(abs(first), abs(second)):
-        return f"{what}: {ordered[0]} and {ordered[1]} are alike ({told})."
-    return f"{what}: {ordered[0]} is better ({told})."
+    near = [name for name in ordered if abs(values[name] - values[ordered[0]]) <= ALIKE * abs(values[ordered[0]])]
+    if len(near) > 1:
+        return f"{what}: {' and '.join(near)} are alike ({told})."
+    return f"{what}: {near[0]} is {win[len(rows) > 2]} ({told})."

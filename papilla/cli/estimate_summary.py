@@ -66,7 +66,7 @@ def write_pictures(
 ) -> None:
     """The picture of the log and its estimates (png, pdf or svg), and a page of the summary with this picture."""
     from papilla.files import write_text
-    from papilla.view.page import data_uri, environment
+    from papilla.view.page import environment, image
     from papilla.view.style import content, kind_of, write_bytes
 
     rows = [*_results(summary), *_lines(summary)]
@@ -86,7 +86,7 @@ def write_pictures(
                 remarks=_first(summary),
                 legend=legend(summary),
                 notes=notes,
-                picture=data_uri(content(figure, "svg"), "svg+xml"),
+                picture=image(figure, "Readings, force, velocity, answers, statuses and the spectrum over the path"),
             )
         )
         write_text(page, text)

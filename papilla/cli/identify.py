@@ -146,15 +146,13 @@ def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
     }
 
 
-START = {"common_gain": 1.0}
-"""Values of held parameters, 0 for others, that are not worth a line."""
-
-
 def _print(summary: dict) -> None:
+    from papilla.calibrate.identification.parameters import kind, plain_value
+
     rows, still = [], []
     for name, one in summary["parameters"].items():
-        if not one["free"] and one["value"] == START.get(name.split(".")[0], 0.0):
-            still.append(name.split(".")[0])
+        if not one["free"] and plain_value(name, one["value"]):
+            still.append(kind(name))
             continue
         unit = next((unit for key, unit in _UNITS.items() if name.split(".")[0].endswith(key)), "")
         value = f"{one['value']:.4g}"

@@ -68,6 +68,10 @@ def view(
 
     if screenshot is not None:
         kind_of(screenshot)
+    if html is not None:
+        from papilla.view.turning import need_plotly
+
+        need_plotly()
     if export is not None and export.suffix.lower() != ".vtu":
         raise FileFormatError(f"{export}: fields are written as .vtu files")
     keep_inputs([finger], written)

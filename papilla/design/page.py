@@ -6,6 +6,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 from papilla import fem, view
 from papilla.design.figures import front_figure, sigma_figure
@@ -14,13 +15,15 @@ from papilla.design.results import Effect
 from papilla.errors import InputError, PapillaError
 from papilla.files import write_text
 from papilla.finger import Finger
-from papilla.view.page import data_uri, environment, number
+from papilla.view.page import either, environment, image, number
 
 if TYPE_CHECKING:
     from papilla.design.job import Outcome
 
 MAP = (7, 9)
 """Forces and moduli of a map of sigma."""
+ALT = {"front": "All designs over the first objectives", "sigma": "Sigma of ln E over force and modulus"}
+"""What the diagrams are, in words."""
 MOST_ROWS = 12
 """Designs of the front in the page's table; the CSV has all."""
 
@@ -58,7 +61,7 @@ def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], No
             front=rows[:MOST_ROWS].tolist(),
             on_front=len(rows),
             effects=[words for one in results.effects if (words := in_words(one))],
-            figures={name: data_uri(view.svg(figure), "svg+xml") for name, figure in figures.items()},
+            figures={name: image(figure, ALT[name]) for name, figure in figures.items()},
             strains=[(name, picture) for name, finger in shown if (picture := _strain(finger, outcome, say))],
         )
     )
@@ -76,13 +79,15 @@ def in_words(one: Effect) -> str:
     return f"{what} changes {one.objective} by {number(one.change)} ({low} to {high})"
 
 
-def _strain(finger: Finger, outcome: "Outcome", say: Callable[[str], None]) -> str | None:
+def _strain(finger: Finger, outcome: "Outcome", say: Callable[[str], None]) -> Markup | None:
     """The picture of the strain field by the largest force of the scene on its hardest specimen."""
     scene = outcome.study.scene
     specimen = finger.bench.specimen(scene.modulus_MPa[1])
     try:
         reduced = fem.prepare(finger, progress=say)
         press = view.shown(reduced, specimen, force=scene.force_N[1], friction=0.0)
-        return data_uri(view.strain_picture(finger, reduced, press, specimen, progress=say), "png")
+        return either(
+            view.strain_pictures(finger, reduced, press, specimen, say), f"Strain field of {finger.name}", "png"
+        )
     except PapillaError:
         return None

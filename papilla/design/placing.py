@@ -14,8 +14,8 @@ from papilla.errors import InputError
 from papilla.files import check_writable, write_text
 from papilla.finger import Finger
 from papilla.tables import write_table
-from papilla.view.page import data_uri, environment
-from papilla.view.style import ACCENTS, GAUGE_COLOR, INK, MUTED, styled, svg
+from papilla.view.page import environment, image
+from papilla.view.style import ACCENTS, GAUGE_COLOR, INK, MUTED, styled
 
 UNKNOWN = {
     "friction and place unknown": (True, True),
@@ -90,9 +90,11 @@ def place_gauges(study: Study, count: int, out: Path, say: Callable[[str], None]
         columns |= {f"{kind}, {name}": [*v, *[float("nan")] * (len(sets) - len(v))] for name, v in by.items()}
     write_table(files[0], columns)
     page = environment("papilla.design").get_template("placement.html")
-    pictures = {"sigma": sigma_figure(placed), "places": places_figure(placed)}
-    uris = {name: data_uri(svg(figure), "svg+xml") for name, figure in pictures.items()}
-    write_text(files[1], page.render(placed=placed, study=study, figures=uris, best=placed.of(sets[-1]).gauges))
+    pictures = {
+        "sigma": image(sigma_figure(placed), "Sigma of ln E against the number of gauges"),
+        "places": image(places_figure(placed), "The chosen gauges from above"),
+    }
+    write_text(files[1], page.render(placed=placed, study=study, figures=pictures, best=placed.of(sets[-1]).gauges))
     placed.of(sets[-1]).save(files[2])
     return placed
 

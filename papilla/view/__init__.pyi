@@ -9,6 +9,7 @@ from .pictures import shown as shown
 from .pictures import strain as strain
 from .pictures import strain_page as strain_page
 from .pictures import strain_picture as strain_picture
+from .pictures import strain_pictures as strain_pictures
 from .receptive_field import receptive_fields_figure as receptive_fields_figure
 from .receptive_field import receptive_figure as receptive_figure
 from .strain_field import Scene as Scene

@@ -6,9 +6,13 @@ A page's own template stands with the package that writes it and extends `page.h
 
 import base64
 import math
+from collections.abc import Iterable
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from papilla.view.style import narrow, svg
 
 
 def environment(package: str) -> Environment:
@@ -49,6 +53,20 @@ def plain(value: float) -> str:
     """A given or counted number without trailing zeros (at most six digits), with a real minus sign."""
     text = f"{value:,}".replace(",", "\u202f") if isinstance(value, int) else f"{value:.6g}"
     return text.replace("-", "−")
+
+
+def image(figure: Figure, alt: str) -> Markup:
+    """A figure for a page: as wide as it is, and `narrow`ed for a telephone. The figure is changed."""
+    wide = svg(figure)
+    narrow(figure)
+    return either((wide, svg(figure)), alt, "svg+xml")
+
+
+def either(pictures: Iterable[bytes], alt: str, kind: str) -> Markup:
+    """A wide and a narrow picture of the same, of a kind ("png", "svg+xml"): a page shows the one for its screen."""
+    wide, small = pictures
+    shown = '<picture><source media="(max-width: 600px)" srcset="{}"><img alt="{}" src="{}"></picture>'
+    return Markup(shown).format(data_uri(small, kind), alt, data_uri(wide, kind))
 
 
 def data_uri(content: bytes, kind: str) -> str:

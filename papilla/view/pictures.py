@@ -18,7 +18,7 @@ from papilla.files import write_text
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import Specimen
-from papilla.view.style import STRAIN, content, kind_of, write_bytes
+from papilla.view.style import NARROW_IN, STRAIN, content, kind_of, write_bytes
 
 if TYPE_CHECKING:
     from papilla.fem import Field, ReceptiveFields
@@ -76,6 +76,31 @@ def strain_picture(
     beside: tuple[Press, Specimen] | None = None,
 ) -> bytes:
     """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same except for the file."""
+    how: Any = {"kind": kind, "variant": variant, "shown": shown, "beside": beside}
+    return _pictures(finger, reduced, press, specimen, progress, **how)[0]
+
+
+def strain_pictures(
+    finger: Finger, reduced: ReducedFinger, press: Press, specimen: Specimen, progress: Progress | None = None
+) -> list[bytes]:
+    """The picture that `strain` writes and a narrow one for a telephone, as PNG; raises as `strain_picture`."""
+    return _pictures(finger, reduced, press, specimen, progress, widths=(None, NARROW_IN))
+
+
+def _pictures(
+    finger: Finger,
+    reduced: ReducedFinger,
+    press: Press,
+    specimen: Specimen,
+    progress: Progress | None,
+    *,
+    kind: str = "png",
+    variant: int = 0,
+    shown: str = STRAIN,
+    beside: tuple[Press, Specimen] | None = None,
+    widths: tuple[float | None, ...] = (None,),
+) -> list[bytes]:
+    """The picture of each width in inches (None: as wide as it needs)."""
     if reduced.finger_sha256 != finger.sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
     scenes = [(press, specimen), *([] if beside is None else [beside])]
@@ -85,15 +110,17 @@ def strain_picture(
 
         first, *others = fields(finger, reduced, [one for one, _ in scenes], variant=variant, progress=progress)
         other = Scene(others[0], *beside) if beside else None
-        figure = strain_figure(first, reduced, press, specimen, finger, shown=shown, beside=other)
-        return {kind: np.frombuffer(content(figure, kind, DPI), dtype=np.uint8)}
+        how: Any = {"shown": shown, "beside": other}
+        figures = [strain_figure(first, reduced, press, specimen, finger, width=width, **how) for width in widths]
+        return {str(k): np.frombuffer(content(one, kind, DPI), dtype=np.uint8) for k, one in enumerate(figures)}
 
     if not all(type(one).__module__.startswith("papilla.") for _, one in scenes):
         # Nobody knows what the code of the user's own specimen depends on.
-        return draw()[kind].tobytes()
+        return [one.tobytes() for one in draw().values()]
     told = [(touched, one.fidelity, one.force, one.pressure) for one, touched in scenes]
-    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told)
-    return cache.fetch("picture", key, draw)[kind].tobytes()
+    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told, widths)
+    kept = cache.fetch("picture", key, draw)
+    return [kept[str(k)].tobytes() for k in range(len(widths))]
 
 
 def fields(
@@ -131,8 +158,9 @@ def strain_page(
     Raises as `strain`, and `MissingExtraError` without plotly.
     """
     from papilla.view.strain_field import Scene
-    from papilla.view.turning import strain_html
+    from papilla.view.turning import need_plotly, strain_html
 
+    need_plotly()
     recovered = fields(finger, reduced, presses, progress=progress)
     scenes = [Scene(field, press, specimen) for field, press in zip(recovered, presses, strict=True)]
     write_text(path, strain_html(scenes, reduced, finger, shown=shown))

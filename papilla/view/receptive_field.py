@@ -27,7 +27,6 @@ from papilla.view.style import (
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0
-COLUMNS = 5  # Maps of receptive fields beside each other
 LIFTED = 1.003  # Factor that moves lines off the skin, which would else hide them in places
 
 
@@ -62,13 +61,14 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
     return figure
 
 
-def receptive_fields_figure(fields: ReceptiveFields, finger: Finger) -> Figure:
-    """The receptive fields of all gauges on one scale, a map each over x and y of the skin, seen from above."""
+def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, columns: int = 5) -> Figure:
+    """The receptive fields of all gauges on one scale, a map each over x and y of the skin, seen from above; at most
+    `columns` maps beside each other."""
     skins = [_skin(fields, number) for number in range(len(finger.gauges))]
     limit = nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
     sites = _grids(finger)
     width, height = np.ptp(skins[0].points, axis=0)[:2] + 2 * MARGIN_MM
-    columns = min(len(skins), COLUMNS)
+    columns = min(len(skins), columns)
     rows = -(-len(skins) // columns)
     with styled(2.9 * columns + 0.7, 2.9 * height / width * rows + BELOW + ABOVE) as figure:
         tall = figure.get_figheight()

@@ -31,11 +31,13 @@ from papilla.view.style import (
     DIVERGING,
     INK,
     MUTED,
+    NARROW_IN,
     STRAIN,
     diverging_bar,
     friction_text,
     literal,
     mark_gauge,
+    narrow,
     nice_limit,
     titled,
 )
@@ -116,11 +118,13 @@ def strain_figure(
     scale: float = 1.0,
     shown: str = STRAIN,
     beside: Scene | None = None,
+    width: float | None = None,
 ) -> Figure:
     """The figure of a press of `reduced` and its recovered field.
 
     scale : how many times as large displacements are drawn. shown : "strain" along the layers, or a component of the
-    stress. beside : another press of `reduced`, drawn on the same scale. Raises as `drawn`.
+    stress. beside : another press of `reduced`, drawn on the same scale. width : of the figure in inches; in one of a
+    telephone's width gauges are labelled with their readings alone. Raises as `drawn`.
     """
     scenes = [Scene(field, press, specimen), *([] if beside is None else [beside])]
     parts = [drawn(scene, reduced, finger, shown, scale) for scene in scenes]
@@ -128,7 +132,7 @@ def strain_figure(
     rendered, side = use_offscreen_window(), side_of(reduced)
     view = View(20.0 if rendered else 0.0, 0.0 if side > 0 else 180.0)
     view = fitted(view, np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)]))
-    with framed(view, WIDTHS[len(scenes) - 1], len(scenes)) as (figure, frames):
+    with framed(view, width or WIDTHS[len(scenes) - 1], len(scenes)) as (figure, frames):
         for axes, scene, one in zip(frames, scenes, parts, strict=True):
             if rendered:
                 edges = one.solid.extract_feature_edges(feature_angle=60)
@@ -140,12 +144,15 @@ def strain_figure(
             x, y = view.project(np.array(one.solid.center))
             words = f"{scene.specimen.modulus:.3g} MPa\n{scene.specimen.words}"
             axes.text(x, y, words, ha="center", va="bottom", color=MUTED)
-            _annotate(axes, one, view, finger, scene.press, strains=shown == STRAIN)
+            _annotate(axes, one, view, finger, scene.press, strains=shown == STRAIN, short=width == NARROW_IN)
             if beside is not None:
                 axes.text(0.5, 0.98, _facts(scene.press), transform=axes.transAxes, ha="center", color=MUTED)
         bar = diverging_bar(figure, limit, shown_words(shown))
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
-        _title(figure, scenes, reduced, scale)
+        short = width == NARROW_IN
+        _title(figure, scenes, reduced, scale, ["numbers at the gauges: readings in 10³ µε"] if short else [])
+        if short:
+            narrow(figure)
     return figure
 
 
@@ -168,7 +175,7 @@ def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: f
     axes.fill_between([low[0], high[0]], low[1], high[1], color=SPECIMEN_COLOR, linewidth=0)
 
 
-def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool) -> None:
+def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool) -> None:
     for polygon in one.section.bone:
         axes.fill(*view.project(polygon).T, facecolor=BONE_COLOR, edgecolor=INK, linewidth=0.8)
         x, y = view.project(polygon.mean(axis=0))
@@ -184,6 +191,8 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
         flat = view.project(bar)
         mark_gauge(axes, flat)
         label = f"{literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PERCENT * strain:+.2f} %)" * strains
+        if short:
+            label = f"{literal(gauge.name)}\n{reading / 1000:+.3g}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(
             x, y, label.replace("-", "−"), ha="center", va="top", fontsize=9, weight="bold", linespacing=1.25,
@@ -203,7 +212,7 @@ def _facts(press: Press) -> str:
     return f"indentation {press.indentation:.3g} mm, contact {press.contact_area:.3g} mm² (dashed){coarse}"
 
 
-def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: float) -> None:
+def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: float, more: list[str]) -> None:
     press, specimen = scenes[0].press, scenes[0].specimen
     if len(scenes) > 1:
         touched = " and on ".join(f"{scene.specimen.modulus:.3g} MPa" for scene in scenes)
@@ -217,4 +226,9 @@ def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: f
         facts.append(
             f"touched (+) at x {reduced.at[0]:g}, y {reduced.at[1]:g} mm" + ", seen from +y" * (reduced.at[1] < 0)
         )
-    titled(figure, rf"{press.force:.3g} N on {touched}: $S_d$ of the readings {spread} µε", "; ".join(facts), 14)
+    titled(
+        figure,
+        rf"{press.force:.3g} N on {touched}: $S_d$ of the readings {spread} µε",
+        "; ".join(facts + more),
+        11 if more else 14,
+    )

@@ -1,6 +1,7 @@
 """The look that all pictures and plots share, and how a figure becomes a file: matplotlib's object interface only."""
 
 import io
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,6 +35,11 @@ SEQUENTIAL = "Blues"  # For quantities that start at zero
 
 STRAIN, COMPONENTS = "strain", ("xx", "yy", "zz", "xy", "yz", "xz", "mises")
 """What a strain picture shows: strain along the layers, or a component of the stress; "mises" is that of von Mises."""
+
+NARROW_IN = 4.6
+"""Inches of a figure on a telephone: 10 points are then 10.6 pixels in a column of 350."""
+LETTER = 0.6
+"""Width of a bold letter, on average, as a share of its size."""
 
 _STYLE = {
     "font.family": "DejaVu Sans",
@@ -102,6 +108,35 @@ def titled(figure: Figure, message: str, detail: str, size: float = 12.0) -> Non
     inch = 1 / figure.get_figheight()
     figure.text(0.02, 1 - 0.18 * inch, message, fontsize=size, weight="bold", va="top")
     figure.text(0.02, 1 - (0.25 + size / 60) * inch, detail, fontsize=0.75 * size, color=MUTED, va="top")
+
+
+def narrow(figure: Figure) -> None:
+    """Make a drawn figure `NARROW_IN` wide. Letters and what stands around the axes keep their size, axes become
+    narrower, and lines of text above them are broken."""
+    wide, tall = figure.get_size_inches()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    boxes = [axes.get_position() for axes in figure.axes]
+    drawn = [box for axes in figure.axes if (box := axes.get_tightbbox(renderer)) is not None]
+    around = [box.transformed(figure.dpi_scale_trans.inverted()) for box in drawn]
+    first, last = wide * min(box.x0 for box in boxes), wide * max(box.x1 for box in boxes)
+    left, right = first - min(box.x0 for box in around) + 0.05, max(box.x1 for box in around) - last + 0.05
+    scale, lower = (NARROW_IN - left - right) / (last - first), 0.0
+    tops = []
+    for text in figure.texts:
+        size = float(text.get_fontsize()) / 72
+        lines = textwrap.wrap(text.get_text(), int(NARROW_IN / (LETTER * size)))
+        tops.append((1 - text.get_position()[1]) * tall + lower)
+        text.set_text("\n".join(lines))
+        lower += 1.2 * size * max(len(lines) - 1, 0)
+    figure.set_size_inches(NARROW_IN, tall + lower)
+    for text, top in zip(figure.texts, tops, strict=True):
+        text.set_y(1 - top / (tall + lower))
+    for axes, box in zip(figure.axes, boxes, strict=True):
+        place = [left + scale * (wide * x - first) for x in (box.x0, box.x1)]
+        height = box.height * tall / (tall + lower)
+        axes.set_position(
+            (place[0] / NARROW_IN, box.y0 * tall / (tall + lower), (place[1] - place[0]) / NARROW_IN, height)
+        )
 
 
 def color_bar(figure: Figure, shades: Any, place: tuple[float, float, float, float], label: str, **more) -> Colorbar:

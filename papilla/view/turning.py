@@ -32,15 +32,22 @@ SOFT = {"ambient": 0.9, "diffuse": 0.25, "specular": 0.0}
 """Light of skin and specimen."""
 
 
+def need_plotly() -> None:
+    """Raise `MissingExtraError` where plotly is not installed."""
+    try:
+        import plotly.graph_objects  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError("plotly is not installed; pip install 'papilla[view]'") from error
+
+
 def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, shown: str = STRAIN) -> str:
     """The page of presses of one specimen on `reduced`, which holds all it needs; the last one is shown first.
 
     Raises `MissingExtraError` where plotly is not installed, and as `drawn`.
     """
-    try:
-        import plotly.graph_objects as go
-    except ImportError as error:
-        raise MissingExtraError("plotly is not installed; pip install 'papilla[view]'") from error
+    need_plotly()
+    import plotly.graph_objects as go
+
     parts = [drawn(scene, reduced, finger, shown) for scene in scenes]
     limit = nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
     lift = np.array([0, -side_of(reduced), 0])

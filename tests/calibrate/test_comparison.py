@@ -72,7 +72,7 @@ def test_page_and_table_hold_the_rows(found, both, tmp_path):
     write_comparison(tmp_path / "c.html", found, both)
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
     assert all(sentence.replace("'", "&#39;") in page for sentence in found.verdicts)
-    assert page.count("data:image/png") == 2 and "Receptive" not in page
+    assert page.count("data:image/svg+xml") == 4 and "Receptive" not in page
     write_comparison_table(tmp_path / "c.csv", found)
     rows = list(csv.DictReader((tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()))
     assert [row["name"] for row in rows] == ["strong", "weak"] and rows[0]["press_ms"] == ""

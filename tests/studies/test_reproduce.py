@@ -166,7 +166,7 @@ def test_the_page_is_self_contained_and_has_every_row(tmp_path):
     found = results(experiments=experiments, claims=[claim(), replace(claim(), experiment="other")])
     write_page(tmp_path / "reproduce.html", found, 1.0)
     text = (tmp_path / "reproduce.html").read_text()
-    assert text.count('id="T1"') == 2 and text.count("data:image/svg+xml;base64,") == 2
+    assert text.count('id="T1"') == 2 and text.count("data:image/svg+xml;base64,") == 4
     assert "http" not in text.replace("http-equiv", "") and "<script" not in text
     assert summary([answer for result in found for answer in result.answers])["reproduced"] == 2
 

@@ -96,3 +96,23 @@ def test_no_plot_touches_the_global_style():
     before = dict(matplotlib.rcParams)
     plots.sd_against_modulus(MODULI, [0.1], SD[:1])
     assert dict(matplotlib.rcParams) == before
+
+
+@pytest.mark.parametrize("bar", [False, True])
+def test_a_narrow_figure_keeps_its_letters_and_nothing_is_cut_or_overlaps(bar):
+    if bar:
+        figure = plots.uncertainty_map(FORCE, MODULI, np.full((20, 3), 0.02), np.ones((20, 3), bool))
+    else:
+        figure = plots.sd_against_force(FORCE, MODULI, SD)
+    style.titled(figure, "A message that is longer than a telephone is wide, by far", "and a detail below it " * 4)
+    sizes = [item.get_fontsize() for item in figure.findobj(match=Text)]
+    height, room = figure.get_figheight(), figure.axes[0].bbox.height
+    style.narrow(figure)
+    figure.draw_without_rendering()
+    assert figure.get_figwidth() == style.NARROW_IN and figure.get_figheight() > height, "room for broken lines"
+    assert [item.get_fontsize() for item in figure.findobj(match=Text)] == sizes
+    boxes = [one.get_tightbbox() for one in (*figure.texts, *figure.axes)]
+    width, height = figure.bbox.size
+    assert all(box.x0 >= 0 and box.x1 <= width and box.y0 >= 0 and box.y1 <= height for box in boxes)
+    assert boxes[0].y0 > boxes[1].y1, "the detail is below the message"
+    assert figure.axes[0].bbox.height == pytest.approx(room) and boxes[2].width > width / 2

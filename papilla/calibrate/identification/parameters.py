@@ -91,6 +91,11 @@ def kind(name: str) -> str:
     return name.split(".", 1)[0]
 
 
+def plain_value(name: str, value: float) -> bool:
+    """Whether a parameter has the value of a finger as it is drawn: 0, and 1 for a factor of all gains."""
+    return value == (1.0 if kind(name) == "common_gain" else 0.0)
+
+
 def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, float]:
     """Where each parameter of a finger starts: what its design says, in the parameter's unit."""
     found = {

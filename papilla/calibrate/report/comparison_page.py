@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 
 from papilla import view
 from papilla.calibrate.comparison import FORCE_ERROR, NOISE_MICROSTRAIN, SCENE, Candidate, Comparison
 from papilla.files import write_text
+from papilla.finger import Finger
 from papilla.tables import write_table
-from papilla.view.page import data_uri, environment
+from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
 
 
@@ -19,17 +21,20 @@ def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[C
         view.plots.uncertainty_map(found.force_N, found.modulus_MPa, row.relative_sigma, row.relative_sigma <= 0.5)
         for row in found.rows
     ]
-    fields = [
-        None if one.finger is None else view.receptive_fields_figure(receptive_of(one.finger), one.finger)
-        for one in candidates
-    ]
     text = environment("papilla.calibrate.report").get_template("comparison.html").render(
         rows=found.rows, verdicts=found.verdicts, scene=SCENE, noise=NOISE_MICROSTRAIN, force_error=FORCE_ERROR,
         force_N=found.force_N, modulus_MPa=found.modulus_MPa,
-        maps=[data_uri(view.png(figure, 110), "png") for figure in maps],
-        fields=[figure and data_uri(view.png(figure, 90), "png") for figure in fields],
+        maps=[image(figure, f"Uncertainty of E of {row.name}") for figure, row in zip(maps, found.rows, strict=True)],
+        fields=[one.finger and _fields(one.finger, one.name) for one in candidates],
     )  # fmt: skip
     write_text(path, text)
+
+
+def _fields(finger: Finger, name: str) -> Markup:
+    """Receptive fields of a finger's gauges."""
+    found = receptive_of(finger)
+    pictures = (view.png(view.receptive_fields_figure(found, finger, columns), 90) for columns in (5, 2))
+    return either(pictures, f"Receptive fields of {name}", "png")
 
 
 def write_comparison_table(path: str | Path, found: Comparison) -> None:

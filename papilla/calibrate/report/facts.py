@@ -21,9 +21,6 @@ SLOPE_FORCE_N = gf_to_newton(50.0)
 SLOPE_MODULI = (0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0)
 CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)
 MAP_POINTS = 48
-WELL_IDENTIFIABLE = 0.7
-"""Share of the domain in which the modulus can be told, below which the page opens with what is missing: 0.57 for the
-default finger, 0.96 for the same finger with the friction stated."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,10 @@ import numpy as np
 
 from papilla import view
 from papilla.calibrate.identification import PARAMETERS, Diagnosis, Identification
-from papilla.calibrate.identification.parameters import kind
+from papilla.calibrate.identification.parameters import kind, plain_value
 from papilla.calibrate.identification.presses import places
 from papilla.files import write_text
-from papilla.view.page import data_uri, environment, number, plain
+from papilla.view.page import environment, image, number, plain
 
 CURVE_POINTS = 60
 TOLD_CORRELATION = 0.9
@@ -34,11 +34,12 @@ def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:
         "friction": found.problem.friction,
         "specimen": " and ".join(shape.specimen.words for shape in found.problem.shapes),
         "parameters": _parameters(found, diagnosis),
+        "held": ", ".join(dict.fromkeys(map(kind, _held(found, diagnosis)))),
         "gauges": _gauges(found),
         "influential": _influential(found, diagnosis),
         "correlations": _correlations(found),
-        "curves": data_uri(view.svg(_curves(found)), "svg+xml"),
-        "residuals": data_uri(view.svg(_residuals(found)), "svg+xml"),
+        "curves": image(_curves(found), "S_d of presses and of the identified finger"),
+        "residuals": image(_residuals(found), "Weighted residuals of each gauge against force"),
     }
 
 
@@ -55,10 +56,19 @@ def weighted_residuals(found: Identification) -> np.ndarray:
 def _parameters(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
     rows = []
     for name, value in found.values.items():
+        if name in _held(found, diagnosis):
+            continue
         low, high = diagnosis.intervals.get(name, (None, None))
         interval = "held" if low is None else f"{number(low, 4)} to {number(high, 4)}"
         rows.append((name, number(value, 4), interval, PARAMETERS[kind(name)].unit))
     return rows
+
+
+def _held(found: Identification, diagnosis: Diagnosis) -> list[str]:
+    """Parameters that were held at the value of a finger as it is drawn."""
+    return [
+        name for name, value in found.values.items() if name not in diagnosis.intervals and plain_value(name, value)
+    ]
 
 
 def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:

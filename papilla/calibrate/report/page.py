@@ -19,11 +19,19 @@ from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
 from papilla.units import gf_to_newton
-from papilla.view.page import data_uri, environment
+from papilla.view.page import either, environment, image
 
 SHOWN_FORCE_N, SHOWN_MODULUS_MPA = 0.588, 0.51
 """The press of the strain-field picture: 60 gf on the middle one of the published specimens."""
 CURVE_POINTS = 80
+ALT = {
+    "sd_against_force": "S_d against force, a curve per modulus",
+    "sd_against_modulus": "S_d against modulus, a curve per force",
+    "gauge_readings": "gauge readings against force",
+    "uncertainty_map": "relative uncertainty of the recovered modulus over force and modulus",
+    "recovery_map": "error of recovered moduli",
+}
+"""What the diagrams are, in words."""
 
 
 def write_report(
@@ -58,9 +66,7 @@ def write_report(
         finger=finger,
         seconds=seconds,
         answers=answers,
-        friction_known=facts.share_with_known_friction(done.calibration)
-        if answers.share < facts.WELL_IDENTIFIABLE
-        else None,
+        friction_known=facts.share_with_known_friction(done.calibration),
         comparison=comparison,
         depths=done.depths,
         published=PUBLISHED_FORWARD,
@@ -91,11 +97,10 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
         return {"quality": None, "strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
     press = view.shown(done.reduced, specimen, force=SHOWN_FORCE_N, friction=done.presses.friction)
+    alt = "strain field of a press, with gauges and contact"
     return {
         "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),
-        "strain_picture": data_uri(
-            view.strain_picture(finger, done.reduced, press, specimen, progress=progress), "png"
-        ),
+        "strain_picture": either(view.strain_pictures(finger, done.reduced, press, specimen, progress), alt, "png"),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
     }
 
@@ -112,8 +117,8 @@ def _bench(done: Calibrated) -> dict | None:
     }
 
 
-def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, str]:
-    """The page's diagrams as addresses that hold them."""
+def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, Markup]:
+    """The page's diagrams."""
     calibration, recovery, plots = done.calibration, done.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
     modulus = np.geomspace(low, high, CURVE_POINTS)
@@ -148,4 +153,4 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
         ),
         "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
-    return {name: data_uri(view.svg(plot), "svg+xml") for name, plot in figures.items()}
+    return {name: image(plot, ALT[name]) for name, plot in figures.items()}

@@ -8,7 +8,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
-from papilla.view.style import ACCENTS, DIVERGING, FAINT, INK, MUTED, SEQUENTIAL, literal, plain_log, styled, svg
+from papilla.view.style import (
+    ACCENTS,
+    DIVERGING,
+    FAINT,
+    INK,
+    MUTED,
+    NARROW_IN,
+    SEQUENTIAL,
+    literal,
+    plain_log,
+    styled,
+    svg,
+)
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
 """Of a figure; height of a row of panels and of a row of a table, in inches."""
@@ -16,20 +28,21 @@ ARROWS = 14
 """Of phase along each axis of a map."""
 
 
-def as_svg(picture: Picture) -> bytes:
-    """The SVG file of a picture."""
-    return svg(draw(picture))
+def as_svg(picture: Picture, *, narrow: bool = False) -> bytes:
+    """The SVG file of a picture; the narrow one has its panels one below the other."""
+    return svg(draw(picture, narrow=narrow))
 
 
-def draw(picture: Picture) -> Figure:
+def draw(picture: Picture, *, narrow: bool = False) -> Figure:
     """A figure with the picture's panels, or with its table."""
     if picture.table is not None and not picture.panels:
         return _table(picture.table)
-    rows = -(-len(picture.panels) // picture.columns)
-    height = 3.9 if rows == 1 and picture.columns < 3 else PANEL_IN * rows + 0.3
-    with styled(WIDTH_IN, height) as figure:
+    columns = 1 if narrow else picture.columns
+    rows = -(-len(picture.panels) // columns)
+    height = 3.9 if rows == 1 and columns < 3 else PANEL_IN * rows + 0.3
+    with styled(NARROW_IN if narrow else WIDTH_IN, height) as figure:
         figure.set_layout_engine("constrained")
-        every = figure.subplots(rows, picture.columns, squeeze=False).ravel()
+        every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
             _panel(figure, axes, panel)
         for axes in every[len(picture.panels) :]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from papilla import __version__
 from papilla.studies.figures.papers import PAPERS
 from papilla.studies.reproduce.runner import CLAIMS
-from papilla.view.page import data_uri, environment
+from papilla.view.page import either, environment
 
 if TYPE_CHECKING:
     from papilla.studies.figures.runner import Made
@@ -22,7 +22,7 @@ def page(made: "Sequence[Made]", seconds: float) -> str:
         .render(
             papers=[(PAPERS[name], own) for name, own in by_paper.items() if own],
             claims=claims,
-            sources={one.stem: data_uri(one.svg, "svg+xml") for one in made},
+            pictures={one.stem: either((one.svg, one.narrow_svg), one.figure.title, "svg+xml") for one in made},
             seconds=seconds,
             version=__version__,
         )

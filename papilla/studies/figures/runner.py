@@ -28,12 +28,13 @@ DESIGNS = ("default", "published", "one-gauge")
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A figure of a paper (its name in `PAPERS`) that was computed: its data and its SVG file."""
+    """A figure of a paper (its name in `PAPERS`) that was computed: its data, its SVG file, and one for a telephone."""
 
     paper: str
     figure: Figure
     picture: Picture
     svg: bytes
+    narrow_svg: bytes
 
     @property
     def stem(self) -> str:
@@ -104,10 +105,13 @@ def _kept(paper: str, figure: Figure) -> Made:
     """A figure, from the cache where its code and the designs are the same."""
     packed = cache.fetch(KIND, _key(paper, figure), lambda: {"picture": figure.make().packed()})["picture"]
     picture = Picture.unpacked(packed)
-    drawn = cache.fetch(
-        "figure", cache.key(drawing.__name__, packed), lambda: {"svg": np.frombuffer(drawing.as_svg(picture), np.uint8)}
-    )
-    return Made(paper, figure, picture, drawn["svg"].tobytes())
+
+    def draw() -> dict[str, np.ndarray]:
+        files = {name: drawing.as_svg(picture, narrow=name == "narrow") for name in ("svg", "narrow")}
+        return {name: np.frombuffer(file, np.uint8) for name, file in files.items()}
+
+    drawn = cache.fetch("figure", cache.key(drawing.__name__, packed), draw)
+    return Made(paper, figure, picture, drawn["svg"].tobytes(), drawn["narrow"].tobytes())
 
 
 def _key(paper: str, figure: Figure) -> str:

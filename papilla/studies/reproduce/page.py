@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from os import PathLike
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from papilla import __version__, view
+from papilla import __version__
 from papilla.files import write_text
 from papilla.studies.reproduce.claim import Found, accepted, number, published
 from papilla.studies.reproduce.runner import Result, by_evidence, head
-from papilla.view.page import data_uri, environment
+from papilla.view.page import environment, image
 from papilla.view.style import ACCENTS, MUTED, literal, styled, titled
 
 MOST_POINTS = 1500
@@ -34,10 +35,8 @@ def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) 
     write_text(path, text)
 
 
-def _picture(found: Found | None) -> str | None:
-    if found is None or not found.series:
-        return None
-    return data_uri(view.svg(draw(found)), "svg+xml")
+def _picture(found: Found | None) -> Markup | None:
+    return None if found is None or not found.series else image(draw(found), found.title)
 
 
 def draw(found: Found) -> Figure:

@@ -111,7 +111,7 @@ def test_figures_are_computed_once_and_written(papers, tmp_path):
     assert toy.calls == 3 and len(figures("new")) == 2 and toy.calls == 3
     paths = write(tmp_path / "out", made)
     text = paths["page"].read_text()
-    assert text.count("data:image/svg+xml") == 3 and "25.0 (25)" in text and "Drawn by hand" in text
+    assert text.count("data:image/svg+xml") == 6 and "25.0 (25)" in text and "Drawn by hand" in text
     assert "it works" in text and "fig. 2 (a photo)" in text and "http" not in text.replace("http://www.w3.org", "")
     claim = next(one for one in CLAIMS if one.key == "A1")
     assert claim.claim in text
