@@ -11,9 +11,10 @@ import sys
 import tempfile
 import warnings
 import zlib
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 from types import MappingProxyType
@@ -59,7 +60,53 @@ class Table:
         return len(self.lines)
 
 
-class TableReader:
+class Reader(ABC):
+    """Rows of named columns, block by block and as often as asked for. A context manager.
+
+    path : of the source, for messages. header : its columns. names : the wanted ones, in the same order; ignored : the
+    others. notes : what to say to a person, a sentence each. called : what the source calls a column, where it has
+    another name. live : whether the rows come once (standard input).
+    """
+
+    path: Path
+    header: list[str]
+    names: tuple[str, ...]
+    ignored: tuple[str, ...]
+    called: Mapping[str, str] = MappingProxyType({})
+    delimiter, decimal, live = ",", ".", False
+
+    @property
+    @abstractmethod
+    def notes(self) -> tuple[str, ...]:
+        """What to say to a person, a sentence each."""
+
+    @abstractmethod
+    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+        """All rows as tables of `size` rows or less, from the first on; raises `FileFormatError`."""
+
+    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
+        """Change which columns are wanted, and which of them hold text."""
+        self._words = words
+        self.names = tuple(name for name in self.header if wanted(name))
+        self.ignored = tuple(name for name in self.header if name not in self.names)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:  # noqa: B027 - most readers hold nothing open
+        """Close what is open."""
+
+    def once(self) -> None:  # noqa: B027 - only standard input is read once
+        """From now on read standard input once: rows are no longer kept."""
+
+    def whole(self) -> Table:
+        """All rows as one table; raises what `blocks` raises."""
+        blocks = list(self.blocks())
+        columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in self.names}
+        return replace(blocks[0], columns=columns, lines=np.concatenate([block.lines for block in blocks]))
+
+
+class TableReader(Reader):
     """The `wanted` columns of a table of text with one header row, block by block and as often as asked for.
 
     The file is UTF-8 with or without byte order mark, and may be compressed (.gz). A stream that cannot be read
@@ -77,8 +124,6 @@ class TableReader:
     columns, a column name empty or twice).
     """
 
-    called: Mapping[str, str] = MappingProxyType({})
-
     def __init__(
         self,
         path: str | Path,
@@ -95,20 +140,13 @@ class TableReader:
         self._text: Any = LiveText() if self.live else io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
             self._cut_off = self._raw is not None and _last_byte(self._raw) not in b"\r\n"
-            self._written, self._delimiter, self.decimal = self._dialect(delimiter, decimal)
+            self._written, self.delimiter, self.decimal = self._dialect(delimiter, decimal)
             self.header, _ = self._begin()
             _check_header(self.path, self.header, header_line)
         except BaseException:
             self._text.close()
             raise
         self.want(wanted, words)
-
-    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
-        """Change which columns are wanted, and which of them hold text."""
-        self._words = words
-        self._used = [number for number, name in enumerate(self.header) if wanted(name)]
-        self.names = tuple(self.header[number] for number in self._used)
-        self.ignored = tuple(name for name in self.header if name not in self.names)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -117,12 +155,9 @@ class TableReader:
         return tuple(note for note in (self._written, ignored, CUT_OFF if self._cut_off else "") if note)
 
     @property
-    def delimiter(self) -> str:
-        """What separates the cells."""
-        return self._delimiter
-
-    def __enter__(self) -> Self:
-        return self
+    def _used(self) -> list[int]:
+        """Numbers of the wanted columns."""
+        return [self.header.index(name) for name in self.names]
 
     def __exit__(self, *_error: object) -> None:
         self._text.close()
@@ -151,7 +186,7 @@ class TableReader:
                     continue
                 # A quoted cell may go on in the next chunk
                 rest = chain(lines, self._text) if '"' in text else lines
-                for block in self._careful(csv.reader(rest, delimiter=self._delimiter, strict=True), size, before):
+                for block in self._careful(csv.reader(rest, delimiter=self.delimiter, strict=True), size, before):
                     empty = False
                     yield block
                 before += len(lines)
@@ -175,13 +210,13 @@ class TableReader:
         Ten times faster than `csv.reader`, and of most logs. What it does not understand is left to `_table`, which
         knows empty cells, quotes and the place of a fault.
         """
-        if self._words or self.decimal == "," or self._delimiter not in ",;" or not text.isascii():
+        if self._words or self.decimal == "," or self.delimiter not in ",;" or not text.isascii():
             return None
         text = text.replace("\r\n", "\n")
         text = text if text.endswith("\n") else text + "\n"
         signs = np.frombuffer(text.encode(), np.uint8)
         width, line_end = len(self.header), ord("\n")
-        marks = np.flatnonzero((signs == line_end) | (signs == ord(self._delimiter)))
+        marks = np.flatnonzero((signs == line_end) | (signs == ord(self.delimiter)))
         # As many cells in each line as the header has, none of them empty
         if len(marks) != count * width or (np.diff(marks, prepend=-1) == 1).any():
             return None
@@ -190,7 +225,7 @@ class TableReader:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error", DeprecationWarning)  # Of older NumPy, in the place of ValueError
-                numbers = np.fromstring(text.replace("\n", self._delimiter)[:-1], float, sep=self._delimiter)
+                numbers = np.fromstring(text.replace("\n", self.delimiter)[:-1], float, sep=self.delimiter)
         except (ValueError, DeprecationWarning):
             return None
         if len(numbers) != count * width:
@@ -207,13 +242,6 @@ class TableReader:
             yield row
             if count == size or self.live and not self._text.pending():
                 return
-
-    def whole(self) -> Table:
-        """All rows as one table; raises what `blocks` raises."""
-        blocks = list(self.blocks())
-        columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in self.names}
-        lines = np.concatenate([block.lines for block in blocks])
-        return Table(self.path, columns, lines)
 
     def _dialect(self, delimiter: str | None, decimal: str | None) -> tuple[str, str, str]:
         """A note on how it is written, the delimiter and the decimal mark; from the first two rows where not given."""
@@ -242,7 +270,7 @@ class TableReader:
         self._text.seek(0)
         for _ in range(self._skipped):
             self._text.readline()
-        rows = csv.reader(self._text, delimiter=self._delimiter, strict=True)
+        rows = csv.reader(self._text, delimiter=self.delimiter, strict=True)
         with self._faults(rows, self._skipped):
             return [name.strip() for name in next(rows, [])], rows
 

@@ -6,7 +6,6 @@ from the beginning of the bag; a stamp in a message (`/topic:header.stamp`) coun
 """
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,7 +29,7 @@ def is_bag(path: Path) -> bool:
 
 
 class BagReader(FrameReader):
-    """Reads topics of a bag like `papilla.tables.TableReader`; raises `InputError` without the extra `robotics`."""
+    """Reads topics of a bag; raises `InputError` without the extra `robotics`."""
 
     def __init__(self, path: Path, wanted: Callable[[str], bool]):
         with _opened(path) as bag:
@@ -45,14 +44,18 @@ class BagReader(FrameReader):
         self._loaded: dict[str, np.ndarray] = {}
         super().__init__(dict.fromkeys(["t_s", *names]), wanted, path=path)
 
-    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
-        """Select the columns to read; what else the messages hold is not told."""
-        super().want(wanted, words)
-        topics = Counter(name.split(":")[0] for name in self.names if ":" in name)
-        self._leading = max(topics, key=lambda topic: self._counts[topic], default=None)
-        held = [topic for topic in topics if topic != self._leading]
-        self.notes = (f"rows are the messages of {self._leading}",) if self._leading else ()
-        self.notes += (f"of {', '.join(held)} each row has the latest value",) if held else ()
+    @property
+    def _topics(self) -> list[str]:
+        """The wanted topics, the one with the most messages first."""
+        topics = dict.fromkeys(name.split(":")[0] for name in self.names if ":" in name)
+        return sorted(topics, key=lambda topic: -self._counts[topic])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to say to a person, a sentence each; what else the messages hold is not told."""
+        leading, held = self._topics[:1], ", ".join(self._topics[1:])
+        told = (*(f"rows are the messages of {topic}" for topic in leading),)
+        return (*told, f"of {held} each row has the latest value") if held else told
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows; raises what `FrameReader.blocks` raises."""
@@ -75,7 +78,7 @@ class BagReader(FrameReader):
                 message = bag.deserialize(raw, connection.msgtype)
                 times[connection.topic].append(time - start)
                 rows[connection.topic].append([get(message, start) for get in getters[connection.topic]])
-        lead = np.array(times.get(self._leading or "", []), float)
+        lead = np.array(times[self._topics[0]] if by_topic else [], float)
         found = {"t_s": 1e-9 * lead} if "t_s" in self.names else {}
         for topic, names in by_topic.items():
             latest = np.searchsorted(np.array(times[topic], float), lead, side="right")

@@ -10,8 +10,8 @@ import numpy as np
 
 from papilla.errors import FileFormatError
 from papilla.logs.log_map import GAUGE_COLUMN, LogMap
-from papilla.logs.mapped import Reader, opened
-from papilla.tables import Table, closest
+from papilla.logs.mapped import opened
+from papilla.tables import Reader, Table, closest
 
 TORQUE = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it

@@ -4,17 +4,16 @@ A frame is any object that lists its columns (`columns`, `keys()`, or the names 
 `frame[name]`. Frames of pandas and polars are such objects; neither package is imported.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import reason, replacing
-from papilla.tables import BLOCK, Table, table_writer
+from papilla.tables import BLOCK, Reader, Table, table_writer
 
 PARQUET = (".parquet", ".pq")
 """Suffixes of Parquet files."""
@@ -23,33 +22,18 @@ FRAME = Path("the frame")
 """Name of a table in memory in messages."""
 
 
-class FrameReader:
-    """Reads columns in memory block by block, like `papilla.tables.TableReader`."""
-
-    delimiter, decimal, live = ",", ".", False
-    notes: tuple[str, ...] = ()
-    called: Mapping[str, str] = MappingProxyType({})
+class FrameReader(Reader):
+    """Reads columns in memory block by block."""
 
     def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME):
         self.path, self._frame = path, frame
         self.header: list[str] = [str(name) for name in _names(frame)]
         self.want(wanted, words)
 
-    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
-        """Select the columns to read, and those of them that contain text."""
-        self._words = words
-        self.names = tuple(name for name in self.header if wanted(name))
-        self.ignored = tuple(name for name in self.header if name not in self.names)
-        self.notes = (f"ignored columns: {', '.join(self.ignored)}",) if self.ignored else ()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        pass
-
-    def once(self) -> None:
-        """Columns in memory can be read again."""
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to say to a person, a sentence each."""
+        return (f"ignored columns: {', '.join(self.ignored)}",) if self.ignored else ()
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows, in tables of at most `size`; raises `FileFormatError` if there are none, or text for numbers."""
@@ -63,11 +47,6 @@ class FrameReader:
             parts = {name: column[first : first + size] for name, column in columns.items()}
             rows = np.arange(first, first + len(next(iter(parts.values()))))
             yield Table(self.path, parts, rows)
-
-    def whole(self) -> Table:
-        """All rows as one table."""
-        (table,) = self.blocks(2**62)
-        return table
 
     def _column(self, name: str) -> np.ndarray:
         values = np.asarray(self._frame[name])

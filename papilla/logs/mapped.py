@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from papilla.logs.bags import BagReader, is_bag
 from papilla.logs.frames import PARQUET, FrameReader, parquet
 from papilla.logs.log_map import GAUGE_COLUMN, Column, LogMap
 from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
-from papilla.tables import BLOCK, Table, TableReader, closest
+from papilla.tables import BLOCK, Reader, Table, TableReader, closest
 
 ZEROED = ("force_N", "tangential_N")
 """Columns besides the gauges whose zero is their mean in the air."""
 
 
-class MappedReader:
-    """A `TableReader` with papilla's names and units; names, ignored, notes and path have the same meaning."""
+class MappedReader(Reader):
+    """Another reader's rows with papilla's names and units."""
 
-    def __init__(self, reader: TableReader | FrameReader, log_map: LogMap, wanted: Callable[[str], bool]):
+    def __init__(self, reader: Reader, log_map: LogMap, wanted: Callable[[str], bool]):
         self._reader, self._map, self.path = reader, log_map, reader.path
         self._columns = {name: column for name, column in log_map.columns.items() if wanted(name)}
         self.called = {name: column.name for name, column in self._columns.items()}
@@ -30,14 +30,15 @@ class MappedReader:
         self.ignored = reader.ignored
         self._factors = {name: column.factor(name) for name, column in self._columns.items()}
         self._start, self._zeros = self._first_time(), {name: 0.0 for name in self._columns}
-        self.notes = (*self._told(), *reader.notes)
         if log_map.air_s is not None and self.live:
             raise FileFormatError(f"{log_map.path}: air_s needs the whole log, which a pipe does not give: use a file")
         if log_map.air_s is not None:
             self._zeros |= self._in_air(*log_map.air_s)
 
-    def __enter__(self) -> Self:
-        return self
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to say to a person, a sentence each."""
+        return *self._told(), *self._reader.notes
 
     def __exit__(self, *error: object) -> None:
         self._reader.__exit__(*error)
@@ -53,12 +54,6 @@ class MappedReader:
             columns = {name: self._values(table, name) for name in self._columns}
             columns |= {name: np.full(len(block), value) for name, value in self._constant.items()}
             yield replace(table, columns=columns)
-
-    def whole(self) -> Table:
-        """All rows as one table; raises what `blocks` raises."""
-        blocks = list(self.blocks())
-        columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in self.names}
-        return replace(blocks[0], columns=columns, lines=np.concatenate([block.lines for block in blocks]))
 
     def _values(self, block: Table, name: str) -> np.ndarray:
         column = self._columns[name]
@@ -102,22 +97,13 @@ class MappedReader:
             yield "gauges and forces count from their mean over {:g} to {:g} s, in the air".format(*self._map.air_s)
 
 
-def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> "Reader":
+def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> Reader:
     """A reader of a log (path or frame), with its map, with the units in its column names, or without conversion.
 
     Raises what `TableReader` raises, and `FileFormatError` for a map that does not fit the log.
     """
     given = log_map or LogMap()
-    dialect = given.delimiter, given.decimal, given.header_line
-    reader: TableReader | FrameReader
-    if not isinstance(source, Path):
-        reader = FrameReader(source, wanted, words)
-    elif source.suffix in PARQUET:
-        reader = parquet(source, wanted, words)
-    elif is_bag(source):
-        reader = BagReader(source, wanted)
-    else:
-        reader = TableReader(source, wanted, words, delimiter=dialect[0], decimal=dialect[1], header_line=dialect[2])
+    reader = unmapped(source, wanted, words, given)
     path = reader.path
     try:
         chosen = replace(given, columns=by_name(path, reader.header, wanted) | dict(given.columns))
@@ -132,6 +118,18 @@ def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], l
     except BaseException:
         reader.__exit__()
         raise
+
+
+def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], how: LogMap) -> Reader:
+    """A reader of a log (path or frame) with its own names and units; how : the dialect of a text."""
+    if not isinstance(source, Path):
+        return FrameReader(source, wanted, words)
+    if source.suffix in PARQUET:
+        return parquet(source, wanted, words)
+    if is_bag(source):
+        return BagReader(source, wanted)
+    dialect = {"delimiter": how.delimiter, "decimal": how.decimal}
+    return TableReader(source, wanted, words, **dialect, header_line=how.header_line)
 
 
 def _lacking(column: Column, header: Sequence[str]) -> str:
@@ -181,7 +179,3 @@ def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
             except ValueError:
                 raise block.fault(row, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
         raise
-
-
-Reader = TableReader | FrameReader | MappedReader
-"""A reader of a log, block by block."""

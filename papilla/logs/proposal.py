@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.logs.bags import BagReader, is_bag
-from papilla.logs.frames import PARQUET, FrameReader, parquet
+from papilla.logs.bags import is_bag
+from papilla.logs.frames import PARQUET
+from papilla.logs.log_map import LogMap
+from papilla.logs.mapped import unmapped
 from papilla.logs.quantities import BRIDGES, GAUGE, ISO, QUANTITIES, column_meant, quantity_of, split_number, split_unit
 from papilla.logs.sizes import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
 from papilla.tables import TableReader
@@ -101,19 +103,13 @@ _ALL = (*QUANTITIES.values(), GAUGE)
 def propose(path: Path) -> Proposal:
     """Guesses for the columns of a log; raises `FileAccessError`, or `FileFormatError` if there is no table."""
     line = 1 if path.suffix in PARQUET or is_bag(path) else _header_line(path)
-    with _opened(path, line) as reader:
+    with unmapped(path, _all, (), LogMap(header_line=line)) as reader:
         reader.want(_all, tuple(reader.header))
         head = next(reader.blocks(HEAD))
         values = {name: _floats(cells, reader.decimal) for name, cells in head.columns.items()}
         dates = {name for name, cells in head.columns.items() if _is_date(cells)}
         guesses = _unique([_guess(name, found, name in dates) for name, found in values.items()])
         return Proposal(path, guesses, reader.delimiter, reader.decimal, line, tuple(_questions(guesses)))
-
-
-def _opened(path: Path, line: int) -> TableReader | FrameReader:
-    if is_bag(path):
-        return BagReader(path, _all)
-    return parquet(path, _all) if path.suffix in PARQUET else TableReader(path, _all, header_line=line)
 
 
 def _all(name: str) -> bool:

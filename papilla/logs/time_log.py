@@ -14,11 +14,10 @@ from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
-from papilla.logs.mapped import Reader
 from papilla.logs.sizes import Sizes
 from papilla.logs.spread import Magnitudes, Noise
 from papilla.short_repr import short_repr
-from papilla.tables import Table
+from papilla.tables import Reader, Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
