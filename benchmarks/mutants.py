@@ -27,6 +27,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import CodeType
 
 import pytest
 
@@ -218,25 +219,24 @@ class Reached:
     """A plugin of pytest: which functions of the tree each test calls, itself or in its fixtures, and for how long."""
 
     def __init__(self, tree: Path):
-        self.own: dict[str, set[str]] = {}
-        self.fixtures: dict[str, set[str]] = {}
+        self.own: dict[str, dict[int, CodeType]] = {}
+        self.fixtures: dict[str, dict[int, CodeType]] = {}
         self.lasted: dict[str, float] = {}
         self.tests: list[tuple[float, str, list[str]]] = []
-        self.source, self.now = f"{tree}{os.sep}", set[str]()
+        self.source, self.now = f"{tree}{os.sep}", dict[int, CodeType]()
 
     def see(self, frame, event, _):
-        """As a trace function: notes each call."""
-        if (name := frame.f_code.co_filename).startswith(self.source):
-            self.now.add(f"{name[len(self.source) :]}:{frame.f_code.co_firstlineno}")
+        """As a trace function: notes each call, and no more, for there are many millions."""
+        self.now[id(frame.f_code)] = frame.f_code
 
     def pytest_runtest_protocol(self, item):
         """Notes what follows for this test."""
-        self.now = self.own[item.nodeid] = set()
+        self.now = self.own[item.nodeid] = {}
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef):
         """Notes what a fixture calls for all tests that use it, and the time."""
-        test, self.now = self.now, self.fixtures.setdefault(fixturedef.argname, set())
+        test, self.now = self.now, self.fixtures.setdefault(fixturedef.argname, {})
         started = time.perf_counter()
         try:
             return (yield)
@@ -259,8 +259,10 @@ class Reached:
                  for cost, test, names in self.tests]  # fmt: skip
         found: dict[str, tuple[float, list[str]]] = {}
         for cost, test, names in sorted(costs):
-            functions = self.own[test].union(*(self.fixtures.get(name, ()) for name in names))
-            for place in functions | {function.partition(":")[0] for function in functions}:
+            called = [code for part in (self.own[test], *(self.fixtures.get(name, {}) for name in names))
+                      for code in part.values() if code.co_filename.startswith(self.source)]  # fmt: skip
+            files = {code.co_filename[len(self.source) :] for code in called}
+            for place in files | {f"{code.co_filename[len(self.source) :]}:{code.co_firstlineno}" for code in called}:
                 before, tests = found.get(place, (0.0, []))
                 found[place] = before + cost, [*tests, test]
         return found
