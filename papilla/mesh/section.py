@@ -178,7 +178,7 @@ def _grid(shape: Slab, angles: np.ndarray, rows, with_core: bool):
         triangles.append(cells)
         layer.append(np.full(len(cells), own))
     cells, kinds = np.concatenate(triangles), np.concatenate(layer)
-    whole = (cells[:, 0] != cells[:, 1]) & (cells[:, 1] != cells[:, 2]) & (cells[:, 2] != cells[:, 0])
+    whole = cells[:, 0] != cells[:, 1]  # all but those along the innermost row of a core, which is one point
     cells, kinds = cells[whole], kinds[whole]
     used, compact = np.unique(cells, return_inverse=True)
     place = np.full(len(flat), -1)
