@@ -18,6 +18,7 @@ import json
 import multiprocessing
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -43,6 +44,7 @@ TREE = (
     *(file.name for file in ROOT.glob("*.*")),
 )
 TESTS = {
+    "mesh": ("tests/mesh", "tests/fem_sliding/test_section_mesh.py"),
     "fem": ("tests/fem", "tests/fem_finite", "tests/fem_sliding"),
     "logs": ("tests/test_logs.py", "tests/test_logs_torque.py", "tests/test_log_map.py", "tests/logs"),
     "calibration": ("tests/test_calibration.py", "tests/calibration", "tests/calibrate/test_compact.py"),
@@ -95,6 +97,8 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/estimators/tracking/motion_fit.py", "1e-12", "1.1e-12"): "keeps a quotient finite that is cut at 1",
     ("papilla/estimators/softness/start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/start.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
+    ("papilla/mesh/section.py", "across[:-1] + across[1:] < 0", "(across[:-1] + across[1:] >= 0)"):
+     "the other diagonal of each cell: mirrored as well, and no worse",
     ("papilla/fem/reduction/patch.py", "np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])",
      "np.cross(ends[:, 2] - ends[:, 0], ends[:, 1] - ends[:, 0])"): "its length and |z| alone are used",
 }  # fmt: skip
@@ -331,14 +335,22 @@ def reached(package: str, tree: Path) -> dict[str, tuple[float, list[str]]]:
 
 
 def tests_of(mutant: Mutant, tests: dict[str, tuple[float, list[str]]]) -> tuple[float, list[str]]:
-    """The tests that reach the mutant's function, or, of a constant, its file; all where none does (a child's code)."""
+    """The tests that reach the mutant's function; of what stands outside of functions, those that reach a file in
+    which its name occurs; all where none does (a child's code)."""
+    line, body = mutant.span[0], ast.parse((ROOT / mutant.file).read_text())
     inside = [
         min([node.lineno, *(one.lineno for one in node.decorator_list)])
-        for node in ast.walk(ast.parse((ROOT / mutant.file).read_text()))
-        if isinstance(node, ast.FunctionDef) and node.body[0].lineno <= mutant.span[0] <= (node.end_lineno or 0)
+        for node in ast.walk(body)
+        if isinstance(node, ast.FunctionDef) and node.body[0].lineno <= line <= (node.end_lineno or 0)
     ]
-    place = f"{mutant.file}:{max(inside)}" if inside else mutant.file
-    return tests.get(place, tests[""])
+    if inside:
+        return tests.get(f"{mutant.file}:{max(inside)}", tests[""])
+    top = next(node for node in body.body if node.lineno <= line <= (node.end_lineno or 0))
+    stored = (node.id for node in ast.walk(top) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
+    name = re.compile(rf"\b({'|'.join({*stored, getattr(top, 'name', Path(mutant.file).stem)})})\b")
+    texts = {file: (ROOT / file).read_text() for file in tests if file.endswith(".py")}
+    users = {test for file, text in texts.items() if name.search(text) for test in tests[file][1]}
+    return (tests[EVERY][0], [test for test in tests[EVERY][1] if test in users]) if users else tests[""]
 
 
 def verdict(mutant: Mutant, tests: tuple[float, list[str]], tree: Path) -> str:

@@ -46,6 +46,15 @@ def test_the_uncertainty_is_the_calibration_s_own(found, both):
     assert found.rows[0].relative_sigma[k, m] == pytest.approx(one.sigma_MPa / one.modulus_MPa, rel=1e-9)
 
 
+def test_points_lie_evenly_within_the_domain_and_rise(found, both):
+    for points, key in ((found.force_N, "force_N"), (found.modulus_MPa, "modulus_MPa")):
+        low, high = both[0].calibration.domain[key]
+        steps = np.diff(np.log(points))
+        assert steps == pytest.approx(np.log(high / low) / len(points))
+        # Half a step from either end, so that no point lies on the border
+        assert points[0] / low == pytest.approx(np.exp(steps[0] / 2)) == high / points[-1]
+
+
 def test_only_the_shared_domain_is_judged(both, made_up):
     hard = made_up.modulus_MPa > 0.3
     columns = ("force_N", "modulus_MPa", "reading", "sd_microstrain", "indentation_mm", "contact_area_mm2")

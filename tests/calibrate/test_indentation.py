@@ -58,3 +58,18 @@ def test_a_table_of_presses_is_a_model_and_nothing_beyond_it(made_up):
 def test_a_series_that_cannot_tell_is_refused(force, depth, message):
     with pytest.raises((InputError, ValueError), match=message):
         fit_indentation(force, depth, on_half_space(5.0))
+
+
+def test_residuals_are_of_the_force_also_where_the_model_ends():
+    """An error of depth counts by the stiffness there, taken from below at the last force that the model covers."""
+    force = hertz(0.3)
+
+    def ending(modulus, pressed):
+        depth = on_half_space(5.0)(modulus, np.maximum(pressed, 1e-9))
+        return np.where(pressed <= force[-1], depth, np.nan)
+
+    off = np.zeros(len(DEPTH))
+    off[-1], off[5] = 1e-4, -1e-4
+    whole, cut = (fit_indentation(force, DEPTH + off, model) for model in (on_half_space(5.0), ending))
+    assert cut.rms_N == pytest.approx(whole.rms_N, rel=1e-3)
+    assert cut.modulus_MPa == pytest.approx(whole.modulus_MPa, rel=1e-6)

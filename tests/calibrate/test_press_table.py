@@ -72,6 +72,16 @@ def test_friction_reaches_every_press_and_the_label(pressed):
     assert stuck.friction == "stick" and Sweep.from_arrays(stuck.to_arrays()).friction == "stick"
 
 
+def test_the_table_says_whether_friction_was_said_and_the_bench_says_it_too(pressed):
+    for options, bench, told in (
+        ({}, Bench(), False),
+        ({"friction": 0.0}, Bench(), True),
+        ({}, Bench(friction=0.0), True),
+    ):
+        found = sweep(SimpleNamespace(**(vars(REDUCED) | {"bench": bench})), [0.2], [0.1], **options)
+        assert found.friction_told is told and found.friction == 0
+
+
 def test_a_specimen_stands_for_its_kind_with_every_modulus(pressed):
     of_kind = sweep(REDUCED, [0.2, 0.4], [0.1, 0.3], HalfSpace(1.0, nu=0.4))
     made = sweep(REDUCED, [0.2, 0.4], [0.1, 0.3], lambda modulus: HalfSpace(modulus, nu=0.4))
