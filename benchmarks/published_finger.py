@@ -26,6 +26,7 @@ from papilla.files import write_text
 from papilla.finger import Bench, Finger, Gauge
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
+from papilla.studies.reproduce.experiments.fitted import DEPTH_ERROR, MISFIT, NUMBERS
 from papilla.units import gf_to_newton
 
 SIZE_MM = DEFAULT_SIZE_MM
@@ -41,10 +42,6 @@ TABLE_RATIOS = (2.0, 4.0, 8.0)
 LIGHTEST = 0.9
 """F / E_inner (mm2) below which large strain changes nothing."""
 
-MISFIT, NUMBERS = 0.03, 5
-"""What is taken for the error of (9), of the rms of its values, and how many numbers these hold: its coefficients."""
-DEPTH_ERROR = 0.01
-"""Relative error of a published depth."""
 CHI_SQUARE_95 = 3.84
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from papilla.logs import TimeLogFile
     from papilla.view.log_picture import LogPicture
 
-Softness = Literal["gauges", "sd", "force-depth", "quadratic", "printed", "surface"]
+Softness = Literal["gauges", "sd", "force-depth", "compact", "quadratic", "printed", "surface"]
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 """Noise (microstrain, N) that is assumed where a log shows less: a computed log has none."""
 DEPTH = "indentation_mm"
@@ -40,8 +40,9 @@ class EstimatorOptions:
     softness: Softness = option(
         "gauges",
         "The modulus from all gauges, from S_d alone, or from force and depth (column indentation_mm, counted from "
-        "contact); or, for comparison, by the published quadratic with the calibration's or the printed coefficients, "
-        "which presses do not follow. surface is the old name of gauges.",
+        "contact); or, for comparison, by a regression of S_d: the calibration's compact form, or the published "
+        "quadratic with its or the printed coefficients, which presses do not follow. surface is the old name of "
+        "gauges.",
     )
     friction_memory: float | None = option(
         None, "Path (mm) that friction is averaged over; without it 0.1 s of sliding."

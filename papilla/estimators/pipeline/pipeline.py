@@ -31,9 +31,9 @@ OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
 SURFACES = ("gauges", "surface", "sd")
-SOFTNESS = (*SURFACES, "quadratic", "printed", "exact")
-"""Ways to a modulus: the calibrated surfaces of all gauges ("surface" is their old name) or of S_d, or a published
-form."""
+SOFTNESS = (*SURFACES, "compact", "quadratic", "printed", "exact")
+"""Ways to a modulus: the calibrated surfaces of all gauges ("surface" is their old name) or of S_d, or a
+regression of S_d."""
 SLOW_HZ = 200.0
 """Below it the steps of usual movements come near the wavelengths of usual textures."""
 _NONE = math.nan
@@ -82,8 +82,8 @@ class Pipeline(Stream):
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
     softness : "gauges", what is best: every gauge against its calibrated surface; "sd", S_d alone; or for comparison a
-        published form, "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse of (9)), see
-        `PrintedSoftness`.
+        regression of S_d, "compact" or "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse
+        of (9)), see `PrintedSoftness`.
 
     Raises `InputError` for unusable values, and for a calibration of another number of gauges.
     """

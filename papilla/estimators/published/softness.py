@@ -1,12 +1,15 @@
-"""Young's modulus by equation (10) of the 2006 paper, sample by sample: as printed, exact, or refitted."""
+"""Young's modulus by a regression of S_d, sample by sample: equation (10) of 2006 as printed, exact or refitted, or the
+compact form."""
 
 import math
-from typing import ClassVar, Literal
+from dataclasses import replace
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
 from papilla import checks
 from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
+from papilla.calibration.compact import Compact, CompactStatus
 from papilla.calibration.published import (
     PUBLISHED_FORCE_GF,
     PUBLISHED_FORWARD,
@@ -20,9 +23,12 @@ from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.sd import SoftnessEstimate
 from papilla.estimators.stream import Stream
-from papilla.units import newton_to_gf
+from papilla.units import gf_to_newton, newton_to_gf
 
-Form = Literal["printed", "exact", "quadratic"]
+Form = Literal["printed", "exact", "quadratic", "compact"]
+FORMS: tuple[Form, ...] = get_args(Form)
+BEYOND = 1.5
+"""How far a regression of the three specimens is believed beyond the hardest of them, as a factor."""
 COMPARED_GF = tuple(range(10, 101, 10))
 """Forces at which a calibration is compared with (9), to find the scale of its S_d."""
 
@@ -33,7 +39,8 @@ class PrintedSoftness(Stream):
     E = sqrt(k0 S_d + k1 f^2 + k2 f + k3) - shift (2006, eq. (10)), f in gf, each sample by itself. Form "printed" has
     the printed coefficients, "exact" those of the exact inverse of (9), "quadratic" those refitted for the calibration.
     S_d's unit is not printed: for the first two it is the calibration's in microstrain times the factor that brings it
-    closest to (9), unless `scale` states it.
+    closest to (9), unless `scale` states it. "compact" is another regression of five coefficients, which follows
+    presses (`papilla.calibration.compact`), where the calibration has it.
 
     Use `Softness` or `GaugeSoftness` for an answer to rely on: the published form cannot follow the physics. On presses
     of the default finger the refitted one refuses many and misses the rest by tens of per cent (`papilla reproduce
@@ -46,10 +53,11 @@ class PrintedSoftness(Stream):
     scale : published S_d per microstrain. gauges : their number, where there is no calibration.
     contact_force_N : below it there is no contact. saturation, stuck_samples : see `Softness`.
 
-    scale, misfit : published S_d per microstrain of this finger (1 for the refitted form); and the rms by which presses
-    miss the form, in units of its S_d.
+    scale, misfit : published S_d per microstrain of this finger (1 for refitted forms); and the rms by which presses
+    miss the form, in units of its S_d (relative for the compact form).
 
-    Raises `InputError` for unusable values, and for a refitted quadratic that nowhere rises with the modulus.
+    Raises `InputError` for unusable values, for a refitted quadratic that nowhere rises with the modulus, and for a
+    calibration without the compact form.
     """
 
     answer: ClassVar[type] = SoftnessEstimate
@@ -67,11 +75,12 @@ class PrintedSoftness(Stream):
         saturation: float = math.inf,
         stuck_samples: int = STUCK_SAMPLES,
     ):
-        if form not in ("printed", "exact", "quadratic"):
-            raise InputError(f"form must be printed, exact or quadratic, got {form!r}")
-        if calibration is None and (form == "quadratic" or scale is None or gauges is None):
+        if form not in FORMS:
+            raise InputError(f"form must be {', '.join(FORMS[:-1])} or {FORMS[-1]}, got {form!r}")
+        refitted = form in ("quadratic", "compact")
+        if calibration is None and (refitted or scale is None or gauges is None):
             raise InputError("without a calibration the form is printed or exact, and scale and gauges must be given")
-        if form == "quadratic" and scale is not None:
+        if refitted and scale is not None:
             raise InputError("scale is for the printed coefficients: refitted ones are of microstrain")
         self._gauges = len(calibration.gauges) if calibration is not None else int(gauges or 0)
         if self._gauges < 2 or (calibration is not None and gauges not in (None, self._gauges)):
@@ -81,7 +90,10 @@ class PrintedSoftness(Stream):
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(self._gauges, saturation, stuck_samples)
         self._clean, self.columns = self._health.state, (*numbered(self._gauges), "force_N")
-        if form == "quadratic" and calibration is not None:
+        self._compact: Compact | None = None
+        if form == "compact" and calibration is not None:
+            self._take_compact(calibration)
+        elif form == "quadratic" and calibration is not None:
             self._take_refitted(calibration)
         else:
             self._take_printed(form, calibration, scale)
@@ -96,11 +108,21 @@ class PrintedSoftness(Stream):
         low, high = calibration.domain["force_N"]
         self._force_gf = float(newton_to_gf(low)), float(newton_to_gf(high))
 
+    def _take_compact(self, calibration: Calibration) -> None:
+        if calibration.compact is None:
+            raise InputError("the calibration has no compact form: its S_d does not follow it")
+        form = calibration.compact
+        # A specimen at the end of what was fitted scatters beyond it, where the form saturates as the physics does
+        ends = (form.modulus_MPa[0] / BEYOND, BEYOND * form.modulus_MPa[1])
+        self._compact, self.scale, self.misfit = replace(form, modulus_MPa=ends), 1.0, form.sd_rms
+        low, high = form.force_N
+        self._force_gf = float(newton_to_gf(low)), float(newton_to_gf(high))
+
     def _take_printed(self, form: Form, calibration: Calibration | None, scale: float | None) -> None:
         self._inverse = PUBLISHED_INVERSE if form == "printed" else exact_inverse()
         self._forward, self._force_gf = PUBLISHED_FORWARD, PUBLISHED_FORCE_GF
         # Three coefficients for three moduli are an interpolation between them, and nothing beyond.
-        self._range = (0.5 * SPECIMENS_MPA[0], 1.5 * SPECIMENS_MPA[-1])
+        self._range = (0.5 * SPECIMENS_MPA[0], BEYOND * SPECIMENS_MPA[-1])
         self.scale, self.misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
             ours, theirs, best = compare_with_published(calibration, COMPARED_GF)
@@ -137,8 +159,21 @@ class PrintedSoftness(Stream):
         sd = self.scale * math.sqrt(math.fsum((value - mean) ** 2 for value in readings) / self._gauges)
         return self._evaluate(sd, force)
 
+    def _evaluate_compact(self, form: Compact, sd: float, force: float) -> SoftnessEstimate:
+        """The modulus behind S_d (microstrain) by the compact form, at a force in gf."""
+        inside = min(max(gf_to_newton(force), form.force_N[0]), form.force_N[1])
+        found = form.answer(sd, inside, self._noise, gf_to_newton(self._force_sigma))
+        if found.status != CompactStatus.OK:
+            harder = found.status == CompactStatus.HARDER
+            return SoftnessEstimate(status=int(SoftnessStatus.HARDER if harder else SoftnessStatus.SOFTER))
+        known = found.sigma_MPa <= IDENTIFIABLE * found.modulus_MPa
+        status = SoftnessStatus.OK if known else SoftnessStatus.NOT_IDENTIFIABLE
+        return SoftnessEstimate(found.modulus_MPa, found.sigma_MPa, int(status))
+
     def _evaluate(self, sd: float, force: float) -> SoftnessEstimate:
         """The modulus behind S_d, in units of the form, at a force in gf."""
+        if self._compact is not None:
+            return self._evaluate_compact(self._compact, sd, force)
         per_sd, per_f2, per_f, constant = map(float, self._inverse.coefficients)
         square = per_sd * sd + (per_f2 * force + per_f) * force + constant
         low, high = self._range

@@ -4,11 +4,14 @@ import inspect
 import math
 import tomllib
 from collections import defaultdict
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from papilla import cache
 from papilla.errors import PapillaError
 from papilla.studies.case import Case, Interval, Verdict
 
@@ -51,6 +54,8 @@ class Claim:
     finding : name of the experiment's value that is compared. call : the command or call that gives it.
     note : what to know beside it; {names} of findings are filled in, and {simulated} by the experiment's.
     cannot : why it cannot be tested here at all.
+    vary : other plausible values of what the paper does not print, by the names of the experiment's `assumed`: the row
+        is computed with each of them where it is not reproduced. fixed : why none applies.
     """
 
     key: str
@@ -69,6 +74,8 @@ class Claim:
     cannot: str = ""
     test: str = ""
     contradiction: bool = False
+    vary: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    fixed: str = ""
 
     @classmethod
     def from_table(cls, key: str, paper: str, table: Mapping[str, Any]) -> "Claim":
@@ -122,6 +129,8 @@ class Found:
     log: str = ""
 
 
+ALONE = "_alone"
+"""Behind the name of a fitted finding: the value that a fit without it gives."""
 LOST = "lost"
 """Name of the value that says why others are missing."""
 
@@ -145,6 +154,8 @@ class Experiment:
     `cause=False` it runs without what the claims are about, which `removed` names: then no tested row may hold.
 
     simulated : what stands for hardware or people, by name. noise : in words; seeds : draws that figures are over.
+    assumed : a frozen dataclass of what the papers do not print. varied : a function of it that gives the values, by a
+    finding among these.
     """
 
     name: str
@@ -153,6 +164,8 @@ class Experiment:
     removed: str = ""
     noise: str = "none"
     seeds: int = 1
+    assumed: Any = None
+    varied: Mapping[str, Callable[[Any], Mapping[str, Any]]] = field(default_factory=dict, repr=False)
 
     @property
     def words(self) -> str:
@@ -160,18 +173,54 @@ class Experiment:
         return inspect.cleandoc(self.run.__doc__ or self.name).split("\n")[0].rstrip(".")
 
     @property
+    def taken(self) -> str:
+        """What is taken for what the papers do not print, in words."""
+        return ", ".join(named(*one) for one in vars(self.assumed).items()) if self.assumed else ""
+
+    @property
     def methods(self) -> str:
         """How it is done."""
         return " ".join(inspect.cleandoc(self.run.__doc__ or "").split("\n")[1:]).strip()
 
 
+class Variant(NamedTuple):
+    """What a row would be with another value of a parameter that is not printed; measured : None where none came."""
+
+    parameter: str
+    value: float
+    measured: float | None
+    verdict: str
+
+    def __str__(self) -> str:
+        return f"{named(self.parameter, self.value)}: {number(self.measured)}" + (
+            ", reproduced" if self.verdict == VERDICTS[Verdict.WITHIN] else ""
+        )
+
+
+def named(parameter: str, value: object) -> str:
+    """A parameter with its value and unit, in words: "edge 0.5 mm"."""
+    unit = next((one for one in UNITS if parameter.endswith(one)), "")
+    shown = value if isinstance(value, str) else f"{value:g}"
+    return f"{parameter.removesuffix(unit).replace('_', ' ')} {shown} {UNITS.get(unit, '')}".strip()
+
+
+UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_s": "s", "_dB": "dB", "_Hz": "Hz"}
+"""Of parameters, by the end of their names."""
+
+
 @dataclass(frozen=True)
 class Answer:
-    """A claim with its case: the measured value, the accepted interval, a note and the verdict."""
+    """A claim with its case: the measured value, the accepted interval, a note and the verdict.
+
+    sensitivity : of a row that is not reproduced, to what the paper does not print. left_out : of a fitted row, what
+    the fit without this figure gives.
+    """
 
     claim: Claim
     experiment: str
     case: Case
+    sensitivity: tuple[Variant, ...] = ()
+    left_out: float | None = None
 
     def __repr__(self) -> str:
         return f"Answer({self.claim.key}, {self.verdict}: {self.measured} {self.claim.unit}\n  {self.claim.claim})"
@@ -190,7 +239,16 @@ class Answer:
             return cls.untested(claim, experiment.name, found)
         known = defaultdict(lambda: math.nan, {"simulated": experiment.simulated, **values})
         note = claim.note.format_map(known if LOST in values else {**known})
-        return cls(claim, experiment.name, Case(claim.claim, note, float(found), claim.accepted))
+        left_out = values.get(f"{claim.finding}{ALONE}") if claim.evidence == "fitted" else None
+        return cls(claim, experiment.name, Case(claim.claim, note, float(found), claim.accepted), left_out=left_out)
+
+    def with_sensitivity(self, experiment: Experiment) -> "Answer":
+        """The answer with what other plausible values make of it, where it is not reproduced."""
+        claim = self.claim
+        if self.case.verdict != Verdict.OUTSIDE or claim.evidence not in TESTED:
+            return self
+        tried = [(name, value) for name, values in claim.vary.items() for value in values]
+        return replace(self, sensitivity=tuple(_variant(claim, experiment, *one) for one in tried))
 
     @property
     def measured(self) -> float | None:
@@ -213,7 +271,26 @@ class Answer:
         shown |= {"published": _plain(self.claim.published), "measured": _plain(self.measured), "unit": self.claim.unit}
         shown |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
         shown |= {name: getattr(self.claim, name) for name in ("paper", "evidence", "contradiction", "tolerance")}
-        return shown | {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
+        shown |= {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
+        variants = [{**one._asdict(), "measured": _plain(one.measured)} for one in self.sensitivity]
+        return shown | {"sensitivity": variants, "fixed": self.claim.fixed, "left_out": _plain(self.left_out)}
+
+
+def _variant(claim: Claim, experiment: Experiment, name: str, value: float) -> Variant:
+    """A row with one parameter changed; its numbers are kept in the cache."""
+    part, assumed = experiment.varied[claim.finding], replace(experiment.assumed, **{name: value})
+
+    def make() -> dict[str, np.ndarray]:
+        found = part(assumed)
+        return {key: np.asarray(one) for key, one in found.items() if not isinstance(one, str)}
+
+    key = cache.key(part.__module__, part.__name__, assumed)
+    try:
+        found = cache.fetch("claim", key, make)
+    except PapillaError:
+        found = {}
+    measured = float(found[claim.finding]) if claim.finding in found else None
+    return Variant(name, value, measured, VERDICTS[Case("", "", measured, claim.accepted).verdict])
 
 
 def _plain(value: float | Interval | str | None) -> Any:
@@ -233,6 +310,17 @@ def published(answer: Answer) -> str:
     if isinstance(value, str):
         return value
     return "–".join(map(number, value)) if isinstance(value, tuple) else number(value)
+
+
+def beside(answer: Answer) -> str:
+    """What stands beside a row, in a sentence: what the fit without this figure gives, or what other values of what is
+    not printed make of it; empty where nothing is to be said."""
+    if answer.left_out is not None:
+        return f"left out of the fit: {number(answer.left_out)} {answer.claim.unit}"
+    if not answer.sensitivity:
+        return answer.claim.fixed if answer.case.verdict == Verdict.OUTSIDE else ""
+    none = not any(one.verdict == VERDICTS[Verdict.WITHIN] for one in answer.sensitivity)
+    return "; ".join(map(str, answer.sensitivity)) + ("; none reproduces it" if none else "")
 
 
 def accepted(answer: Answer) -> str:

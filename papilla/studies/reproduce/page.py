@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from papilla import __version__
 from papilla.files import write_text
-from papilla.studies.reproduce.claim import Found, accepted, number, published
+from papilla.studies.reproduce.claim import Found, accepted, beside, number, published
 from papilla.studies.reproduce.runner import Result, by_evidence, head
 from papilla.view.page import environment, image
 from papilla.view.style import ACCENTS, MUTED, literal, styled, titled
@@ -21,7 +21,7 @@ MOST_POINTS = 1500
 def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) -> None:
     """Write the page, whole or not at all; raises `FileAccessError`. seconds : that the experiments took."""
     templates = environment("papilla.studies.reproduce")
-    templates.filters |= {"number": number, "published": published, "accepted": accepted}
+    templates.filters |= {"number": number, "published": published, "accepted": accepted, "beside": beside}
     answers = [answer for result in results for answer in result.answers]
     pictures = {result.experiment.name: _picture(result.found) for result in results}
     text = templates.get_template("reproduce.html").render(

@@ -69,7 +69,7 @@ def head(answers: Sequence[Answer]) -> str:
     others = ", ".join(f"{counts[VERDICTS[one]]} {VERDICTS[one]}" for one in (Verdict.OUTSIDE, Verdict.UNTESTED))
     return (
         f"{len(answers)} claims: {counts[VERDICTS[Verdict.WITHIN]]} reproduced ({reproduced}), {others}; "
-        f"{prints} of them contradict each other or a closed form in print"
+        f"in {prints} of all rows the print contradicts itself or a closed form"
     )
 
 
@@ -92,4 +92,10 @@ def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], N
     except PapillaError as error:
         why = f"the experiment ended in an error: {' '.join(str(error).split())}"
         return Result(experiment, tuple(Answer.untested(claim, experiment.name, why) for claim in claims), None)
-    return Result(experiment, tuple(Answer.of(claim, experiment, found.values) for claim in claims), found)
+    answers = []
+    for claim in claims:
+        answer = Answer.of(claim, experiment, found.values)
+        if claim.vary and answer.case.verdict == Verdict.OUTSIDE:
+            say(f"{experiment.name}: {claim.key} with other values of what is not printed")
+        answers.append(answer.with_sensitivity(experiment))
+    return Result(experiment, tuple(answers), found)

@@ -1,7 +1,7 @@
 """Signals and figures that several experiments share: synthetic gratings, errors of an answer, and delays."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ SEEDS = tuple(range(8))
 
 def heard(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool = True, **how) -> Scene:
     """A scene of `estimator_bench` at the noise of a paper; without its cause, noise of the same power alone."""
-    seen = scene(name, wavelength_mm, snr_dB=SNR_DB[paper], seed=seed, **how)
+    seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SNR_DB[paper], **how})
     if cause:
         return seen
     noise = np.random.default_rng(1000 + seed).standard_normal(seen.readings.shape)
@@ -69,6 +69,13 @@ def follows(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
     shift = round(lag_ms(answer, truth, rate_Hz) * rate_Hz / 1000)
     late, own = answer[shift:], truth[: len(truth) - shift]
     return correlation(late, own)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise: signal to noise in dB, which no paper prints."""
+
+    snr_dB: float
 
 
 def apart(groups: Sequence[np.ndarray]) -> float:

@@ -1,11 +1,13 @@
 """Equation (10) online: as printed, exact, refitted; its sigma, and what it refuses."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
+from papilla.calibration.compact import Compact
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.errors import InputError
 from papilla.estimators import Pipeline, PrintedSoftness
@@ -75,6 +77,24 @@ def test_the_refitted_form_is_the_calibrations_inverse_with_its_misfit(calibrati
     assert found.modulus_sigma_MPa == pytest.approx(calibration.forward.rms / slope, rel=1e-9)
 
 
+def test_the_compact_form_answers_by_sample_what_the_calibrations_own_does(calibration):
+    form = Compact(np.array([7.0, 0.5, -0.05, -3.0, 0.2]), (0.1, 1.0), (0.05, 0.72), 0.04, 0.1, 0.01)
+    estimator = PrintedSoftness(replace(calibration, compact=form), form="compact", gauge_sigma=3.0)
+    pattern = np.array([-1.0, 1.0, 0.0, -1.0, 1.0]) / math.sqrt(0.8)
+    for force, modulus in ((0.1, 0.06), (0.4, 0.089), (1.0, 0.3), (0.6, 0.8)):
+        sd = float(form.predict(force, modulus))
+        found = estimator.update([*(sd * pattern), force])
+        assert found.status == SoftnessStatus.OK and found.modulus_MPa == pytest.approx(modulus, rel=1e-9)
+        if modulus < form.modulus_MPa[1]:
+            assert found.modulus_sigma_MPa == pytest.approx(form.invert(sd, force, 3.0 / math.sqrt(5))[1], rel=1e-9)
+    for modulus, status in ((0.01, SoftnessStatus.SOFTER), (5.0, SoftnessStatus.HARDER)):
+        found = estimator.update([*(float(form.predict(0.4, modulus)) * pattern), 0.4])
+        assert found.status == status and math.isnan(found.modulus_MPa)
+    assert estimator.update([*pattern, 1.1]).status == SoftnessStatus.FORCE_ABOVE
+    with pytest.raises(InputError, match="has no compact form"):
+        PrintedSoftness(replace(calibration, compact=None), form="compact")
+
+
 @pytest.mark.parametrize(
     "row, status",
     [
@@ -102,7 +122,7 @@ def test_a_modulus_of_which_little_is_known_says_so():
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"form": "cubic"}, "form must be printed, exact or quadratic, got 'cubic'"),
+        ({"form": "cubic"}, "form must be printed, exact, quadratic or compact, got 'cubic'"),
         ({"form": "printed"}, "without a calibration"),
         ({"form": "quadratic", "scale": 1.0, "gauges": 4}, "without a calibration"),
         ({"scale": 1.0, "gauges": 1}, "gauges must be at least 2"),
@@ -117,7 +137,8 @@ def test_unusable_options_are_refused(options, message):
 def test_the_pipeline_says_that_a_published_form_was_chosen(calibration):
     pipeline = Pipeline(calibration, columns=("force_N",), softness="quadratic")
     assert any("by the published form" in message for message in pipeline.messages)
-    with pytest.raises(InputError, match="softness must be one of gauges, surface, sd, quadratic, printed, exact"):
+    ways = "gauges, surface, sd, compact, quadratic, printed, exact"
+    with pytest.raises(InputError, match=f"softness must be one of {ways}"):
         Pipeline(calibration, columns=("force_N",), softness="best")
 
 

@@ -21,6 +21,15 @@ _MODULES = (
 )  # fmt: skip
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
-    Experiment(module.__name__.rpartition(".")[2], module.run, module.SIMULATED, *module.SCENE) for module in _MODULES
+    Experiment(
+        module.__name__.rpartition(".")[2],
+        module.run,
+        module.SIMULATED,
+        **dict(zip(("removed", "noise", "seeds"), module.SCENE, strict=False)),
+        assumed=getattr(module, "ASSUMED", None),
+        varied=getattr(module, "VARIED", {}),
+    )
+    for module in _MODULES
 )
-"""`SCENE` of a module: what is removed where it runs without its cause, its noise in words, its seeds."""
+"""`SCENE` of a module: what is removed where it runs without its cause, its noise in words, its seeds. `ASSUMED` and
+`VARIED`, where a row is computed with other values of what is not printed."""

@@ -1,5 +1,7 @@
 """2007: zero crossings counted over A = 0.08 s."""
 
+from dataclasses import astuple, dataclass
+
 import numpy as np
 from scipy.stats import binomtest
 
@@ -11,9 +13,19 @@ from papilla.studies.reproduce.signals import SEEDS, SNR_DB, answers_mm, answers
 SIMULATED = "synthetic gratings of 1-4 mm at 100 mm/s"
 SCENE = ("the gratings, noise of the same power instead", f"white, {SNR_DB['2007']:g} dB", len(SEEDS))
 MILLIMETRES = (4.0, 3.0, 2.0, 1.0)
-TOUCH = (100.0, 1.0)
-"""Peak speed in mm/s and frequency in Hz of the natural touch of 2006 and 2007."""
 
+
+@dataclass(frozen=True)
+class Touch:
+    """The natural touch for which A was chosen: peak speed in mm/s and strokes a second, of 2006 and 2007."""
+
+    peak_mm_s: float = 100.0
+    strokes_Hz: float = 1.0
+
+
+ASSUMED = Touch()
+PERIODS_S = np.linspace(0.02, 0.2, 361)
+"""Values of A that are compared."""
 
 NEARER_TO_TWO = 1 / 3
 """Of 4 mm: within it an answer is nearer to a count of two in 0.08 s than to one or three (8.0 and 2.7 mm)."""
@@ -26,32 +38,33 @@ def run(tell, cause: bool = True) -> Found:
     speed and under strokes: are the mean answers nearest to their own millimetre? Then the grating steps from 1 to 4
     mm: when is the answer first about 4 mm, and what is its mean from there on?
     """
-    periods = np.linspace(0.02, 0.2, 361)
     tell("gratings 1 mm apart")
-    values = gathered(lambda: _period(periods), lambda: _told_apart(cause), lambda: _steps(cause))
+    values = gathered(lambda: _period(ASSUMED), lambda: _told_apart(cause), lambda: _steps(cause))
     series = tuple(
-        Series(f"{one:g} mm", 1000 * periods, expected_error(periods, one, *TOUCH)) for one in MILLIMETRES[::-1]
+        Series(f"{one:g} mm", 1000 * PERIODS_S, expected_error(PERIODS_S, one, *astuple(ASSUMED)))
+        for one in MILLIMETRES[::-1]
     )
     title = "Expected error of counting in natural touch: flat about 0.08 s, least where counting and delay balance"
     return Found(values, title, "time A that is counted over, ms", "expected error of the frequency, Hz", series)
 
 
-def _period(periods: np.ndarray) -> dict:
+def _period(assumed: Touch) -> dict:
     """One impulse a period; the A of least expected error."""
+    touch = astuple(assumed)
     time = np.arange(4000) / 1000
     crossings = UpwardCrossings(80, UpwardCrossings.PRINTED, 1000.0, 10.0)
     fired = [crossings.fire(value) for value in np.sin(2 * np.pi * 41.3 * time + 0.3).tolist()]
-    best = {wavelength: optimal_period(wavelength, *TOUCH) for wavelength in MILLIMETRES[::-1]}
+    best = {wavelength: optimal_period(wavelength, *touch) for wavelength in MILLIMETRES[::-1]}
     # Of the wavelength, as a share of it: the error of the frequency over its amplitude
-    total = np.sqrt(sum((expected_error(periods, wavelength, *TOUCH) * wavelength) ** 2 for wavelength in best))
+    total = np.sqrt(sum((expected_error(PERIODS_S, wavelength, *touch) * wavelength) ** 2 for wavelength in best))
     cost = max(
-        float(expected_error(0.08, wavelength, *TOUCH) / expected_error(period, wavelength, *TOUCH)) - 1
+        float(expected_error(0.08, wavelength, *touch) / expected_error(period, wavelength, *touch)) - 1
         for wavelength, period in best.items()
     )
     return {
         "a_period": sum(fired) / (41.3 * 4),
         "window": ZeroCrossing().window_samples / 1000,
-        "best_A": float(periods[int(np.argmin(total))]),
+        "best_A": float(PERIODS_S[int(np.argmin(total))]),
         "each": ", ".join(f"{period:.3f}" for period in best.values()),
         "cost": cost,
         "significant": float(next(k for k in range(6, 11) if binomtest(k, 10).pvalue < 0.05)),
@@ -88,3 +101,6 @@ def _steps(cause: bool) -> dict:
         "at_80": float(np.mean(np.array(first) <= 80)),
         "afterwards": float(np.mean(means)),
     }
+
+
+VARIED = {"best_A": _period}

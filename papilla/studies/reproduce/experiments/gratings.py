@@ -1,21 +1,27 @@
 """Gratings under the finite-element finger: what its gauges hear of them, and what the published methods make of it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cache as once
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from papilla import cache
 from papilla.estimators import find_lines
 from papilla.estimators.published.roughness import ImpulseDensity
 from papilla.estimators.published.roughness.impulses import Corpuscle
+from papilla.fem.sliding import slide as sliding
+from papilla.fem.sliding.dynamics import LOSS_FACTOR
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
-from papilla.fem.sliding.slide import Slide, slide
 from papilla.finger import Finger, Gauge, Ridges
+from papilla.mesh.section import SIZE_MM
 from papilla.specimen import Grating
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.signals import FIVE_MM, apart
 from papilla.telepresence import read_curve
+from papilla.telepresence.amplitude import PowerCurve
 from papilla.textures import Flat, MeasuredProfile, Texture
 
 GROOVE_MM = 0.5
@@ -26,14 +32,43 @@ FRICTION, STATIC = 0.3, 0.4
 """Kinetic friction; static friction, a third more as in A7."""
 MIDDLE = 2
 """The gauge at the apex, with a grid of 2.4 mm."""
-GRIDS_MM = (1.0, 0.2)
-"""Of two more gauges there, for the sensitivity to what is not printed."""
-LOSSES = (0.3, 1.0)
+GRIDS = {2.4: MIDDLE, 1.0: 5, 0.2: 6}
+"""Gauges at the apex by the length of their grid in mm: the finger's own, and two more."""
+OWN = 5
+"""Gauges of the design itself."""
+RIDGE_MM = 0.6
+"""Width of a ridge (2011 Okamoto 3.2.2), or half of the pitch where that is less."""
 OTHER_PITCH_MM = 0.8
 FINE_MM = 0.05
-"""Elements of the skin, mm, for the finest grating; 0.1 elsewhere."""
+"""Elements of the skin, mm, for the finest grating."""
+OKAMOTO_DEPTH_MM, OKAMOTO_SPEED_MM_S = 1.0, 40.0
+"""Of the power curve that ships."""
+NO_LOSS = 1e-3
+"""Loss factor of a finger without viscosity."""
+
+
+@dataclass(frozen=True)
+class Assumed:
+    """What the papers do not print: pitch of the ridges, grid of the gauge that is read, loss factor of the silicone,
+    friction."""
+
+    pitch_mm: float = 1.2
+    grid_mm: float = 2.4
+    loss_factor: float = LOSS_FACTOR
+    friction: float = FRICTION
+
+    @property
+    def gauge(self) -> int:
+        """Number of the gauge that is read."""
+        return GRIDS[self.grid_mm]
+
+
+ASSUMED = Assumed()
 SIMULATED = "a plane section with ridges and inertia, rigid gratings; gauges read strain"
-SCENE = ("gratings (a smooth plate), two grooves (further apart), the difference between static and kinetic friction",)
+SCENE = (
+    "gratings (a smooth plate), two grooves (further apart), the difference between static and kinetic friction,"
+    " viscosity",
+)
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -42,49 +77,86 @@ def run(tell, cause: bool = True) -> Found:
     The plane section of the default finger slides over gratings with groove = ridge, 0.5 mm deep, friction 0.3: five
     wavelengths at 100 mm/s under ridges of two pitches, two of them at three pressing depths, the two grooves of figure
     2 at 60 mm/s, and single scenes for speed, friction, smooth skin, a trapezoid, a rough profile and the finest
-    grating. Two more gauges with shorter grids and other loss factors tell how rows depend on what is not printed. No
-    noise is added.
+    grating. No noise is added.
     """
-    more = tuple(Gauge(f"grid {one:g} mm", angle_deg=0.0, length_mm=one) for one in GRIDS_MM)
-    finger = replace(Finger.default(), gauges=(*Finger.default().gauges, *more))
-    tell("the section")
-    ridged = prepare_section(finger)
     tell("five gratings at 100 mm/s")
-    five = _five(finger, ridged) if cause else {}
-    tell("depths and single scenes")
     values = gathered(
-        lambda: _levels(five, "fem") if cause else {},
-        lambda: _finer_ridges(finger) if cause else {},
-        lambda: _depths(finger, ridged, cause),
-        lambda: _two_grooves(finger, ridged, cause),
-        lambda: _speeds(finger, ridged) if cause else {},
-        lambda: _stick_slip(finger, ridged, cause),
-        lambda: _smooth_skin(finger) if cause else {},
-        lambda: _scenes(finger, ridged),
-        lambda: _finest(finger, cause),
-        _curve,
+        lambda: _levels(ASSUMED) if cause else {},
+        lambda: _finer_ridges(ASSUMED) if cause else {},
+        lambda: _depths(ASSUMED, cause),
+        lambda: _two_grooves(ASSUMED, cause),
+    )
+    tell("single scenes")
+    values |= gathered(
+        lambda: _speeds(ASSUMED) if cause else {},
+        lambda: _viscosity(ASSUMED, cause),
+        lambda: _stick_slip(cause),
+        lambda: _smooth_skin(ASSUMED) if cause else {},
+        lambda: _rough(ASSUMED),
+        _scenes,
+        lambda: _finest(cause),
+        lambda: _curve(ASSUMED),
     )
     rows = slice(300, 600)
-    series = tuple(
-        Series(f"{one:g} mm", found.motion.position_mm[rows], found.readings[rows, 2] - found.readings[rows, 2].mean())
-        for one, found in five.items()
-        if one in (3.0, 1.8, 0.6)
-    )
+    series = []
+    for one in (3.0, 1.8, 0.6) if cause else ():
+        found = slid(ASSUMED, grating(one), Motion.steady(100.0, 0.7), 0.5)
+        middle = found.readings[rows, MIDDLE]
+        series.append(Series(f"{one:g} mm", found.place_mm[rows], middle - middle.mean()))
     title = "The middle gauge over three gratings at 100 mm/s, 0.5 mm deep (finite elements)"
-    return Found(values, title, "path, mm", "strain about its mean, microstrain", series)
+    return Found(values, title, "path, mm", "strain about its mean, microstrain", tuple(series))
+
+
+class Felt(NamedTuple):
+    """What the gauges read over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the dynamics that
+    were taken, and the status."""
+
+    place_mm: np.ndarray
+    readings: np.ndarray
+    dynamics: str
+    status: str
+
+    @property
+    def speed_mm_s(self) -> float:
+        """Mean speed of a scene that is sampled at 1 kHz."""
+        return 1000 * float(np.ptp(self.place_mm)) / (len(self.place_mm) - 1)
+
+
+def finger_of(assumed: Assumed, smooth: bool = False) -> Finger:
+    """The default finger with ridges of a pitch, or none, and two more gauges at the apex."""
+    finger = Finger.default()
+    assert finger.ridges is not None
+    more = tuple(Gauge(f"grid {one:g} mm", angle_deg=0.0, length_mm=one) for one in (1.0, 0.2))
+    ridges = Ridges(assumed.pitch_mm, min(RIDGE_MM, assumed.pitch_mm / 2), finger.ridges.height)
+    return replace(finger, gauges=(*finger.gauges, *more), ridges=None if smooth else ridges)
+
+
+@once
+def _section(pitch_mm: float, smooth: bool, size_mm: float) -> ReducedSection:
+    return prepare_section(finger_of(replace(ASSUMED, pitch_mm=pitch_mm), smooth), size_mm=size_mm)
+
+
+def slid(
+    assumed: Assumed, texture: Texture, motion: Motion, depth: float, *, smooth=False, size_mm=SIZE_MM, **how
+) -> Felt:
+    """A scene at a pressing depth in mm, kept in the cache; `how` as for `papilla.fem.slide`."""
+    finger = finger_of(assumed, smooth)
+    how = {"friction": assumed.friction, "loss_factor": assumed.loss_factor, "length_mm": LENGTH_MM, **how}
+
+    def make() -> dict[str, np.ndarray]:
+        section = _section(assumed.pitch_mm, smooth, size_mm)
+        found = sliding.slide(finger, texture, motion, depth=depth, section=section, **how)
+        words = np.array([found.dynamics, found.status])
+        return {"place": found.motion.position_mm, "readings": found.readings, "words": words}
+
+    key = cache.key(sliding.__name__, finger.sha256, texture, motion.t_s, motion.position_mm, depth, size_mm, how)
+    found = cache.fetch("scene", key, make)
+    return Felt(found["place"], found["readings"], *found["words"].tolist())
 
 
 def grating(wavelength_mm: float) -> Grating:
     """With groove = ridge, 0.5 mm deep."""
     return Grating(wavelength_mm / 2, wavelength_mm / 2, GROOVE_MM)
-
-
-def slid(
-    finger: Finger, texture: Texture, speed: float, seconds: float, section: ReducedSection, depth: float, **how
-) -> Slide:
-    """A scene at a constant speed and pressing depth."""
-    how = {"friction": FRICTION, "length_mm": LENGTH_MM, **how}
-    return slide(finger, texture, Motion.steady(speed, seconds), depth=depth, section=section, **how)
 
 
 def two_grooves(between_mm: float = 1.5) -> MeasuredProfile:
@@ -96,68 +168,56 @@ def two_grooves(between_mm: float = 1.5) -> MeasuredProfile:
     return MeasuredProfile(np.unique(place), np.where(inside, -GROOVE_MM, 0.0)[np.unique(place, return_index=True)[1]])
 
 
-def _five(finger: Finger, section: ReducedSection) -> dict[float, Slide]:
-    """Slides over the five gratings of 2006."""
-    return {one: slid(finger, grating(one), 100.0, 0.7, section, 0.5) for one in FIVE_MM}
-
-
-def _density(found: Slide, gauge: int = MIDDLE) -> np.ndarray:
+def _density(found: Felt, gauge: int) -> np.ndarray:
     """Answers (n,) in mm of the printed density to a gauge, after its window is full."""
-    speed = np.full(len(found.readings), found.motion.position_mm[-1] / found.motion.t_s[-1])
-    answer = np.asarray(ImpulseDensity().process(np.column_stack([found.readings[:, gauge], speed])).wavelength_mm)[
-        300:
-    ]
+    block = np.column_stack([found.readings[:, gauge], np.full(len(found.readings), found.speed_mm_s)])
+    answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[300:]
     return answer[np.isfinite(answer)]
 
 
-def _heard(found: Slide, wavelength: float) -> np.ndarray:
-    """Rms (g,) in microstrain of what has the grating's period: its first three harmonics, over the last half."""
-    place = found.motion.position_mm
+def _heard(found: Felt, wavelength: float, harmonics: int = 3) -> np.ndarray:
+    """Rms (g,) in microstrain of what has the grating's period: its first harmonics, over the last half."""
+    place = found.place_mm
     periods = np.floor(0.5 * np.ptp(place) / wavelength)
     rows = place > place[-1] - periods * wavelength + 1e-9
     readings = found.readings[rows] - found.readings[rows].mean(axis=0)
-    turns = np.exp(-2j * np.pi * np.outer(np.arange(1, 4), place[rows]) / wavelength)
+    turns = np.exp(-2j * np.pi * np.outer(np.arange(1, harmonics + 1), place[rows]) / wavelength)
     return np.sqrt(2 * (np.abs(turns @ readings / rows.sum()) ** 2).sum(axis=0))
 
 
-def _levels(five: dict[float, Slide], name: str) -> dict:
-    """The five levels by the printed density, gauge by gauge at the apex, and by the path's spectrum."""
-    groups = {gauge: [_density(found, gauge) for found in five.values()] for gauge in (MIDDLE, -2, -1)}
+def _levels(assumed: Assumed) -> dict:
+    """The five levels by the printed density, and by the path's spectrum."""
+    five = {one: slid(assumed, grating(one), Motion.steady(100.0, 0.7), 0.5) for one in FIVE_MM}
+    levels = [_density(found, assumed.gauge) for found in five.values()]
     told = []
     for found in five.values():
-        readings = found.readings[100:, :5]
-        lines = find_lines(found.motion.position_mm[100:], readings, wavelength_range_mm=(0.5, 8.0)).lines
+        readings = found.readings[100:, :OWN]
+        lines = find_lines(found.place_mm[100:], readings, wavelength_range_mm=(0.5, 8.0)).lines
         told.append(lines[0].fundamental_mm if lines else float("nan"))
     right = [abs(one / true - 1) < 0.02 for one, true in zip(told, five, strict=True)]
-    others = zip(GRIDS_MM, (-2, -1), strict=True)
     return {
-        f"{name}_levels": apart(groups[MIDDLE]),
-        f"{name}_levels_mm": ", ".join(f"{one.mean():.2f}" if one.size else "none" for one in groups[MIDDLE]) + " mm",
-        f"{name}_grids": ", ".join(f"{apart(groups[gauge]):.0%} with a grid of {one:g} mm" for one, gauge in others),
-        f"{name}_right": float(np.mean(right)),
-        f"{name}_mm": ", ".join(f"{one:.3f}" for one in told),
+        "fem_levels": apart(levels),
+        "fem_levels_mm": ", ".join(f"{one.mean():.2f}" if one.size else "none" for one in levels) + " mm",
+        "fem_right": float(np.mean(right)),
+        "fem_mm": ", ".join(f"{one:.3f}" for one in told),
         "slid": float(sum(np.isfinite(found.readings).all() for found in five.values())),
         "statuses": "; ".join(f"{one:g} mm {found.status.split(':')[0]}" for one, found in five.items()),
     }
 
 
-def _finer_ridges(finger: Finger) -> dict:
+def _finer_ridges(assumed: Assumed) -> dict:
     """The five levels under ridges of another pitch."""
-    assert finger.ridges is not None
-    ridges = Ridges(OTHER_PITCH_MM, OTHER_PITCH_MM / 2, finger.ridges.height)
-    other = replace(finger, ridges=ridges)
-    found = _levels(_five(other, prepare_section(other)), "finer")
-    return {name: value for name, value in found.items() if name.startswith("finer")}
+    found = _levels(replace(assumed, pitch_mm=OTHER_PITCH_MM))
+    return {name.replace("fem", "finer"): value for name, value in found.items() if name.startswith("fem")}
 
 
-def _depths(finger: Finger, section: ReducedSection, cause: bool) -> dict:
+def _depths(assumed: Assumed, cause: bool = True) -> dict:
     """Two gratings at three pressing depths: their answers, and the least that any gauge hears."""
-    scenes = [(one, depth) for one in (3.0, 0.6) for depth in DEPTHS_MM]
-    textures = {one: grating(one) if cause else Flat() for one in (3.0, 0.6)}
-    deep = {(one, depth): slid(finger, textures[one], 100.0, 0.7, section, depth) for one, depth in scenes}
-    answers = {key: _density(found) for key, found in deep.items()}
+    textures, motion = {one: grating(one) if cause else Flat() for one in (3.0, 0.6)}, Motion.steady(100.0, 0.7)
+    deep = {(one, depth): slid(assumed, textures[one], motion, depth) for one in textures for depth in DEPTHS_MM}
+    answers = {key: _density(found, assumed.gauge) for key, found in deep.items()}
     means = {key: float(one.mean()) if one.size else np.nan for key, one in answers.items()}
-    weakest = {key: float(_heard(found, key[0])[:5].min()) for key, found in deep.items()}
+    weakest = {key: float(_heard(found, key[0])[:OWN].min()) for key, found in deep.items()}
     return {
         "depths_apart": float(np.min([means[3.0, depth] / means[0.6, depth] for depth in DEPTHS_MM])),
         "depths_mm": ", ".join(f"{means[3.0, d]:.2f} and {means[0.6, d]:.2f} mm at {d:g} mm" for d in DEPTHS_MM),
@@ -166,105 +226,116 @@ def _depths(finger: Finger, section: ReducedSection, cause: bool) -> dict:
     }
 
 
-def _two_grooves(finger: Finger, section: ReducedSection, cause: bool) -> dict:
+def _two_grooves(assumed: Assumed, cause: bool = True) -> dict:
     """Two grooves at 60 mm/s: after what time the signal of the first comes again, and impulses while they pass."""
-    texture = two_grooves(1.5 if cause else 2.5)
-    motion = Motion.sampled([0.0, 0.8], [-24.0, 24.0])
-    found = slide(finger, texture, motion, depth=0.5, friction=FRICTION, section=section, length_mm=LENGTH_MM)
-    signal = found.readings[:, MIDDLE] - np.median(found.readings[:, MIDDLE])
+    readings = slid(
+        assumed, two_grooves(1.5 if cause else 2.5), Motion.sampled([0.0, 0.8], [-24.0, 24.0]), 0.5
+    ).readings
+    signal = readings[:, assumed.gauge] - np.median(readings[:, assumed.gauge])
     related = np.correlate(signal, signal, "full")[len(signal) - 1 :]
     lags = np.arange(len(related))
     peaks = [k for k in lags[1:-1] if related[k] > max(related[k - 1], related[k + 1]) and 0.02 <= k / 1000 <= 0.15]
-    fired = np.nan_to_num([*map(Corpuscle(200, Corpuscle.PRINTED).fire, found.readings[:, MIDDLE].tolist())])
+    fired = np.nan_to_num([*map(Corpuscle(200, Corpuscle.PRINTED).fire, readings[:, assumed.gauge].tolist())])
     return {
         "groove_s": max(peaks, key=lambda k: related[k]) / 1000 if peaks else float("nan"),
         "groove_impulses": int(np.abs(fired[100:-100]).sum()),
     }
 
 
-def _speeds(finger: Finger, section: ReducedSection) -> dict:
-    """Power at the middle gauge at 160 over 40 mm/s, with the assumed loss factor and with others."""
-    ratios = {}
-    for loss in (None, *LOSSES):
-        both = [slid(finger, grating(1.2), v, 0.5, section, 0.5, friction=0.0, loss_factor=loss) for v in (40.0, 160.0)]
-        ratios[loss] = float(np.divide(*[one.readings[200:, MIDDLE].var() for one in both[::-1]]))
-    return {
-        "speed_ratio": ratios[None],
-        "speed_losses": ", ".join(f"{ratios[loss]:.2f} with {loss:g}" for loss in LOSSES),
-        "speed_dynamics": ", ".join(one.dynamics for one in both),
-    }
+def _at_speeds(assumed: Assumed, **how) -> tuple[float, str]:
+    """Power of the gauge at 160 over 40 mm/s on 1.2 mm without friction, and the dynamics that were taken."""
+    both = [slid(assumed, grating(1.2), Motion.steady(v, 0.5), 0.5, friction=0.0, **how) for v in (160.0, 40.0)]
+    fast, slow = (one.readings[200:, assumed.gauge].var() for one in both)
+    return float(fast / slow), ", ".join(one.dynamics for one in both)
 
 
-def _stick_slip(finger: Finger, section: ReducedSection, cause: bool) -> dict:
+def _speeds(assumed: Assumed) -> dict:
+    """What the speed changes, under ridges."""
+    ratio, dynamics = _at_speeds(assumed)
+    return {"speed_ratio": ratio, "speed_dynamics": dynamics}
+
+
+def _viscosity(assumed: Assumed, cause: bool = True) -> dict:
+    """The same on smooth skin; without its cause there is no viscosity."""
+    own = assumed if cause else replace(assumed, loss_factor=NO_LOSS)
+    return {"falls": _at_speeds(own, smooth=True, dynamics="modal")[0]}
+
+
+def _stick_slip(cause: bool) -> dict:
     """Change of the spectrum from kinetic to static friction, over that from one stretch of a slide to the next."""
-    spectra = {}
-    for friction in (FRICTION, STATIC if cause else FRICTION):
-        found = slid(finger, grating(1.8), 100.0, 0.65, section, 0.5, friction=friction)
+    spectra, static = {}, STATIC if cause else FRICTION
+    for friction in (FRICTION, static):
+        found = slid(ASSUMED, grating(1.8), Motion.steady(100.0, 0.65), 0.5, friction=friction)
         for number, part in enumerate(np.split(found.readings[200:632, MIDDLE], 2)):
             spectra[friction, number] = np.abs(np.fft.rfft(part - part.mean()))
     own = [spectra[FRICTION, 0], spectra[FRICTION, 1]]
     scatter = np.linalg.norm(own[1] - own[0])
-    change = np.linalg.norm(spectra[STATIC if cause else FRICTION, 1] - own[0])
+    change = np.linalg.norm(spectra[static, 1] - own[0])
     return {"stick_slip": float(change / scatter), "stick_change": float(change / np.linalg.norm(own[0]))}
 
 
-def _smooth_skin(finger: Finger) -> dict:
-    """Signal of 3.0 over that of 1.8 mm on smooth skin, by the length of the grid."""
-    own = replace(finger, ridges=None)
-    section = prepare_section(own)
+def _smooth_skin(assumed: Assumed) -> dict:
+    """Signal of 3.0 over that of 1.8 mm on smooth skin."""
+    slow = {"smooth": True, "dynamics": "quasi-static"}
     coarse, fine = (
-        _heard(slid(own, grating(one), 20.0, 0.8, section, 0.5, dynamics="quasi-static"), one) for one in (3.0, 1.8)
+        _heard(slid(assumed, grating(one), Motion.steady(20.0, 0.8), 0.5, **slow), one)[assumed.gauge]
+        for one in (3.0, 1.8)
     )
-    ratios = coarse / fine
-    return {
-        "grows": float(ratios[MIDDLE]),
-        "grows_grids": ", ".join(
-            f"{ratio:.2f} with {one:g} mm" for one, ratio in zip(GRIDS_MM, ratios[-2:], strict=True)
-        ),
-    }
+    return {"grows": float(coarse / fine)}
 
 
-def _scenes(finger: Finger, section: ReducedSection) -> dict:
-    """A repeated period, a trapezoid, a rough profile; what the design states."""
-    assert finger.ridges is not None
-    slow = slid(finger, grating(1.8), 20.0, 0.6, section, 0.5, dynamics="quasi-static", friction=0.0)
+def _scenes() -> dict:
+    """A repeated period, a trapezoid; what the design states."""
+    ridges = Finger.default().ridges
+    assert ridges is not None
+    slow = slid(ASSUMED, grating(1.8), Motion.steady(20.0, 0.6), 0.5, dynamics="quasi-static", friction=0.0)
     period = round(1.8 / 20.0 * 1000)
     signal = slow.readings[-2 * period :, MIDDLE]
     repeats = np.sqrt(np.mean((signal[:period] - signal[period:]) ** 2)) / signal.std()
-    trapezoid = slid(finger, Grating(0.9, 0.9, GROOVE_MM, flank=0.1), 20.0, 0.2, section, 0.5)
-    rough, pitch = _rough(finger, section), section.ridge_pitch
-    lines = find_lines(rough.motion.position_mm, rough.readings[:, :5], wavelength_range_mm=(0.3, 2.0)).lines
-    waves = [line.wavelength_mm for line in lines]
+    trapezoid = slid(ASSUMED, Grating(0.9, 0.9, GROOVE_MM, flank=0.1), Motion.steady(20.0, 0.2), 0.5)
     return {
-        "pitch": pitch,
-        "ridge_width": finger.ridges.width,
+        "pitch": ridges.pitch,
+        "ridge_width": ridges.width,
         "groove_ridge": grating(1.8).groove / 0.9,
-        "rough_lines": float(sum(min(abs(pitch / k / one - 1) for k in (1, 2, 3, 4)) > 0.03 for one in waves)),
-        "rough_mm": ", ".join(f"{one:.3f}" for one in waves) or "none",
-        "rough_uE": float(rough.readings[200:, MIDDLE].std()),
         "repeats": float(repeats),
         "trapezoid": float(np.isfinite(trapezoid.readings).all()),
     }
 
 
-def _finest(finger: Finger, cause: bool) -> dict:
+def _finest(cause: bool) -> dict:
     """What the gauges hear of 0.2 mm, on a section whose elements resolve it."""
-    section = prepare_section(finger, size_mm=FINE_MM)
-    finest = slid(finger, grating(0.2) if cause else Flat(), 20.0, 0.1, section, 0.5, dynamics="quasi-static")
-    heard = _heard(finest, 0.2)[:5]
+    finest = slid(
+        ASSUMED, grating(0.2) if cause else Flat(), Motion.steady(20.0, 0.1), 0.5,
+        size_mm=FINE_MM, dynamics="quasi-static",
+    )  # fmt: skip
+    heard = _heard(finest, 0.2)[:OWN]
     return {"finest": float(heard.max()), "finest_each": ", ".join(f"{one:.0f}" for one in heard)}
 
 
-def _rough(finger: Finger, section: ReducedSection) -> Slide:
-    """A scene on a rough profile without a period: noise through a Gaussian of 0.1 mm."""
+def _rough(assumed: Assumed) -> dict:
+    """Lines in a scene on a rough profile without a period (noise through a Gaussian of 0.1 mm), those of ridges left
+    out."""
     place = np.arange(-25.0, 45.0, 0.02)
     height = gaussian_filter1d(np.random.default_rng(60).standard_normal(place.size), 5.0)
-    return slid(finger, MeasuredProfile(place, 0.02 * height / height.std()), 20.0, 1.0, section, 0.5, friction=None)
+    profile = MeasuredProfile(place, 0.02 * height / height.std())
+    rough = slid(assumed, profile, Motion.steady(20.0, 1.0), 0.5, friction=0.0)
+    heard = [*range(OWN)] if assumed.gauge == MIDDLE else [assumed.gauge]
+    lines = find_lines(rough.place_mm, rough.readings[:, heard], wavelength_range_mm=(0.3, 2.0)).lines
+    waves = [line.wavelength_mm for line in lines]
+    own = [assumed.pitch_mm / k for k in (1, 2, 3, 4)]
+    return {
+        "rough_lines": float(sum(min(abs(ridge / one - 1) for ridge in own) > 0.03 for one in waves)),
+        "rough_mm": ", ".join(f"{one:.3f}" for one in waves) or "none",
+        "rough_uE": float(rough.readings[200:, MIDDLE].std()),
+    }
 
 
-def _curve() -> dict:
-    """The power curve that ships, of sliding scenes: is it higher at 1.2 mm than beside it, where are its maxima?"""
+def _curve(assumed: Assumed) -> dict:
+    """The power curve that ships, of sliding scenes, or one of other scenes: is it higher at 1.2 mm than beside it,
+    where are its maxima?"""
     curve = read_curve()
+    if assumed != ASSUMED:
+        curve = PowerCurve(curve.wavelength_mm, _powers(assumed, curve.wavelength_mm))
     power, place = np.asarray(curve.power), np.asarray(curve.wavelength_mm)
     inside = [k for k in range(1, len(power) - 1) if power[k] > max(power[k - 1], power[k + 1])]
     middle = int(np.argmin(np.abs(place - 1.2)))
@@ -275,3 +346,28 @@ def _curve() -> dict:
         "peaks": ", ".join(f"{place[k]:.1f}" for k in inside),
         "on_samples": float(on_samples),
     }
+
+
+def _powers(assumed: Assumed, wavelengths_mm) -> tuple[float, ...]:
+    """Power of the fundamental over its greatest: mean of the five gauges, or of the one with another grid."""
+    motion = Motion.steady(OKAMOTO_SPEED_MM_S, 0.8)
+    scenes = [slid(assumed, grating(one), motion, OKAMOTO_DEPTH_MM, friction=0.0) for one in wavelengths_mm]
+    heard = np.array([_heard(found, one, 1) for found, one in zip(scenes, wavelengths_mm, strict=True)])
+    power = heard[:, : OWN if assumed.gauge == MIDDLE else None] ** 2
+    power = power if assumed.gauge == MIDDLE else power[:, [assumed.gauge]]
+    return tuple((power / power.max(axis=0)).mean(axis=1).tolist())
+
+
+VARIED = {
+    "groove_s": _two_grooves,
+    "fem_levels": _levels,
+    "fem_right": _levels,
+    "finer_levels": _finer_ridges,
+    "depths_apart": _depths,
+    "speed_ratio": _speeds,
+    "falls": _viscosity,
+    "grows": _smooth_skin,
+    "rough_lines": _rough,
+    "r_squared": _curve,
+    "at_ridge": _curve,
+}

@@ -1,6 +1,7 @@
 """2006, section III: impulses of a model corpuscle, their density and intervals, beside a short-time spectrum."""
 
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from papilla.studies.reproduce.signals import (
     FIVE_MM,
     SEEDS,
     SNR_DB,
+    Noise,
     answers_mm,
     answers_to,
     apart,
@@ -29,6 +31,8 @@ SCENE = (
     len(SEEDS),
 )
 
+ASSUMED = Noise(SNR_DB["2006"])
+
 
 def run(tell, cause: bool = True) -> Found:
     """The impulse methods of 2006 as printed, at constant speed and under strokes, beside a 200 ms spectrum.
@@ -40,7 +44,12 @@ def run(tell, cause: bool = True) -> Found:
     """
     tell("gratings and natural touch")
     values = gathered(
-        _rules, _grooves, lambda: _line(cause), lambda: _levels(cause), lambda: _touch(cause), lambda: _spectrum(cause)
+        _rules,
+        _grooves,
+        lambda: _line(cause),
+        lambda: _levels(ASSUMED, cause),
+        lambda: _touch(cause),
+        lambda: _spectrum(cause),
     )
     seen = heard("act1", 1.8, "2006", 3, seconds=3.0)
     density, spectrum = (
@@ -139,15 +148,13 @@ def _grooves() -> dict:
     }
 
 
-def _levels(cause: bool) -> dict:
+def _levels(assumed: Noise, cause: bool = True) -> dict:
     """Wavelengths of the five gratings at constant speed: share of neighbours apart, over the seeds."""
     values: dict = {}
+    how: dict[str, Any] = {"cause": cause, "snr_dB": assumed.snr_dB}
     for name, variant in (("levels", "as_printed"), ("corrected", "corrected")):
         groups = [
-            [
-                answers_mm(ImpulseDensity(variant=variant), heard("const", one, "2006", seed, cause=cause))
-                for one in FIVE_MM
-            ]
+            [answers_mm(ImpulseDensity(variant=variant), heard("const", one, "2006", seed, **how)) for one in FIVE_MM]
             for seed in SEEDS
         ]
         values[name] = float(np.mean([apart(own) for own in groups]))
@@ -233,3 +240,6 @@ def _spectrum(cause: bool) -> dict:
         "unhidden_Hz": float(np.nanmedian(second)),
         "hop": float(np.gcd.reduce(np.diff(hop))),
     }
+
+
+VARIED = {"levels": _levels}

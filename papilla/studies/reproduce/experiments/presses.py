@@ -114,8 +114,8 @@ def _depths(reduced) -> dict:
         ).x  # fmt: skip
         shown = [force(depth - offset) * (newton_to_gf(1.0) if depth < 1 else 1.0) for offset in (OFFSET_MM, 0, alone)]
         values |= {
-            f"{name}_{round(100 * depth):03d}": float(one)
-            for name, one in zip(("at", "raw", "alone"), shown, strict=True)
+            name.format(round(100 * depth)): float(one)
+            for name, one in zip(("at_{:03d}", "raw_{:03d}", "at_{:03d}_alone"), shown, strict=True)
         }
     return values
 

@@ -5,7 +5,7 @@ import numpy as np
 from papilla.estimators import SpaceTracker, find_lines
 from papilla.estimators.published.roughness import ImpulseDensity, Okamoto, ZeroCrossing
 from papilla.studies.reproduce.claim import Found, Series, gathered
-from papilla.studies.reproduce.signals import SNR_DB, answers_mm, answers_to, heard, mean_error
+from papilla.studies.reproduce.signals import SNR_DB, Noise, answers_mm, answers_to, heard, mean_error
 
 SEEDS = (0, 1, 2, 3)
 SIMULATED = "synthetic gratings, strokes of 197 sin(2 pi 1.07 t) mm/s"
@@ -17,6 +17,7 @@ SCENE = (
 WINDOWS_MS = (16, 32, 64, 128)
 GRATINGS = (0.6, 1.2, 1.8, 2.4, 3.0)
 PAPER = "2011_okamoto"
+ASSUMED = Noise(SNR_DB[PAPER])
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -35,7 +36,7 @@ def run(tell, cause: bool = True) -> Found:
             "fast_share": min(_answered_fast(kind()) for kind in (ImpulseDensity, ZeroCrossing, Okamoto)),
             "by_hand": _by_hand(),
         },
-        _gratings,
+        lambda: _gratings(ASSUMED),
         lambda: _components(cause),
         lambda: _finest(cause),
     )
@@ -44,9 +45,12 @@ def run(tell, cause: bool = True) -> Found:
     return Found(values, title, "window", "error of the wavelength, %", series)
 
 
-def _gratings() -> dict:
+def _gratings(assumed: Noise) -> dict:
     """Answers on each grating in strokes: how far the means of the coarse ones are off, over that of the fine ones."""
-    groups = [np.concatenate([answers_mm(Okamoto(), heard("act2", one, PAPER, k)) for k in SEEDS]) for one in GRATINGS]
+    groups = [
+        np.concatenate([answers_mm(Okamoto(), heard("act2", one, PAPER, k, snr_dB=assumed.snr_dB)) for k in SEEDS])
+        for one in GRATINGS
+    ]
     off = np.abs([group.mean() - one for group, one in zip(groups, GRATINGS, strict=True)])
     unresolved, resolved = (
         mean_error(lambda kind=kind: Okamoto(variant=kind), [heard("const", one, PAPER, 11) for one in (0.6, 1.8, 3.0)])
@@ -109,3 +113,6 @@ def _finest(cause: bool) -> dict:
         block = np.column_stack([texture + noise, np.full(time.size, 40.0)])
         found.append(float(np.asarray(SpaceTracker(wavelength_range_mm=(0.1, 3.0)).process(block).wavelength_mm)[-1]))
     return {"finest": max(found, key=lambda one: abs(one / 0.2 - 1) if np.isfinite(one) else np.inf)}
+
+
+VARIED = {"worse": _gratings}

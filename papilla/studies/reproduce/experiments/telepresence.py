@@ -116,7 +116,9 @@ def _displayed(tell, cause: bool) -> dict:
         progress=lambda done, total: tell(f"experiments of 2011, {done} of {total}"),
     )
     direct, local = found[1], found[2]
-    alike = np.abs(np.roll(direct.felt_mm, 0 if cause else 1) - local.felt_mm) <= SAME_MM
+    by_direct = np.roll(direct.felt_mm, 0 if cause else 1)
+    alike = np.abs(by_direct - local.felt_mm) <= SAME_MM
+    slopes = [float(np.polyfit(TESTS_MM, felt, 1)[0]) for felt in (by_direct, local.felt_mm)]
     late = [(found[3] if cause else direct).lag_ms > NOTICED_MS, np.abs(found[4].lag_ms) < NOTICED_MS]
     shown = local.amplitude_um
     inside = [k for k in range(1, len(shown) - 1) if shown[k] > max(shown[k - 1], shown[k + 1]) * 1.05]
@@ -125,6 +127,7 @@ def _displayed(tell, cause: bool) -> dict:
         "felt_mm": ", ".join(
             f"{one:.2f} and {other:.2f}" for one, other in zip(direct.felt_mm, local.felt_mm, strict=True)
         ),
+        "trend": max(slopes, key=lambda slope: abs(slope - 1)),
         "late": float(np.mean(late)),
         "lags_ms": f"{np.median(found[3].lag_ms):.0f} and {np.median(np.abs(found[4].lag_ms)):.1f}",
         "peak_mm": TESTS_MM[max(inside, key=lambda k: shown[k])] if inside else math.nan,

@@ -1,6 +1,6 @@
 """2011 Oddo: frequency, time and phase of what two channels share, by cross-wavelets; gratings of 0.40-0.48 mm."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,14 +26,26 @@ REST_S, FIRST_S, SECOND_S = 0.5, 1.5, 1.0
 """Of a passive run: at rest before and after, at the first and at the second speed."""
 RUNS = 8
 SPREADS = (0.0, 0.01, 0.02, 0.03)
-"""Standard deviations of the speed from run to run; the second is that of the rows: to 1 % a position-controlled finger
-repeats its speed."""
+"""Standard deviations of the speed from run to run."""
 ACTIVE_S, ENCODED_S, SHARED_S = 1.0, 0.150, 0.080
 """Of an active run: its record; how long at least one unit feels the grating; how long both units do (IV.B)."""
-EDGE_S = 0.015
-"""In which a unit begins or ceases to feel: a period of the finest grating at 26.5 mm/s."""
 SLOWEST, FASTEST = 22.0, 31.0
 """Speeds in mm/s at the ends of the window of 67 ms (IV.B)."""
+
+
+@dataclass(frozen=True)
+class Assumed:
+    """What is not printed of active touch: standard deviation of the speed from run to run (a position-controlled
+    finger repeats it to 1 %), time in which a unit begins or ceases to feel (a period of the finest grating at 26.5
+    mm/s), and the noise."""
+
+    speed_spread: float = 0.01
+    edge_s: float = 0.015
+    snr_dB: float = SNR_DB["2011_oddo"]
+
+
+ASSUMED = Assumed()
+STEADY = replace(ASSUMED, speed_spread=0.0)
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -71,10 +83,10 @@ def _expected() -> np.ndarray:
     return np.array([[speed / period for speed in SPEEDS_MM_S] for period in PERIODS_MM])
 
 
-def channels(place: np.ndarray, period: float, rng, places_mm=(0.0, 0.0), felt=1.0) -> list[np.ndarray]:
+def channels(place: np.ndarray, period: float, rng, places_mm=(0.0, 0.0), felt=1.0, snr_dB=STEADY.snr_dB):
     """Records (n,) of channels at places along the path over a grating; felt (channels, n) or 1: how strongly each is
     pressed. A channel further along is over the same spot later."""
-    noise = 10 ** (-SNR_DB["2011_oddo"] / 20)
+    noise = 10 ** (-snr_dB / 20)
     felt = np.broadcast_to(felt, (len(places_mm), len(place)))
     waves = [np.sqrt(2) * np.sin(2 * np.pi * (place - shift) / period) for shift in places_mm]
     return [own * wave + noise * rng.standard_normal(len(place)) for own, wave in zip(felt, waves, strict=True)]
@@ -106,25 +118,27 @@ class ActiveRun:
     windows: tuple[Window, Window]
 
 
-def active_records(period: float, rng, spread: float = 0.0, cause: bool = True) -> tuple[np.ndarray, list[np.ndarray]]:
+def active_records(period: float, rng, assumed: Assumed = STEADY, cause: bool = True):
     """Speed (n,) in mm/s, and records (n,) of S1, S2 and S4 in one active run."""
     time = np.arange(round(ACTIVE_S * RATE_Hz)) / RATE_Hz - 0.4
     own = (ENCODED_S + SHARED_S) / 2  # How long a unit feels the grating
     # t_MP is about the middle of what a pair feels, mean of both pairs; its window reaches further after it than before
     middle = (ENCODED_S + own) / 4 + (AFTER - BEFORE) / 2 / RATE_Hz
     slope = (FASTEST - SLOWEST) / ((BEFORE + AFTER) / RATE_Hz) * cause
-    speed = np.clip((SLOWEST + FASTEST) / 2 + slope * (time - middle), 5, 50) * (1 + spread * rng.standard_normal())
+    speed = np.clip((SLOWEST + FASTEST) / 2 + slope * (time - middle), 5, 50) * (
+        1 + assumed.speed_spread * rng.standard_normal()
+    )
     place = np.cumsum(speed) / RATE_Hz + rng.uniform(0, 10)
     felt = []
     for begin in (0.0, 0.0, ENCODED_S - own):
         inside = np.minimum(time - begin, begin + own - time)
-        felt.append(np.clip(inside / EDGE_S, 0, 1))
-    return speed, channels(place, period, rng, (0.0, 0.0, PITCH_MM), felt)
+        felt.append(np.clip(inside / assumed.edge_s, 0, 1))
+    return speed, channels(place, period, rng, (0.0, 0.0, PITCH_MM), felt, assumed.snr_dB)
 
 
-def active_run(period: float, rng, spread: float = 0.0, cause: bool = True) -> ActiveRun:
+def active_run(period: float, rng, assumed: Assumed, cause: bool = True) -> ActiveRun:
     """A run through the whole chain."""
-    _, (first, second, fourth) = active_records(period, rng, spread, cause)
+    _, (first, second, fourth) = active_records(period, rng, assumed, cause)
     pairs = (fourth, first), (first, second)
     ridges = [cross_wavelet(one, other, RATE_Hz, octaves(20, 140)).ridge for one, other in pairs]
     windows = [ridge.around_strongest() for ridge in ridges]
@@ -132,10 +146,10 @@ def active_run(period: float, rng, spread: float = 0.0, cause: bool = True) -> A
     return ActiveRun(period, (frequency[0], frequency[1]), (windows[0], windows[1]))
 
 
-def campaign(seed: int, spread: float, cause: bool = True) -> list[ActiveRun]:
+def campaign(seed: int, assumed: Assumed = ASSUMED, cause: bool = True) -> list[ActiveRun]:
     """24 active runs, eight a grating."""
     rng = np.random.default_rng(seed)
-    return [active_run(period, rng, spread, cause) for period in PERIODS_MM for _ in range(RUNS)]
+    return [active_run(period, rng, assumed, cause) for period in PERIODS_MM for _ in range(RUNS)]
 
 
 def table_3(runs: list[ActiveRun]) -> np.ndarray:
@@ -159,15 +173,12 @@ def accuracy(runs: list[ActiveRun], left_out: int, cause: bool = True, splits: i
     return 100 * leave_m_out(features, names, left_out, seed=0, splits=splits).accuracy
 
 
-def _active_touch(cause: bool) -> dict:
-    """Tables III and IV: means over the campaigns; other spreads of the speed from one campaign each."""
-    sets = [campaign(100 + number, SPREADS[1], cause) for number in range(CAMPAIGNS)]
+def _modulated(assumed: Assumed, sets=None) -> dict:
+    """Table III, means over sets of runs: of one set, where none are given."""
+    sets = sets or [campaign(100, assumed)]
     table = np.mean([table_3(runs) for runs in sets], axis=0)
     speeds = table[..., 2:] * np.array(PERIODS_MM)[:, None, None]
     rising = [bool((np.diff(own) >= 0).all()) for runs in sets for one in runs for own in one.frequency_Hz]
-    single, several = ([accuracy(runs, left, cause) for runs in sets] for left in (21, 12))
-    others = {spread: campaign(200, spread) for spread in SPREADS if cause}
-    curve = [[f"{accuracy(runs, left):.1f}" for runs in others.values()] for left in (21, 12)]
     return {
         "rising": float(np.mean(rising)),
         "active_sd": 100 * float((table[..., 1] / table[..., 0]).max()),
@@ -175,6 +186,16 @@ def _active_touch(cause: bool) -> dict:
         "speed_off": float(max(abs(speeds[..., 0] - FASTEST).max(), abs(speeds[..., 1] - SLOWEST).max())),
         "speeds": f"{speeds[..., 1].min():.1f}-{speeds[..., 1].max():.1f} to {speeds[..., 0].min():.1f}-"
         f"{speeds[..., 0].max():.1f} mm/s",
+    }
+
+
+def _active_touch(cause: bool) -> dict:
+    """Tables III and IV: means over the campaigns; other spreads of the speed from one campaign each."""
+    sets = [campaign(100 + number, ASSUMED, cause) for number in range(CAMPAIGNS)]
+    single, several = ([accuracy(runs, left, cause) for runs in sets] for left in (21, 12))
+    others = [campaign(200, replace(ASSUMED, speed_spread=spread)) for spread in SPREADS if cause]
+    curve = [[f"{accuracy(runs, left):.1f}" for runs in others] for left in (21, 12)]
+    return _modulated(ASSUMED, sets) | {
         "knn_runs": float(len(sets[0])),
         "one_run": float(np.mean(single)),
         "four_runs": float(np.mean(several)),
@@ -269,3 +290,6 @@ def _phases(cause: bool) -> dict:
         "alone": float(len(single)),
         "irregular": float(told),
     }
+
+
+VARIED = {"rising": _modulated, "active_sd": _modulated, "speed_off": _modulated}
