@@ -4,9 +4,10 @@ import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache as once
-from time import perf_counter
+from time import process_time
 
 from papilla import __version__, cache
+from papilla.design.costs import SCENES, SPENT
 from papilla.design.geometry import geometry_map, with_sites
 from papilla.design.look import Look
 from papilla.design.objectives import OBJECTIVES
@@ -40,13 +41,12 @@ class Batch:
 
 @dataclass(frozen=True)
 class Done:
-    """Records of a batch; the version that made them, seconds of the geometry and of the designs, and the largest
-    memory of the worker (MB) so far."""
+    """Records of a batch; the version that made them, processor seconds by stage (`costs`), and the largest memory of
+    the worker (MB) so far."""
 
     records: tuple[Record, ...]
     version: str
-    seconds_geometry: float
-    seconds_designs: float
+    spent: dict[str, float]
     memory_MB: float
 
 
@@ -59,18 +59,18 @@ def version() -> str:
 def evaluate(batch: Batch) -> Done:
     """The records of a batch; those of another version are left to a worker that has it: none are returned."""
     if batch.version != version():
-        return Done((), version(), 0.0, 0.0, 0.0)
-    began = perf_counter()
+        return Done((), version(), {}, 0.0)
+    began = process_time()
+    SPENT.clear()
     try:
         first, base = with_sites(batch.fingers[0], batch.places), with_sites(batch.base, batch.places)
         known = geometry_map(first, batch.places, base)
     except PapillaError as error:
-        seconds = perf_counter() - began
-        return Done((Record({}, str(error)),) * len(batch.fingers), version(), seconds, 0.0, _memory_MB())
-    ready = perf_counter()
+        return Done((Record({}, str(error)),) * len(batch.fingers), version(), dict(SPENT), _memory_MB())
     borrowed = first.strain_sha256 != base.strain_sha256
     records = [look_at(Look(finger, known, batch.scene, borrowed), batch.asked) for finger in batch.fingers]
-    return Done(tuple(records), version(), ready - began, perf_counter() - ready, _memory_MB())
+    rest = process_time() - began - sum(SPENT.values())
+    return Done(tuple(records), version(), {**SPENT, SCENES: rest}, _memory_MB())
 
 
 def look_at(look: Look, asked: Sequence[str]) -> Record:

@@ -64,10 +64,11 @@ class Confirmed:
 def confirm(name: str, look: Look, processes: int, say: Callable[[str], None]) -> Confirmed:
     """Calibrate a design and compare; what fails is said in `failed`."""
     try:
+        predicted = {"S_d": look.sigma_sd, "all gauges": look.sigma_gauges}
         calibrated = sigmas_of(calibrated_finger(look.finger, look.scene, processes, say), look.scene)
     except PapillaError as error:
         return Confirmed(name, {}, {}, look.scene, str(error))
-    return Confirmed(name, {"S_d": look.sigma_sd, "all gauges": look.sigma_gauges}, calibrated, look.scene)
+    return Confirmed(name, predicted, calibrated, look.scene)
 
 
 def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callable[[str], None]) -> Calibration:

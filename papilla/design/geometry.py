@@ -7,16 +7,18 @@ stuck. What large strain changes is measured once, on the study's own finger; ot
 their neighbour: force over E_inner goes with the square of the size, strains are the same.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from papilla.design.places import Places
+from papilla.design.costs import GEOMETRY, RATIO, spent_on
+from papilla.design.places import FOIL, Places
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import SIZE, SPANNING, begin_large_strain
-from papilla.fem.pressing.large_strain import LargeStrain, keep, known
+from papilla.fem.pressing.large_strain import LargeStrain, at_ratio, keep, known
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import RATIOS, family
 from papilla.fem.reduction.gauges import QUANTITIES
@@ -31,6 +33,8 @@ KEPT = 4
 """Geometries that a process keeps: 1 MB each for a row of places, 12 MB for all places."""
 MESHED_DEG = (-40.0, -20.0, 0.0, 20.0, 40.0)
 """Places around which the mesh is fine: those of the default finger."""
+STANDARD_MM = 20.0
+"""Height or half breadth of the finger on which large strain is measured: that of the default finger."""
 ENDS = (0.0, STICK)
 """Frictions of the two responses."""
 
@@ -84,29 +88,60 @@ def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> 
     design : as `with_sites` makes it. base : the neighbour, made so too, whose large strain is known; None leaves large
     strain out. Raises what meshing, reducing and `response` raise.
     """
-    if base is not None:
-        measure_base(base, 1, lambda line: None)  # Nothing to do where the client shares this cache
-        borrow(design, base)
-    size = SIZE * narrowest_mm(design)
-    # Cells are small where gauges lie: those of a real finger, not all places
-    few = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
-    relatives = family(design, size_mm=size, mesh=build(replace(design, gauges=few), size_mm=size))
-    block = design.bench.specimen(1.0)
-    free, stuck = (response(relatives, block, friction=friction) for friction in ENDS)
+    with spent_on(GEOMETRY):
+        if base is not None:
+            measure_base(base, 1, lambda line: None)  # Nothing to do where the client shares this cache
+            borrow(design, base)
+        size = SIZE * narrowest_mm(design)
+        # Cells are small where gauges lie: those of a real finger, not all places
+        few = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
+        relatives = family(design, size_mm=size, mesh=build(replace(design, gauges=few), size_mm=size))
+        relatives.tangential_source()  # Stuck presses ask for it, and find it in the cache
+    with spent_on(RATIO):
+        block = design.bench.specimen(1.0)
+        free, stuck = (response(relatives, block, friction=friction) for friction in ENDS)
     return GeometryMap(design, places, (free, stuck))
 
 
 def measure_base(base: Finger, processes: int, say: Say) -> str:
     """Measure the large strain of a base, as `with_sites` makes it, where it is not known; what to note where it has to
-    do without, else nothing."""
+    do without, else nothing.
+
+    It is measured on a finger of the same shape and `STANDARD_MM`, because the forces of the tables are those of such a
+    finger: on one a third as large, most contacts leave the patch.
+    """
+    if _covered(base):
+        return ""
+    like = _enlarged(base, STANDARD_MM / narrowest_mm(base))
     with workers(processes, say) as start:
-        return begin_large_strain(base, (False, True), start, ratios=SPANNING, progress=say)()
+        note = begin_large_strain(like, (False, True), start, ratios=SPANNING, progress=say)()
+    borrow(base, like)
+    return note
+
+
+def _covered(finger: Finger) -> bool:
+    """Whether large strain of a geometry is known at all ratios of moduli, without friction and stuck."""
+    tables = known(finger.strain_sha256)
+    return all(at_ratio(tables, ratio, stuck) for ratio in SPANNING for stuck in (False, True))
+
+
+def _enlarged(finger: Finger, factor: float) -> Finger:
+    """The finger and its gauges `factor` times as large, to 1e-9 mm: a third of the default becomes it again."""
+
+    def times(of: Any, names: Iterable[str]) -> Any:
+        """The object with these lengths, or tuples of lengths, enlarged."""
+        given = {name: getattr(of, name) for name in names}
+        sizes = {name: np.round(factor * np.array(value), 9).tolist() for name, value in given.items()}
+        return replace(of, **{name: tuple(one) if isinstance(one, list) else one for name, one in sizes.items()})
+
+    gauges = tuple(times(gauge, (*FOIL, "y_mm")) for gauge in finger.gauges)
+    return times(replace(finger, shape=times(finger.shape, vars(finger.shape)), gauges=gauges), ["patch_radius"])
 
 
 def borrow(design: Finger, base: Finger) -> None:
     """Keep the neighbour's tables of large strain as those of a design with the same places, scaled to its size."""
     tables = known(base.strain_sha256)
-    if not tables or known(design.strain_sha256):
+    if not tables or _covered(design):
         return
     size = narrowest_mm(design) / narrowest_mm(base)
     keep(design.strain_sha256, [_resized(table, size) for table in tables])

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla.design.confirming import Confirmed, confirm
+from papilla.design.costs import GAUGES, GEOMETRY, RATIO, SCENES
 from papilla.design.geometry import geometry_map, with_sites
 from papilla.design.look import Look
 from papilla.design.results import Results, write_tables
@@ -138,8 +139,9 @@ def summary(outcome: Outcome) -> dict:
         ],
         "cost": {
             "seconds": tally.seconds,
-            "seconds_geometry": tally.seconds_geometry,
-            "seconds_designs": tally.seconds_designs,
+            "seconds_geometry": tally.spent[GEOMETRY] + tally.spent[RATIO],
+            "seconds_designs": tally.spent[GAUGES] + tally.spent[SCENES],
+            "processor_seconds": dict(tally.spent),
             "workers": tally.workers,
             "worker_memory_MB": tally.memory_MB,
         },

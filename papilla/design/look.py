@@ -9,6 +9,7 @@ import numpy as np
 
 from papilla.calibrate.surface_fit import usable_part
 from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
+from papilla.design.costs import GAUGES, spent_on
 from papilla.design.geometry import GeometryMap
 from papilla.design.scene import Scene
 from papilla.design.touch import sigma_from_depth, sigma_from_gauges, sigma_from_sd
@@ -41,7 +42,9 @@ class Look:
     def ends(self) -> tuple[Response, Response]:
         """The responses of its gauges without friction and stuck; raises `InputError` where they do not cover the
         scene."""
-        found, (outer, inner) = self.geometry.of(self.finger), self._moduli
+        outer, inner = self._moduli
+        with spent_on(GAUGES):
+            found = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
         softest = self.scene.modulus_MPa[0]
         if found[0].large_strain and softest < SOFTEST * inner:

@@ -1,7 +1,6 @@
 """The parameters of a design that a study may vary, by the names of the design file, and the finger that they make."""
 
 import difflib
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -11,44 +10,42 @@ from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Gauge, Layer, Slab
 
 OF_GAUGE = ("angle_deg", "y_mm", "direction_deg", "membrane_gain", "lever_mm")
+SURFACES = ("outer", "interface", "bone")
 MOST_GAUGES = 16
 """Gauges of a row that a study may ask for."""
 
 Change = Callable[[Finger, float], Finger]
 
 
-def _scaled(finger: Finger, factor: float) -> Finger:
-    """The whole body larger or smaller; gauges stay as large as they are, and keep their angles."""
-    lengths: dict[str, Any] = {
-        name: tuple(factor * one for one in value) if isinstance(value, tuple) else factor * value
-        for name, value in vars(finger.shape).items()
-    }
+def _shaped(finger: Finger, values: Mapping[str, float]) -> Finger:
+    """All lengths of the shape set at once: one after the other, layers might cross on the way.
+
+    The whole body first (gauges stay as large as they are, and keep their angles), then the outer surface, the skin
+    (equally thick at all ends of the axes), and the other surfaces.
+    """
+    shape: Any = finger.shape
+    factor, skin = values.get("shape.scale", 1.0), values.get("shape.skin_mm")
+    axes = {name: [factor * one for one in getattr(shape, name)] for name in SURFACES}
+    for name in SURFACES:
+        if name == "interface" and skin is not None:
+            axes[name] = [one - skin for one in axes["outer"]]
+        letters = _axes_of(finger)
+        axes[name] = [values.get(f"shape.{name}.{x}_mm", one) for x, one in zip(letters, axes[name], strict=True)]
+    lengths: dict[str, Any] = {name: tuple(found) for name, found in axes.items()}
+    if isinstance(shape, Slab):
+        lengths["depth"] = values.get("shape.depth_mm", factor * shape.depth)
     gauges = tuple(replace(one, y_mm=factor * one.y_mm) for one in finger.gauges)
     ridges = finger.ridges and replace(
         finger.ridges, **{key: factor * value for key, value in vars(finger.ridges).items()}
     )
-    resized = replace(finger, patch_radius=factor * finger.patch_radius, gauges=gauges, ridges=ridges)
-    return _shaped(resized, **lengths)
+    shape = replace(shape, **lengths)
+    return replace(finger, shape=shape, patch_radius=factor * finger.patch_radius, gauges=gauges, ridges=ridges)
 
 
-def _axis(surface: str, number: int, finger: Finger, value: float) -> Finger:
-    axes = list(getattr(finger.shape, surface))
-    axes[number] = value
-    return _shaped(finger, **{surface: tuple(axes)})
-
-
-def _skin(finger: Finger, thickness: float) -> Finger:
-    """The outer layer equally thick at all ends of the axes."""
-    return _shaped(finger, interface=tuple(float(axis) - thickness for axis in finger.shape.outer))
-
-
-def _depth(finger: Finger, value: float) -> Finger:
-    return _shaped(finger, depth=value)
-
-
-def _shaped(finger: Finger, **changed: Any) -> Finger:
-    shape: Any = finger.shape
-    return replace(finger, shape=replace(shape, **changed))
+def _axes_of(finger: Finger) -> str:
+    if not isinstance(finger.shape, Dome | Slab):
+        raise InputError("a study varies a dome or a slab: its finger is of surface files")
+    return "xyz" if isinstance(finger.shape, Dome) else "xz"
 
 
 def _layer(name: str, key: str, finger: Finger, value: float) -> Finger:
@@ -88,21 +85,16 @@ def _gauges(name: str | None, key: str, finger: Finger, value: float) -> Finger:
     )
 
 
-def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change]:
-    """What may be varied of a finger, in the order in which it is applied: name -> change.
+def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change | None]:
+    """What may be varied of a finger, in the order in which it is applied: name -> change; those of the shape, which
+    are applied together, have none.
 
     more : names that a study uses; those of gauges of a longer row count as known.
     """
-    if not isinstance(finger.shape, Dome | Slab):
-        raise InputError("a study varies a dome or a slab: its finger is of surface files")
-    found: dict[str, Change] = {"shape.scale": _scaled}
-    axes = "xyz" if isinstance(finger.shape, Dome) else "xz"
-    for surface in ("outer", "interface", "bone"):
-        found |= {f"shape.{surface}.{axis}_mm": partial(_axis, surface, k) for k, axis in enumerate(axes)}
-        if surface == "outer":
-            found["shape.skin_mm"] = _skin
+    of_shape = ["scale", "skin_mm", *(f"{name}.{x}_mm" for name in SURFACES for x in _axes_of(finger))]
     if isinstance(finger.shape, Slab):
-        found["shape.depth_mm"] = _depth
+        of_shape.append("depth_mm")
+    found: dict[str, Change | None] = {f"shape.{name}": None for name in of_shape}
     for layer in ("outer", "inner"):
         found |= {
             f"{layer}.nu": partial(_layer, layer, "nu"),
@@ -123,31 +115,14 @@ def of_geometry(name: str) -> bool:
 
 def made(base: Finger, values: Mapping[str, float]) -> Finger:
     """The finger with these values of parameters; raises `InputError` where it cannot be (layers that cross)."""
-    changes, finger = parameters_of(base, values), base
-    for name, change in changes.items():
-        if name in values:
+    finger = _shaped(base, values)
+    for name, change in parameters_of(base, values).items():
+        if name in values and change is not None:
             try:
                 finger = change(finger, float(values[name]))
             except InputError as error:
-                # A later one may put it right: layers cross while one axis after the other is set
-                if not name.startswith("shape."):
-                    raise InputError(f"{name} = {values[name]:g}: {error}") from error
-                finger = _together(finger, changes, values)
-                values = {key: value for key, value in values.items() if not key.startswith("shape.")}
+                raise InputError(f"{name} = {values[name]:g}: {error}") from error
     return replace(finger, identified=None)
-
-
-def _together(finger: Finger, changes: Mapping[str, Change], values: Mapping[str, float]) -> Finger:
-    """The finger with all axes of its shape set at once."""
-    lengths = {key: list(value) for key, value in vars(finger.shape).items() if isinstance(value, tuple)}
-    for name in changes:
-        found = re.fullmatch(r"shape\.(outer|interface|bone)\.(\w)_mm", name)
-        if name in values and found:
-            number = list(changes).index(name) - list(changes).index(f"shape.{found[1]}.x_mm")
-            lengths[found[1]][number] = values[name]
-        elif name in values and name == "shape.skin_mm":
-            lengths["interface"] = [axis - values[name] for axis in lengths["outer"]]
-    return _shaped(finger, **{key: tuple(value) for key, value in lengths.items()})
 
 
 def refuse_unknown(name: str, known: Iterable[str], where: str) -> None:

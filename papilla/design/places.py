@@ -9,6 +9,7 @@ is even in both coordinates, the shear (v_45 - (v_0 + v_90) / 2) odd in both.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -131,6 +132,13 @@ def moved(gauge: Gauge, shape: Shape, along_mm: float, turn_deg: float = 0.0) ->
     return replace(gauge, angle_deg=angle_deg, x_mm=None, direction_deg=gauge.direction_deg + turn_deg)
 
 
+@lru_cache(maxsize=8)
+def _spline(nodes: tuple[float, ...]) -> CubicSpline:
+    """The cardinal splines of nodes and their mirror images."""
+    both = np.concatenate([-np.array(nodes[:0:-1]), nodes])
+    return CubicSpline(both, np.eye(len(both)))
+
+
 def _nodes(most: float, step: float) -> tuple[float, ...]:
     return tuple((step * np.arange(round(most / step) + 1)).tolist())
 
@@ -139,7 +147,6 @@ def _cardinal(nodes: tuple[float, ...], at: float) -> tuple[np.ndarray, np.ndarr
     """Weights (k,) of values at nodes from 0 on, for even and for odd functions."""
     if len(nodes) == 1:
         return np.ones(1), np.ones(1)
-    both = np.concatenate([-np.array(nodes[:0:-1]), nodes])
-    weights = CubicSpline(both, np.eye(len(both)))(at)
+    weights = _spline(nodes)(at)
     right, left = weights[len(nodes) - 1 :], np.append(0.0, weights[: len(nodes) - 1][::-1])
     return right + left, right - left

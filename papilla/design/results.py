@@ -1,21 +1,23 @@
 """What a study found: the table, the Pareto front, main effects with intervals, and the designs that are chosen."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 from scipy.special import stdtrit
 
 from papilla.calibration import LEVEL
-from papilla.design.batch import OK
+from papilla.design.batch import OK, Record
 from papilla.design.store import Store
 from papilla.design.study import Study
 from papilla.errors import InputError
-from papilla.files import replacing
 from papilla.finger import Finger
-from papilla.tables import table_writer
+from papilla.logs.frames import estimates_writer
 
 CHOSEN = 3
 """Designs of which a file is written: the best in the first objective."""
@@ -147,38 +149,19 @@ def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -
     front : numbers of the designs on it. Rows pass through in blocks. The files that were written.
     """
     names = ["design", *(one.name for one in study.free), *study.asked, "feasible", "front", "status"]
-    on_front = set(front)
+    on_front, rows = set(front), store.rows(study.sha256)
 
-    def blocks():
-        """Columns of at most `BLOCK` designs at a time."""
-        block: list[list] = []
-        for number, free, record in store.rows(study.sha256):
-            well = record.status == OK
-            found = [record.found.get(name, float("nan")) for name in study.asked]
-            values = [free[one.name] for one in study.free]
-            feasible = int(well and study.feasible(record.found))
-            block.append([number, *values, *found, feasible, int(number in on_front), record.status])
-            if len(block) == BLOCK:
-                yield list(map(list, zip(*block, strict=True)))
-                block = []
-        if block:
-            yield list(map(list, zip(*block, strict=True)))
+    def cells(number: int, free: dict[str, float], record: Record) -> list:
+        found = [record.found.get(name, float("nan")) for name in study.asked]
+        feasible = record.status == OK and study.feasible(record.found)
+        return [number, *(free[one.name] for one in study.free), *found, feasible, number in on_front, record.status]
 
-    with table_writer(path, names) as write:
-        for columns in blocks():
-            write(columns)
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        return [path]
-    other = path.with_suffix(".parquet")
-    with replacing(other) as temporary:
-        writer = None
-        for columns in blocks():
-            table = pyarrow.table(dict(zip(names, columns, strict=True)))
-            writer = writer or pyarrow.parquet.ParquetWriter(temporary, table.schema)
-            writer.write_table(table)
-        if writer is not None:
-            writer.close()
-    return [path, other]
+    paths = [path, path.with_suffix(".parquet")][: 1 + bool(find_spec("pyarrow"))]
+    with ExitStack() as opened:
+        writes = [opened.enter_context(estimates_writer(one, names)) for one in paths]
+        while block := list(islice(rows, BLOCK)):
+            *numbers, status = zip(*(cells(*row) for row in block), strict=True)
+            columns = [np.array(column) * 1 for column in numbers]
+            for write in writes:
+                write([*columns, status])
+    return paths

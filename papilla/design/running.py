@@ -6,10 +6,13 @@ on another worker where one is killed; without Dask they are plain processes. Bo
 """
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice, zip_longest
 from time import perf_counter
 from typing import Any
 
@@ -37,15 +40,14 @@ Stage = Callable[[str, int, int], None]
 
 @dataclass
 class Tally:
-    """What a run cost. seconds_geometry, seconds_designs : of all workers; memory_MB : of the largest worker."""
+    """What a run cost. spent : processor seconds of all workers by stage (`costs`); memory_MB : of the largest one."""
 
     designs: int = 0
     reused: int = 0
     failed: int = 0
     batches: int = 0
     seconds: float = 0.0
-    seconds_geometry: float = 0.0
-    seconds_designs: float = 0.0
+    spent: defaultdict[str, float] = field(default_factory=partial(defaultdict, float))
     memory_MB: float = 0.0
     workers: int = 1
     how: str = "this process"
@@ -177,29 +179,28 @@ class _Runner:
     number: int = 0
 
     def __post_init__(self) -> None:
+        self.records: dict[int, Record] | None = {} if self.study.sampler.kind == "optimise" else None
         self.total = sampling.count(self.study)[0]
         self.began = perf_counter()
         self.place = self.study.places
 
-    def run(self, groups: Iterable[list[Values]]) -> dict[int, Record]:
-        """The records of designs, by number; at most `AHEAD` batches a worker are in flight."""
+    def run(self, groups: Iterable[list[Values]]) -> None:
+        """Store the records of designs; at most `AHEAD` batches a worker are in flight. An optimiser's are kept too."""
         flight: dict[Future, tuple[list[tuple[int, Values, str]], Batch, int]] = {}
-        found: dict[int, Record] = {}
-        keep = self.study.sampler.kind == "optimise"
         for rows, batch in self._interleaved(groups):
             self._submit(flight, rows, batch, 0)
             while len(flight) >= AHEAD * self.pool.workers:
-                self._take(flight, found if keep else {})
+                self._take(flight)
         while flight:
-            self._take(flight, found if keep else {})
-        return found | self._reused if keep else {}
+            self._take(flight)
 
     def scores(self, designs: list[Values]) -> list[float]:
         """What an optimiser is told of designs: the first objective, less is better."""
         first = self.number
-        found = self.run([designs])
+        self.run([designs])
+        assert self.records is not None
         goal, scores = self.study.objectives[0], []
-        for record in (found[first + k] for k in range(len(designs))):
+        for record in (self.records[first + k] for k in range(len(designs))):
             if record.status != OK:
                 scores.append(sampling.FAILED)
                 continue
@@ -213,14 +214,10 @@ class _Runner:
     def _interleaved(self, groups: Iterable[list[Values]]) -> Iterator[tuple[list[tuple[int, Values, str]], Batch]]:
         """Batches that are to be run; those of as many geometries as there are workers take turns, so that each worker
         begins with one of its own."""
-        waiting: list[Iterator] = []
-        self._reused: dict[int, Record] = {}
-        for group in groups:
-            waiting.append(self._batches(group))
-            if len(waiting) == self.pool.workers:
-                yield from _in_turn(waiting)
-                waiting = []
-        yield from _in_turn(waiting)
+        left = iter(groups)
+        while turn := list(islice(left, self.pool.workers)):
+            rounds = zip_longest(*(self._batches(group) for group in turn))
+            yield from (batch for batches in rounds for batch in batches if batch is not None)
 
     def _batches(self, group: list[Values]) -> Iterator[tuple[list[tuple[int, Values, str]], Batch]]:
         first, self.number = self.number, self.number + len(group)
@@ -232,32 +229,24 @@ class _Runner:
 
     def _prepared(self, first: int, designs: Sequence[Values]) -> tuple[list[tuple[int, Values, str]], Batch] | None:
         """Those designs that are not in the store; designs that cannot be are stored as failed at once."""
-        rows, fingers, failed = [], [], []
+        study = self.study
+        tried, failed = [], []
         for number, free in enumerate(designs, start=first):
             try:
-                finger = self.study.finger_of(free)
+                finger = study.finger_of(free)
             except InputError as error:
-                failed.append((number, free, cache.key(__name__, self.study.sha256, free), Record({}, str(error))))
+                failed.append((number, free, cache.key(__name__, study.sha256, free), Record({}, str(error))))
                 continue
-            rows.append((number, free, self._key(finger)))
-            fingers.append(finger)
-        known = self.store.known([key for *_, key in rows])
-        reused = [(*row, known[row[2]]) for row in rows if row[2] in known]
+            tried.append(((number, free, self._key(finger)), finger))
+        known = self.store.known([row[2] for row, _ in tried])
+        reused = [(*row, known[row[2]]) for row, _ in tried if row[2] in known]
         self.tally.reused += len(reused)
         self._store(reused + failed)
-        self._reused |= {row[0]: row[3] for row in reused + failed} if self.study.sampler.kind == "optimise" else {}
-        left = [(row, finger) for row, finger in zip(rows, fingers, strict=True) if row[2] not in known]
+        left = [(row, finger) for row, finger in tried if row[2] not in known]
         if not left:
             return None
-        batch = Batch(
-            tuple(finger for _, finger in left),
-            self.study.finger,
-            self.place,
-            self.study.scene,
-            self.study.asked,
-            version(),
-        )
-        return [row for row, _ in left], batch
+        rows, fingers = zip(*left, strict=True)
+        return list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
 
     def _key(self, finger: Any) -> str:
         study = self.study
@@ -268,7 +257,7 @@ class _Runner:
     def _submit(self, flight: dict, rows: list, batch: Batch, tried: int) -> None:
         flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, tried
 
-    def _take(self, flight: dict, found: dict[int, Record]) -> None:
+    def _take(self, flight: dict) -> None:
         """Store the batches that are done; those that a killed process had are run again."""
         done, _ = wait(flight, return_when=FIRST_COMPLETED)
         for future in done:
@@ -285,35 +274,23 @@ class _Runner:
             except Exception as error:
                 if type(error).__name__ != "KilledWorker":
                     raise
-                made = Done((Record({}, f"its worker was killed {RETRIES} times"),) * len(rows), version(), 0, 0, 0)
+                made = Done((Record({}, f"its worker was killed {RETRIES} times"),) * len(rows), version(), {}, 0)
             _refuse_version("a worker", made.version)
-            stored = [(*row, record) for row, record in zip(rows, made.records, strict=True)]
-            self._store(stored)
-            found |= {row[0]: row[3] for row in stored}
+            self._store([(*row, record) for row, record in zip(rows, made.records, strict=True)])
             self.tally.batches += 1
-            self.tally.seconds_geometry += made.seconds_geometry
-            self.tally.seconds_designs += made.seconds_designs
+            for name, seconds in made.spent.items():
+                self.tally.spent[name] += seconds
             self.tally.memory_MB = max(self.tally.memory_MB, made.memory_MB)
 
     def _store(self, rows: list) -> None:
         if not rows:
             return
         self.store.add(self.study.sha256, rows)
+        if self.records is not None:
+            self.records |= {row[0]: row[3] for row in rows}
         self.tally.designs += len(rows)
         self.tally.failed += sum(row[3].status != OK for row in rows)
         done, fresh = self.tally.designs, self.tally.designs - self.tally.reused
         left = (perf_counter() - self.began) * max(self.total - done, 0) / max(fresh, 1)
         told = f", about {left:.0f} s left" if fresh and done < self.total else ""
         self.stage(f"designs, {done} of {self.total}{told}", done, self.total)
-
-
-def _in_turn(iterators: list[Iterator]) -> Iterator:
-    """The items of several iterators, one of each at a time."""
-    while iterators:
-        alive = []
-        for one in iterators:
-            item = next(one, None)
-            if item is not None:
-                yield item
-                alive.append(one)
-        iterators = alive

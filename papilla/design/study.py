@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,10 +16,12 @@ from papilla.design.places import Places, foil_of
 from papilla.design.scene import Scene, Tolerances, Unknowns
 from papilla.errors import FileFormatError, InputError
 from papilla.estimators.softness.doubts import Doubts
-from papilla.file_models import first_of, in_words
+from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import read_toml
 from papilla.finger import SHIPPED_FINGERS, Finger
 
+ELSEWHERE = ("unknown", "tolerances")
+"""Parts of a scene that are tables of their own in the file."""
 LEVELS = 5
 """Values of a range in a grid, unless its table says `levels`."""
 
@@ -148,6 +150,16 @@ class _Limit(_Model):
     most: float = 1e300
 
 
+def _doubted(friction: Any, **doubts: Any) -> tuple[Any, Doubts]:
+    return friction, Doubts(**doubts)
+
+
+_DOUBTS = table(_doubted, keys_of(Doubts) | {"friction": (Any, None)}, known=True)
+_SAMPLER = table(Sampler, keys_of(Sampler), known=True)
+_SCENE = table(Scene, {key: kind for key, kind in keys_of(Scene).items() if key not in ELSEWHERE}, known=True)
+_TOLERANCES = table(Tolerances, keys_of(Tolerances), known=True)
+
+
 class _File(_Model):
     name: str = Field(min_length=1)
     finger: str = "default"
@@ -156,10 +168,10 @@ class _File(_Model):
     fixed: dict[str, float] = {}
     couplings: dict[str, str] = {}
     constraints: dict[str, _Limit] = {}
-    scene: dict[str, Any] = {}
-    doubts: dict[str, Any] = {}
-    tolerances: dict[str, Any] = {}
-    sampler: dict[str, Any] = {}
+    scene: _SCENE = Scene()  # type: ignore[valid-type]
+    doubts: _DOUBTS = (None, Doubts())  # type: ignore[valid-type]
+    tolerances: _TOLERANCES = Tolerances()  # type: ignore[valid-type]
+    sampler: _SAMPLER = Sampler()  # type: ignore[valid-type]
     confirm: int = Field(0, ge=0, le=10)
     store: str | None = None
 
@@ -182,9 +194,9 @@ def _study(file: _File, path: Path) -> Study:
     finger = Finger.load(file.finger if file.finger in SHIPPED_FINGERS else path.parent / file.finger)
     names = [*file.free, *file.fixed, *file.couplings]
     known = parameters_of(finger, names)
-    for table in ("free", "fixed", "couplings"):
-        for name in getattr(file, table):
-            refuse_unknown(name, known, table)
+    for where in ("free", "fixed", "couplings"):
+        for name in getattr(file, where):
+            refuse_unknown(name, known, where)
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise InputError(f"{twice!r} stands in two of free, fixed and couplings")
     values = _values_of(finger)
@@ -194,7 +206,7 @@ def _study(file: _File, path: Path) -> Study:
     free = tuple(_free(name, given) for name, given in file.free.items())
     needed = {name for formula in file.couplings.values() for name in formulas.names_of(formula, "couplings")}
     fixed = {name: values[name] for name in needed if name not in names} | file.fixed
-    text = repr((file.model_dump(), finger.sha256))
+    text = repr((file, finger.sha256))
     study = Study(
         file.name,
         finger,
@@ -204,7 +216,7 @@ def _study(file: _File, path: Path) -> Study:
         _scene(file, finger),
         tuple(OBJECTIVES[name] for name in file.objectives),
         tuple(Limit(name, one.least, one.most) for name, one in file.constraints.items()),
-        _made(Sampler, file.sampler, "sampler"),
+        file.sampler,
         file.confirm,
         path.parent / file.store if file.store else None,
         hashlib.sha256(text.encode()).hexdigest(),
@@ -226,43 +238,12 @@ def _values_of(finger: Finger) -> dict[str, float]:
 
 
 def _scene(file: _File, finger: Finger) -> Scene:
-    doubts = dict(file.doubts)
-    friction = doubts.pop("friction", "unknown" if finger.bench.friction is None else finger.bench.friction)
-    thickness = {"thickness_mm": float(finger.bench.thickness)}
-    unknown = Unknowns(friction, _made(Doubts, thickness | doubts, "doubts"))
-    tolerances = _made(Tolerances, file.tolerances, "tolerances")
-    return replace(_made(Scene, file.scene, "scene", ("unknown", "tolerances")), unknown=unknown, tolerances=tolerances)
-
-
-def _made(kind: type, given: Mapping[str, Any], where: str, hidden: tuple[str, ...] = ()) -> Any:
-    """A dataclass of a table, its keys and kinds of values checked."""
-    known = {one.name: one.default for one in fields(kind) if one.name not in hidden}
-    for key, value in given.items():
-        refuse_unknown(key, known, where)
-        if isinstance(known[key], tuple):
-            if not (isinstance(value, list) and len(value) == 2 and all(map(_is_number, value))):
-                raise InputError(f"{where}.{key} must be [low, high], got {value!r}")
-        elif (
-            isinstance(known[key], str) != isinstance(value, str)
-            or not isinstance(value, str)
-            and not _is_number(value)
-        ):
-            raise InputError(f"{where}.{key} must be a {type(known[key]).__name__}, got {value!r}")
-        elif isinstance(known[key], int) and not isinstance(value, int):
-            raise InputError(f"{where}.{key} must be a whole number, got {value!r}")
-    values = {key: tuple(map(float, value)) if isinstance(value, list) else value for key, value in given.items()}
-    choices = {"over": ("worst", "rms"), "kind": ("grid", "sobol", "optimise")}
-    for key, allowed in choices.items():
-        if key in values and values[key] not in allowed:
-            raise InputError(f"{where}.{key} must be one of {', '.join(allowed)}, got {values[key]!r}")
-    try:
-        return kind(**values)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from error
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    friction, doubts = file.doubts  # type: ignore[attr-defined]
+    if doubts.thickness_mm is None:
+        doubts = replace(doubts, thickness_mm=float(finger.bench.thickness))
+    if friction is None:
+        friction = "unknown" if finger.bench.friction is None else finger.bench.friction
+    return replace(file.scene, unknown=Unknowns(friction, doubts), tolerances=file.tolerances)
 
 
 def _free(name: str, given: "list[float] | _Range") -> Free:

@@ -58,6 +58,7 @@ def test_a_resume_computes_nothing_again_and_a_second_study_shares(study_file, t
     monkeypatch.setattr(running, "evaluate", lambda one: calls.append(len(one.fingers)) or true(one))
     first = run_study(read_study(path), tmp_path / "a", workers=0)
     assert sum(calls) == 12 and first.tally.reused == 0
+    assert first.tally.spent["gauges"] > 0 and first.tally.spent["scenes"] > 0
     path.write_text(path.read_text().replace("made up", "another name"))
     again = run_study(read_study(path), tmp_path / "b", workers=0)
     assert sum(calls) == 12 and again.tally.reused == 12
